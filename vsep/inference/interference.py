@@ -1,0 +1,317 @@
+"""Algorithm 2 with the burst search around it: the interference estimate, ramp by ramp."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
+from vsep.inference.chirps import (
+    ChannelGrid,
+    channel_posterior,
+    find_single_chirps,
+    refine_chirp,
+)
+from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
+from vsep.inference.schedule import Schedule
+from vsep.inference.state import ComponentEvent, EventKind, RampInterference
+from vsep.signal.template import SignalModel
+
+START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
+CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
+
+
+@dataclass(slots=True, eq=False)
+class RampWork:
+    """One ramp inside a step: its parameters, and what they imply once computed."""
+
+    start_frequency: float
+    slope: float
+    bins: IntArray
+    precisions: FloatArray
+    amplitudes: ComplexArray = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
+    covariance: ComplexArray = field(
+        default_factory=lambda: np.zeros((0, 0), dtype=np.complex128)
+    )
+    trace: float = 0.0
+
+    @classmethod
+    def thaw(cls, ramp: RampInterference) -> "RampWork":
+        """Start from the previous state."""
+        return cls(
+            ramp.start_frequency,
+            ramp.slope,
+            ramp.active_bins,
+            ramp.precisions,
+            ramp.amplitudes,
+            ramp.covariance,
+        )
+
+    def freeze(self) -> RampInterference:
+        """Hand over to the next state."""
+        return RampInterference(
+            start_frequency=self.start_frequency,
+            slope=self.slope,
+            active_bins=self.bins,
+            amplitudes=self.amplitudes,
+            covariance=self.covariance,
+            precisions=self.precisions,
+        )
+
+    def set_posterior(self, active: ActiveSet) -> None:
+        """Take over mean and covariance."""
+        self.amplitudes = active.amplitudes
+        self.covariance = active.covariance
+        self.precisions = active.precisions
+        self.trace = active.trace()
+
+
+class InterferenceWorkspace:
+    """The interference estimate of all ramps while one step changes it.
+
+    Parameters
+    ----------
+    model : SignalModel
+        Size, sampling and assumed filter.
+    schedule : Schedule
+        Order and limits of the updates.
+    threshold : float
+        T_beta, linear.
+    ramps : tuple of RampInterference or None
+        Where the step starts from.
+    """
+
+    def __init__(
+        self,
+        model: SignalModel,
+        schedule: Schedule,
+        threshold: float,
+        ramps: tuple[RampInterference | None, ...],
+    ) -> None:
+        self.model = model
+        self.schedule = schedule
+        self.threshold = threshold
+        self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
+        first = schedule.first_threshold_db
+        self.first_threshold = threshold if first is None else float(from_db(first))
+        self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
+        self.ramps = [None if ramp is None else RampWork.thaw(ramp) for ramp in ramps]
+        self.signal = np.zeros(model.shape, dtype=np.complex128)
+        self.events: list[ComponentEvent] = []
+
+    @property
+    def trace(self) -> float:
+        """tr(U Psi C Psi^H U^H) summed over the ramps, for (65)."""
+        return sum(ramp.trace for ramp in self.ramps if ramp is not None)
+
+    def search(self, residual: ComplexArray, noise_precision: float) -> None:
+        """Look for a single chirp in every ramp; start, drop and restart what disagrees."""
+        found = find_single_chirps(residual, self.model)
+        for p in range(self.model.num_ramps):
+            ratio = noise_precision * float(found.score[p])
+            current = self.ramps[p]
+            if self.schedule.first_threshold_db is None or (
+                current is None and ratio > self.first_threshold
+            ):
+                kind = EventKind.CHIRP_STARTED
+            elif current is None:
+                continue
+            elif ratio <= self.first_threshold:
+                self.ramps[p] = None
+                self._record(EventKind.CHIRP_DROPPED, p, ratio, self.first_threshold)
+                continue
+            elif found.score[p] > CLEARLY_BETTER * self._single_score(current, residual[p]):
+                kind = EventKind.CHIRP_RESTARTED
+            else:
+                continue
+            self.ramps[p] = self._started(
+                found.start_frequency[p], found.slope[p], residual[p], noise_precision
+            )
+            self._record(kind, p, ratio, self.first_threshold)
+
+    def _single_score(self, ramp: RampWork, residual: ComplexArray) -> float:
+        """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""
+        template = self._template(ramp)
+        energy = float(np.vdot(template, template).real) / self.model.num_samples
+        projections = self.grid.projections(template, residual)
+        return float(np.max(np.abs(projections)) ** 2 / energy)
+
+    def _started(
+        self, start_frequency: float, slope: float, residual: ComplexArray, noise_precision: float
+    ) -> RampWork:
+        """Begin with one component at zero delay, polished from the search grid."""
+        empty = RampWork(
+            float(start_frequency), float(slope), np.zeros(0, dtype=np.int64), np.zeros(0)
+        )
+        if self.schedule.first_threshold_db is None:
+            return empty
+        bins = np.zeros(1, dtype=np.int64)
+        parameters = refine_chirp(
+            (empty.start_frequency, empty.slope),
+            self.model,
+            self.grid,
+            residual,
+            bins,
+            np.zeros(1),
+            noise_precision,
+            max_steps=START_STEPS,
+        )
+        started = RampWork(*parameters, bins, np.zeros(1))
+        active = channel_posterior(
+            self.grid, self._template(started), residual, bins, np.zeros(1), noise_precision
+        )
+        rho, omega_sq = active.flat_prior_moments(0)
+        active.set_precision(0, converged_precision(rho, omega_sq))
+        started.set_posterior(active)
+        return started
+
+    def update(self, residual: ComplexArray, noise_precision: float) -> None:
+        """Run Algorithm 2 on every ramp that holds a burst."""
+        for p, ramp in enumerate(self.ramps):
+            if ramp is None:
+                continue
+            self._refine(ramp, residual[p], noise_precision)
+            template = self._template(ramp)
+            active = channel_posterior(
+                self.grid, template, residual[p], ramp.bins, ramp.precisions, noise_precision
+            )
+            active = self._add_components(p, ramp, active, template, residual[p])
+            active = self._update_components(p, ramp, active)
+            ramp.set_posterior(active)
+            if len(active) == 0 and self.schedule.first_threshold_db is not None:
+                self.ramps[p] = None
+                self._record(EventKind.CHIRP_DROPPED, p, 0.0, self.threshold)
+                continue
+            self._refine(ramp, residual[p], noise_precision)
+        if self.schedule.recompute_amplitudes:
+            self.recompute(residual, noise_precision)
+        else:
+            self._synthesize()
+
+    def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
+        """Covariance and mean (61)-(62) at the present parameters, and the signal."""
+        templates = self._templates()
+        for p, ramp in enumerate(self.ramps):
+            if ramp is not None:
+                active = channel_posterior(
+                    self.grid, templates[p], residual[p], ramp.bins, ramp.precisions, noise_precision
+                )
+                ramp.set_posterior(active)
+        self._synthesize(templates)
+
+    def _synthesize(self, templates: dict[int, ComplexArray] | None = None) -> None:
+        templates = self._templates() if templates is None else templates
+        self.signal = np.zeros(self.model.shape, dtype=np.complex128)
+        for p, template in templates.items():
+            ramp = self.ramps[p]
+            if ramp is not None:
+                self.signal[p] = template * (self.grid.atoms(ramp.bins) @ ramp.amplitudes)
+
+    def _templates(self) -> dict[int, ComplexArray]:
+        active = [(p, ramp) for p, ramp in enumerate(self.ramps) if ramp is not None]
+        if not active:
+            return {}
+        stacked = self.model.template(
+            np.array([ramp.start_frequency for _, ramp in active]),
+            np.array([ramp.slope for _, ramp in active]),
+        )
+        return {p: template for (p, _), template in zip(active, stacked, strict=True)}
+
+    def _template(self, ramp: RampWork) -> ComplexArray:
+        stacked = self.model.template(np.array([ramp.start_frequency]), np.array([ramp.slope]))
+        return np.asarray(stacked[0])
+
+    def _refine(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
+        if len(ramp.bins) == 0:
+            return
+        ramp.start_frequency, ramp.slope = refine_chirp(
+            (ramp.start_frequency, ramp.slope),
+            self.model,
+            self.grid,
+            residual,
+            ramp.bins,
+            ramp.precisions,
+            noise_precision,
+            max_steps=self.schedule.refinement_steps,
+        )
+
+    def _add_components(
+        self,
+        p: int,
+        ramp: RampWork,
+        active: ActiveSet,
+        template: ComplexArray,
+        residual: ComplexArray,
+    ) -> ActiveSet:
+        lags = self.grid.gram_lags(template)
+        projections = self.grid.projections(template, residual)
+        energy = float(lags[0].real)
+        noise_precision = active.noise_precision
+        every_bin = np.arange(self.grid.num_bins)
+        for _ in range(self.schedule.channel_additions):
+            # All passive candidates at once: (23)-(24) with v = A^H a_k for every bin k.
+            correlations = lags[(ramp.bins[:, None] - every_bin[None, :]) % self.grid.num_bins]
+            explained = np.einsum(
+                "ik,ik->k", correlations.conj(), active.covariance @ correlations
+            ).real
+            inverse_rho = noise_precision * energy - noise_precision**2 * explained
+            innovation = projections - correlations.conj().T @ active.amplitudes
+            # A candidate that the active ones explain to rounding is no candidate.
+            usable = inverse_rho > 1e-9 * noise_precision * energy
+            ratio = np.where(
+                usable,
+                np.abs(noise_precision * innovation) ** 2 / np.where(usable, inverse_rho, 1.0),
+                0.0,
+            )
+            ratio[ramp.bins] = 0.0
+            best = int(np.argmax(ratio))
+            if ratio[best] <= self.threshold:
+                return active
+            rho = 1.0 / float(inverse_rho[best])
+            precision = converged_precision(rho, float(ratio[best]) * rho)
+            active = active.inserted(
+                len(active), correlations[:, best], complex(projections[best]), energy, precision
+            )
+            ramp.bins = np.append(ramp.bins, best)
+            self._record(
+                EventKind.CHANNEL_ADDED, p, float(ratio[best]), self.threshold, channel_bin=best
+            )
+        return active
+
+    def _update_components(self, p: int, ramp: RampWork, active: ActiveSet) -> ActiveSet:
+        active.refresh()
+        for channel_bin in ramp.bins.copy():
+            index = int(np.flatnonzero(ramp.bins == channel_bin)[0])
+            rho, omega_sq = active.flat_prior_moments(index)
+            ratio = activation_ratio(rho, omega_sq)
+            # At a ratio of one the prior variance would be zero or negative, (77).
+            if ratio > max(self.prune_threshold, 1.0):
+                active.set_precision(index, converged_precision(rho, omega_sq))
+            else:
+                active = active.without(index)
+                ramp.bins = np.delete(ramp.bins, index)
+                self._record(
+                    EventKind.CHANNEL_PRUNED,
+                    p,
+                    ratio,
+                    self.prune_threshold,
+                    channel_bin=int(channel_bin),
+                )
+        active.refresh()
+        return active
+
+    def _record(
+        self, kind: EventKind, ramp: int, ratio: float, threshold: float, *, channel_bin: int = -1
+    ) -> None:
+        self.events.append(
+            ComponentEvent(
+                kind=kind,
+                snr_db=float(to_db(ratio)),
+                threshold_db=float(to_db(threshold)),
+                ramp=ramp,
+                bin=channel_bin,
+            )
+        )
+
+    def frozen_ramps(self) -> tuple[RampInterference | None, ...]:
+        """Freeze the result of the step."""
+        return tuple(None if ramp is None else ramp.freeze() for ramp in self.ramps)

@@ -1,0 +1,212 @@
+"""Sparse Bayesian learning of one source: Algorithm 4 with (23), (24), and weights (58)-(62).
+
+Both sources, the object channel and the interference channel of a ramp, are linear models
+``residual = A weights + noise`` with independent priors ``CN(0, 1/precision)``. Everything is
+expressed by the Gram matrix ``A^H A`` and the projections ``A^H residual`` of the active
+components, so that the cost of an update does not depend on the number of samples.
+"""
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import lambertw
+
+from vsep._arrays import ComplexArray, FloatArray
+
+
+class ActiveSet:
+    """Weight posterior of the active components; a working copy that lives inside one step.
+
+    Parameters
+    ----------
+    gram : (K, K) complex
+        A^H A.
+    projections : (K,) complex
+        A^H residual, where the residual lacks the *other* source.
+    precisions : (K,) float
+        Prior precisions gamma.
+    noise_precision : float
+        lambda.
+
+    Attributes
+    ----------
+    covariance : (K, K) complex
+        (59) or (62).
+    amplitudes : (K,) complex
+        Posterior mean (58) or (61).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> one = ActiveSet(np.eye(1, dtype=complex), np.array([3 + 0j]), np.array([0.5]), 2.0)
+    >>> float(one.covariance[0, 0].real), complex(one.amplitudes[0])
+    (0.4, (2.4+0j))
+    """
+
+    def __init__(
+        self,
+        gram: ComplexArray,
+        projections: ComplexArray,
+        precisions: FloatArray,
+        noise_precision: float,
+    ) -> None:
+        self.gram = gram
+        self.projections = projections
+        self.precisions = precisions
+        self.noise_precision = noise_precision
+        self.refresh()
+
+    def __len__(self) -> int:
+        """Return the number of active components."""
+        return len(self.precisions)
+
+    def refresh(self) -> None:
+        """Recompute covariance and mean from the precision matrix, (58)-(59); O(K^3)."""
+        if len(self) == 0:
+            self.covariance = np.zeros((0, 0), dtype=np.complex128)
+            self.amplitudes = np.zeros(0, dtype=np.complex128)
+            return
+        precision_matrix = self.noise_precision * self.gram
+        precision_matrix[np.diag_indices(len(self))] += self.precisions
+        factor = cho_factor(precision_matrix, lower=True, check_finite=False)
+        covariance = cho_solve(factor, np.eye(len(self)), check_finite=False)
+        self.covariance = 0.5 * (covariance + covariance.conj().T)
+        self.amplitudes = self.noise_precision * cho_solve(
+            factor, self.projections, check_finite=False
+        )
+
+    def flat_prior_moments(self, index: int) -> tuple[float, float]:
+        """Variance rho and power omega^2 of weight `index` if its own precision were zero.
+
+        With all components active, ``1/C_ll = 1/rho + gamma_l`` and
+        ``alpha_l / C_ll = omega / rho``, which is (23)-(24) without forming the leave-one-out
+        inverse. A weight that the others explain completely has ``rho = inf``.
+        """
+        variance = float(self.covariance[index, index].real)
+        inverse_rho = 1.0 / variance - float(self.precisions[index])
+        if inverse_rho <= 0.0:
+            return float("inf"), 0.0
+        rho = 1.0 / inverse_rho
+        return rho, abs(self.amplitudes[index]) ** 2 * (rho / variance) ** 2
+
+    def set_precision(self, index: int, precision: float) -> None:
+        """Change one prior precision: rank-one update of covariance and mean, O(K^2)."""
+        change = precision - float(self.precisions[index])
+        column = self.covariance[:, index].copy()
+        gain = change / (1.0 + change * float(column[index].real))
+        self.amplitudes = self.amplitudes - (gain * self.amplitudes[index]) * column
+        self.covariance = self.covariance - gain * np.outer(column, column.conj())
+        self.precisions = self.precisions.copy()
+        self.precisions[index] = precision
+
+    def without(self, index: int) -> "ActiveSet":
+        """Posterior of the other components *as if* component `index` were not there, O(K^2)."""
+        keep = np.arange(len(self)) != index
+        column = self.covariance[keep, index]
+        variance = float(self.covariance[index, index].real)
+        others = object.__new__(ActiveSet)
+        others.gram = self.gram[np.ix_(keep, keep)]
+        others.projections = self.projections[keep]
+        others.precisions = self.precisions[keep]
+        others.noise_precision = self.noise_precision
+        others.amplitudes = self.amplitudes[keep] - column * (self.amplitudes[index] / variance)
+        others.covariance = (
+            self.covariance[np.ix_(keep, keep)] - np.outer(column, column.conj()) / variance
+        )
+        return others
+
+    def inserted(
+        self, index: int, correlations: ComplexArray, projection: complex, norm: float, precision: float
+    ) -> "ActiveSet":
+        """Posterior with one more component at position `index`, by block inversion (68), O(K^2).
+
+        Parameters
+        ----------
+        index : int
+            Position of the new component.
+        correlations : (K,) complex
+            ``A^H a`` with the new column a.
+        projection : complex
+            ``a^H residual``.
+        norm : float
+            ``a^H a``.
+        precision : float
+            Prior precision of the new weight.
+        """
+        noise_precision = self.noise_precision
+        regression = noise_precision * (self.covariance @ correlations)
+        schur = noise_precision * norm + precision
+        schur -= noise_precision * float(np.vdot(correlations, regression).real)
+        variance = 1.0 / schur
+        innovation = projection - np.vdot(correlations, self.amplitudes)
+        amplitude = noise_precision * variance * innovation
+        size = len(self) + 1
+        old = np.arange(size) != index
+        new = object.__new__(ActiveSet)
+        new.noise_precision = noise_precision
+        new.gram = np.empty((size, size), dtype=np.complex128)
+        new.gram[np.ix_(old, old)] = self.gram
+        new.gram[old, index] = correlations
+        new.gram[index, old] = correlations.conj()
+        new.gram[index, index] = norm
+        new.projections = np.insert(self.projections, index, projection)
+        new.precisions = np.insert(self.precisions, index, precision)
+        new.covariance = np.empty((size, size), dtype=np.complex128)
+        new.covariance[np.ix_(old, old)] = self.covariance + variance * np.outer(
+            regression, regression.conj()
+        )
+        new.covariance[old, index] = -variance * regression
+        new.covariance[index, old] = -variance * regression.conj()
+        new.covariance[index, index] = variance
+        new.amplitudes = np.insert(self.amplitudes - regression * amplitude, index, amplitude)
+        return new
+
+    def trace(self) -> float:
+        """tr(A C A^H), the expected energy of the weights' uncertainty in (65)."""
+        return float(np.sum(self.covariance * self.gram.T).real)
+
+
+def activation_ratio(rho: float, omega_sq: float) -> float:
+    """omega^2 / rho, compared with the threshold; the component SNR is this minus one."""
+    return omega_sq / rho if np.isfinite(rho) else 0.0
+
+
+def converged_precision(rho: float, omega_sq: float) -> float:
+    """Fixed point gamma = 1 / (omega^2 - rho) of the precision update, Algorithm 4 with (77)."""
+    return 1.0 / (omega_sq - rho)
+
+
+def threshold_from_false_alarm_rate(rate: float, num_ramps: int, num_samples: int) -> float:
+    r"""Object threshold T for an expected number of false alarms in a noise-only frame.
+
+    The activation ratio over the delay-Doppler plane of white noise is a chi-square field with two
+    degrees of freedom. Its expected number of local maxima above T is, by the Rice formula,
+    ``N sqrt(pi T / 3) exp(-T)`` for one ramp and ``N P (pi T / 3) exp(-T)`` for several. Both are
+    solved for T in closed form with Lambert's W function.
+
+    Parameters
+    ----------
+    rate : float
+        False alarms per frame.
+    num_ramps, num_samples : int
+        P and N.
+
+    Returns
+    -------
+    float
+        T, linear; at least 1, below which every component would be kept.
+
+    Examples
+    --------
+    >>> import math
+    >>> round(10 * math.log10(threshold_from_false_alarm_rate(0.05, 16, 128)), 2)
+    11.22
+    """
+    # Both forms read T^m exp(-T) = level with m = 1/2 or 1; T = -m W_{-1}(-level^(1/m) / m).
+    if num_ramps == 1:
+        power, level = 0.5, rate / (num_samples * np.sqrt(np.pi / 3.0))
+    else:
+        power, level = 1.0, rate / (num_samples * num_ramps * np.pi / 3.0)
+    argument = -(level ** (1.0 / power)) / power
+    if argument <= -np.exp(-1.0):
+        return 1.0
+    return max(1.0, float((-power * lambertw(argument, -1)).real))

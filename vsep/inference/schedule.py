@@ -1,0 +1,95 @@
+"""Two schedules of the same updates: the paper's literal one and the robust default."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from vsep._arrays import InputError
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Schedule:
+    """Order and limits of the updates of the interference source.
+
+    Parameters
+    ----------
+    name : str
+        What a user selects it by.
+    interference_threshold_db : float
+        Default of T_beta.
+    first_threshold_db : float or None
+        Threshold of a ramp's first channel component; the best chirp fitted to pure noise scores
+        about 10 dB. None applies T_beta to the first as well and keeps a template in every ramp.
+    prune_margin_db : float
+        By how much a channel component may fall below its threshold before it is pruned; without
+        a margin components close to the threshold come and go for ever.
+    channel_additions : int
+        Channel components added per ramp and iteration at most.
+    early_search : tuple of int
+        Iterations in which every ramp is searched for a single chirp; what disagrees with the
+        search is dropped or restarted.
+    late_search_period : int or None
+        After the last of these, every so many iterations; None never again.
+    search_before_convergence : bool
+        Whether a run may only end after a search that found nothing new.
+    recompute_amplitudes : bool
+        Whether beta is recomputed after the last refinement of theta in Algorithm 2.
+    refinement_steps : int
+        Newton steps of theta per call.
+    """
+
+    name: str
+    interference_threshold_db: float
+    first_threshold_db: float | None
+    prune_margin_db: float
+    channel_additions: int
+    early_search: tuple[int, ...]
+    late_search_period: int | None
+    search_before_convergence: bool
+    recompute_amplitudes: bool
+    refinement_steps: int = 1
+
+    def search_due(self, iteration: int) -> bool:
+        """Whether the ramps are searched for bursts in this iteration (counted from 0)."""
+        if iteration <= self.early_search[-1] or self.late_search_period is None:
+            return iteration in self.early_search
+        return iteration % self.late_search_period == 0
+
+
+ROBUST: Final = Schedule(
+    name="robust",
+    interference_threshold_db=6.0,
+    first_threshold_db=13.0,
+    prune_margin_db=1.0,
+    channel_additions=4,
+    early_search=(0, 2, 4, 6, 8, 10, 12),
+    late_search_period=4,
+    search_before_convergence=True,
+    recompute_amplitudes=True,
+)
+
+PAPER: Final = Schedule(
+    name="paper",
+    interference_threshold_db=3.0,
+    first_threshold_db=None,
+    prune_margin_db=0.0,
+    channel_additions=1,
+    early_search=(0,),
+    late_search_period=None,
+    search_before_convergence=False,
+    recompute_amplitudes=False,
+)
+
+SCHEDULES: Final = {schedule.name: schedule for schedule in (ROBUST, PAPER)}
+
+
+def schedule_by_name(name: str) -> Schedule:
+    """Return the schedule called `name`.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in SCHEDULES:
+        raise InputError(f"schedule is {name!r}; it must be one of {', '.join(SCHEDULES)}.")
+    return SCHEDULES[name]

@@ -1,0 +1,267 @@
+"""Everything an estimator hands from one iteration to the next, and what it says about it.
+
+A state holds all the next step needs and nothing else; an `IterationInfo` holds diagnostics, so
+that dropping it never changes a result. All arrays are read-only.
+"""
+
+import enum
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
+
+
+def _freeze_arrays(record: object) -> None:
+    for field in fields(record):  # type: ignore[arg-type]
+        value = getattr(record, field.name)
+        if isinstance(value, np.ndarray):
+            object.__setattr__(record, field.name, frozen(value))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class ObjectComponents:
+    """Posterior of the L object components, q(alpha) with the parameters zeta.
+
+    Parameters
+    ----------
+    component_ids : (L,) int
+        Stable identity, never reused, so that a view can follow one component.
+    beats : (L,) float
+        Normalised beat frequency in [-1/2, 1/2), cycles per sample.
+    dopplers : (L,) float
+        Normalised Doppler frequency in [-1/2, 1/2), cycles per ramp; zero for a single ramp.
+    amplitudes : (L,) complex
+        Posterior mean (58), weight of a unit-norm atom.
+    covariance : (L, L) complex
+        Posterior covariance (59), Hermitian.
+    precisions : (L,) float
+        Prior precisions gamma_alpha.
+    """
+
+    component_ids: IntArray
+    beats: FloatArray
+    dopplers: FloatArray
+    amplitudes: ComplexArray
+    covariance: ComplexArray
+    precisions: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        _freeze_arrays(self)
+
+    @property
+    def num_components(self) -> int:
+        """Number of components L."""
+        return len(self.component_ids)
+
+    @property
+    def component_snr(self) -> FloatArray:
+        """(L,) estimated component SNR omega^2/rho - 1, linear."""
+        variance = np.real(np.diagonal(self.covariance))
+        rho = 1.0 / (1.0 / variance - self.precisions)
+        omega = rho * np.abs(self.amplitudes) / variance
+        snr: FloatArray = omega**2 / rho - 1.0
+        return snr
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class RampInterference:
+    """Burst and interference channel of one ramp, q(beta) with the chirp parameters theta.
+
+    Parameters
+    ----------
+    start_frequency : float
+        Delta f_0 in cycles per sample: the burst's frequency at the ramp's first sample.
+    slope : float
+        Delta k in cycles per sample squared.
+    active_bins : (K,) int
+        Active bins of the channel grid of 2N bins: delay of bin k is k/(2N) cycles per sample.
+    amplitudes : (K,) complex
+        Posterior mean (61).
+    covariance : (K, K) complex
+        Posterior covariance (62).
+    precisions : (K,) float
+        Prior precisions gamma_beta.
+    """
+
+    start_frequency: float
+    slope: float
+    active_bins: IntArray
+    amplitudes: ComplexArray
+    covariance: ComplexArray
+    precisions: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        _freeze_arrays(self)
+
+    @property
+    def num_components(self) -> int:
+        """Number of active channel components K."""
+        return len(self.active_bins)
+
+    @property
+    def centre(self) -> float:
+        """Sample at which the burst crosses zero intermediate frequency."""
+        return -self.start_frequency / self.slope
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class SeparationState:
+    """Everything the next step needs.
+
+    Parameters
+    ----------
+    iteration : int
+        Number of completed iterations.
+    objects : ObjectComponents
+        The object channel.
+    interference : tuple of RampInterference or None, length P
+        One entry per ramp; None where no burst is modelled.
+    noise_precision : float
+        lambda, mean of q(lambda).
+    object_signal, interference_signal : (P, N) complex
+        Phi alpha and U Psi beta, cached because the residuals need them.
+    next_component_id : int
+        Identity of the next object component.
+    search_pending : bool
+        Whether the next step shall search every ramp for bursts although its turn has not come:
+        the run is about to converge.
+    """
+
+    iteration: int
+    objects: ObjectComponents
+    interference: tuple[RampInterference | None, ...]
+    noise_precision: float
+    object_signal: ComplexArray
+    interference_signal: ComplexArray
+    next_component_id: int
+    search_pending: bool = False
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        _freeze_arrays(self)
+
+    @property
+    def interfered_ramps(self) -> tuple[int, ...]:
+        """Indices of the ramps in which a burst is modelled."""
+        return tuple(
+            p
+            for p, ramp in enumerate(self.interference)
+            if ramp is not None and ramp.num_components
+        )
+
+
+class EventKind(enum.Enum):
+    """What can happen to a component or a burst in one step."""
+
+    OBJECT_ADDED = "object added"
+    OBJECT_PRUNED = "object pruned"
+    OBJECT_REJECTED = "object candidate rejected"
+    CHANNEL_ADDED = "channel component added"
+    CHANNEL_PRUNED = "channel component pruned"
+    CHIRP_STARTED = "burst found"
+    CHIRP_DROPPED = "burst dropped"
+    CHIRP_RESTARTED = "burst search restarted"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ComponentEvent:
+    """One event of a step.
+
+    Parameters
+    ----------
+    kind : EventKind
+        What happened.
+    snr_db : float
+        Activation ratio omega^2/rho in dB that was compared with the threshold.
+    threshold_db : float
+        That threshold.
+    component_id : int
+        Identity of the object component; -1 for bursts, channel components, rejected candidates.
+    beat, doppler : float
+        Where an object is or was; NaN otherwise.
+    ramp : int
+        Ramp of a burst or channel component; -1 for objects.
+    bin : int
+        Grid bin of a channel component; -1 otherwise.
+    """
+
+    kind: EventKind
+    snr_db: float
+    threshold_db: float
+    component_id: int = -1
+    beat: float = float("nan")
+    doppler: float = float("nan")
+    ramp: int = -1
+    bin: int = -1
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class IterationInfo:
+    """Diagnostics of one step.
+
+    Parameters
+    ----------
+    elbo : float
+        Evidence lower bound (19) up to the constants of the improper priors, in nats.
+    events : tuple of ComponentEvent
+        In the order in which they happened.
+    max_frequency_change : float
+        Largest move of an object's beat or Doppler frequency, in standard deviations of an
+        isolated line of its SNR.
+    noise_precision_change : float
+        Relative change of lambda.
+    searched : bool
+        Whether every ramp was searched for bursts in this step.
+    separability_ratio_db : float
+        Condition (27): ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||, in dB (20 log10); NaN while
+        there is no object or no interference.
+    """
+
+    elbo: float
+    events: tuple[ComponentEvent, ...]
+    max_frequency_change: float
+    noise_precision_change: float
+    searched: bool
+    separability_ratio_db: float
+
+
+class Termination(enum.Enum):
+    """Why a run goes on or has ended; the value is what a user reads."""
+
+    RUNNING = "running"
+    CONVERGED = "converged: no event, no object moved, the noise level is steady"
+    MAX_ITERATIONS = "stopped at the largest number of iterations; raise max_iterations to go on"
+    NONFINITE = "stopped: a value became infinite or undefined; the last good state is kept"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Step:
+    """One iteration as the runner yields it; `seconds` is measured outside of the algorithm."""
+
+    state: SeparationState
+    info: IterationInfo
+    termination: Termination
+    seconds: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Solution:
+    """Outcome of a whole run."""
+
+    state: SeparationState
+    termination: Termination
+    infos: tuple[IterationInfo, ...]
+    seconds: float
+
+    @property
+    def objects(self) -> ObjectComponents:
+        """The object components of the last state."""
+        return self.state.objects
+
+    @property
+    def iterations(self) -> int:
+        """Number of completed iterations."""
+        return self.state.iteration

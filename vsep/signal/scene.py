@@ -1,0 +1,138 @@
+"""What is out there: paths of the object channel, interferers with their channels, and levels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vsep._arrays import BoolArray, ComplexArray, FloatArray, InputError, frozen, require_range
+from vsep.signal.radar import InterfererSequence
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Channel:
+    """A multipath channel: the spectral lines of (5) or (29).
+
+    Parameters
+    ----------
+    delays_s : (L,) float
+        Two-way delays of objects, or one-way excess delays of interference paths.
+    dopplers_hz : (L,) float
+        Doppler frequencies nu, positive for a growing distance.
+    weights : (L,) complex
+        Path weights; only their ratios matter, SNR and SIR set the levels.
+    """
+
+    delays_s: FloatArray
+    dopplers_hz: FloatArray
+    weights: ComplexArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays; they must be of one length and finite."""
+        arrays = (self.delays_s, self.dopplers_hz, self.weights)
+        lengths = [np.shape(array) for array in arrays]
+        if len(set(lengths)) != 1 or len(lengths[0]) != 1:
+            raise InputError(f"delays, dopplers and weights have shapes {lengths}; all must be (L,).")
+        if not all(np.all(np.isfinite(array)) for array in arrays):
+            raise InputError("A channel holds NaN or infinity; delays, dopplers, weights are finite.")
+        object.__setattr__(self, "delays_s", frozen(np.array(self.delays_s, dtype=np.float64)))
+        object.__setattr__(self, "dopplers_hz", frozen(np.array(self.dopplers_hz, dtype=np.float64)))
+        object.__setattr__(self, "weights", frozen(np.array(self.weights, dtype=np.complex128)))
+
+    @property
+    def num_paths(self) -> int:
+        """Number of spectral lines L."""
+        return len(self.delays_s)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Interferer:
+    """One interfering radar and the channel between it and the victim."""
+
+    sequence: InterfererSequence
+    channel: Channel
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Scene:
+    """Objects, interferers and their levels.
+
+    Parameters
+    ----------
+    objects : Channel
+        The object channel.
+    interferers : tuple of Interferer
+        None, one or several; their relative levels are set by their channel weights.
+    snr_db : float
+        (25), total energy of the object signal over the noise power of one sample.
+    sir_db : float
+        (26), total energy of the object signal over that of the interference.
+    """
+
+    objects: Channel
+    interferers: tuple[Interferer, ...] = ()
+    snr_db: float
+    sir_db: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the levels."""
+        require_range("SNR", self.snr_db, -100.0, 200.0, "dB")
+        require_range("SIR", self.sir_db, -200.0, 200.0, "dB")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class TrueBurst:
+    """One crossing of the victim's band: parameters of (12) in Hz, relative to the victim's ramp."""
+
+    ramp: int
+    start_frequency_hz: float
+    slope_hz_per_s: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class GroundTruth:
+    """What the simulator put into a frame; no estimator ever receives it.
+
+    Parameters
+    ----------
+    beats, dopplers : (L,) float
+        Normalised frequencies in [-1/2, 1/2), cycles per sample and per ramp.
+    amplitudes : (L,) complex
+        Weights of unit-norm atoms (10). Empty arrays where the objects are not known.
+    object_signal, interference_signal : (P, N) complex
+        The two sources. Of a real frame the object signal is the frame itself, noise included.
+    bursts : tuple of TrueBurst
+        Every crossing of the pass band.
+    noise_precision : float
+        lambda in 1/power; NaN for a real frame.
+    """
+
+    beats: FloatArray
+    dopplers: FloatArray
+    amplitudes: ComplexArray
+    object_signal: ComplexArray
+    interference_signal: ComplexArray
+    bursts: tuple[TrueBurst, ...]
+    noise_precision: float
+
+    def interfered_samples(self, relative_level: float = 1e-3) -> BoolArray:
+        """(P, N) mask of samples whose interference power exceeds `relative_level` of its peak."""
+        power = np.abs(self.interference_signal) ** 2
+        peak = power.max(initial=0.0)
+        mask: BoolArray = (power > relative_level * peak) & (peak > 0.0)
+        return mask
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Observation:
+    """A received frame, and the truth where it is known.
+
+    Parameters
+    ----------
+    received : (P, N) complex
+        r(n, p) in the paper's sign, slow time first.
+    truth : GroundTruth or None
+        Known for simulated frames only.
+    """
+
+    received: ComplexArray
+    truth: GroundTruth | None = None

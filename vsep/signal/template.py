@@ -1,0 +1,145 @@
+"""The burst template U(theta), (12), and what the estimator assumes of a frame.
+
+Inside the estimator every frequency is in cycles per sample and every slope in cycles per sample
+squared. One burst is ``a(n) = exp(j 2 pi (f n + s n^2 / 2)) Gbar(f + s n; s)`` with the start
+frequency f and the slope s; it crosses zero frequency at the sample ``-f / s``.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
+from vsep.signal.filters import AntiAliasingFilter
+
+CHANNEL_GRID_FACTOR = 2  # the paper's grid has K = 2N bins
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SignalModel:
+    """Size and sampling of a frame, and the anti-aliasing filter the estimator assumes.
+
+    Parameters
+    ----------
+    num_ramps, num_samples : int
+        P and N.
+    sample_rate_hz : float
+        Complex samples per second.
+    anti_aliasing_filter : AntiAliasingFilter
+        The assumed filter; the one that shaped the frame may be another.
+
+    Examples
+    --------
+    >>> from vsep.signal.filters import RaisedCosineFilter
+    >>> model = SignalModel(num_ramps=1, num_samples=256, sample_rate_hz=10.2e6,
+    ...                     anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=2.55e6, rolloff=0.25))
+    >>> model.template(np.array([0.98]), np.array([-0.0077])).shape
+    (1, 256)
+    """
+
+    num_ramps: int
+    num_samples: int
+    sample_rate_hz: float
+    anti_aliasing_filter: AntiAliasingFilter
+
+    def __post_init__(self) -> None:
+        """Check the size and the sampling rate."""
+        require_range("num_ramps", self.num_ramps, 1, 65536)
+        require_range("num_samples", self.num_samples, 8, 65536)
+        require_range("sample_rate_hz", self.sample_rate_hz, 1e2, 1e12, "Hz")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(P, N)."""
+        return self.num_ramps, self.num_samples
+
+    @property
+    def num_grid_bins(self) -> int:
+        """Size K of the channel grid of one ramp."""
+        return CHANNEL_GRID_FACTOR * self.num_samples
+
+    @property
+    def normalised_cutoff(self) -> float:
+        """Half-amplitude edge of the filter in cycles per sample, at most 1/2."""
+        return min(self.anti_aliasing_filter.cutoff_hz / self.sample_rate_hz, 0.5)
+
+    def check(self, received: ComplexArray) -> ComplexArray:
+        """Return `received` as a read-only complex (P, N) array.
+
+        Raises
+        ------
+        InputError
+            If the shape differs, a sample is not finite, or there is no signal at all.
+        """
+        array = np.array(received, dtype=np.complex128)
+        if array.shape != self.shape:
+            raise InputError(f"received has shape {array.shape}; it must be {self.shape}.")
+        bad = np.count_nonzero(~np.isfinite(array))
+        if bad:
+            raise InputError(f"received holds {bad} samples that are NaN or infinite; all must be finite.")
+        peak = float(np.abs(array).max())
+        if peak == 0.0:
+            raise InputError("received is zero everywhere; at least one sample must not be.")
+        require_range("The largest magnitude in received", peak, 1e-100, 1e100)
+        array.flags.writeable = False
+        return array
+
+    def template(self, start_frequency: FloatArray, slope: FloatArray) -> ComplexArray:
+        """Burst templates (12).
+
+        Parameters
+        ----------
+        start_frequency, slope : (B,) float
+            Cycles per sample and cycles per sample squared.
+
+        Returns
+        -------
+        (B, N) complex
+            The diagonals of U.
+        """
+        n = np.arange(self.num_samples)
+        frequency = start_frequency[:, None] + slope[:, None] * n
+        phase = start_frequency[:, None] * n + 0.5 * slope[:, None] * n**2
+        envelope = self.anti_aliasing_filter.modified_response(
+            frequency * self.sample_rate_hz, slope[:, None] * self.sample_rate_hz**2
+        )
+        return np.exp(2j * np.pi * phase) * envelope
+
+    def template_jet(
+        self, start_frequency: float, slope: float, reference: float
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """One template and its derivatives by (frequency at `reference`, slope).
+
+        The constant phase of the template is free (the channel weights absorb it), so the
+        derivatives are those of the template whose phase stands still at the reference sample.
+
+        Parameters
+        ----------
+        start_frequency, slope : float
+            Cycles per sample and cycles per sample squared.
+        reference : float
+            Sample at which the frequency is the first parameter; the burst's centre conditions
+            the two parameters best.
+
+        Returns
+        -------
+        template : (N,) complex
+        derivatives : (2, N) complex
+        """
+        n = np.arange(self.num_samples)
+        offset = n - reference
+        frequency = start_frequency + slope * n
+        rate = self.sample_rate_hz
+        response, first, second = self.anti_aliasing_filter.modified_response_jet(
+            frequency * rate, np.float64(slope * rate**2)
+        )
+        carrier = np.exp(2j * np.pi * (start_frequency * n + 0.5 * slope * n**2))
+        template = carrier * response
+        first_carried = carrier * (first * rate)
+        by_frequency = 2j * np.pi * offset * template + first_carried
+        by_slope = (
+            1j * np.pi * offset**2 * template
+            + offset * first_carried
+            - (0.25j / np.pi * rate**2) * carrier * second
+        )
+        return template, np.stack([by_frequency, by_slope])
