@@ -20,6 +20,7 @@ SHORTEST_BURST = 6.0  # samples; shorter ones are clicks without a shape
 LONGEST_BURST = 2.0  # ramps; longer ones cover a part of the band only and look like a tone
 EDGE_PHASE = 0.25  # rad/pi: phase error at the half-amplitude edge between neighbouring slopes
 CENTRE_MARGIN = 0.25  # share of a ramp by which a burst's centre may lie outside of it
+RIDGE = 1e-9  # relative, keeps the Newton step finite where the channel absorbs a parameter
 LEAST_OVERLAP = 0.25  # share of the burst's energy that must lie inside the ramp
 
 
@@ -197,7 +198,9 @@ def refine_chirp(
         reference = float(np.clip(centre, 0.0, model.num_samples - 1.0))
         template, derivatives = model.template_jet(start_frequency, slope, reference)
         active = channel_posterior(grid, template, residual, bins, precisions, noise_precision)
-        step = _gauss_newton_step(template, derivatives, atoms, active, residual)
+        gradient, curvature = chirp_cost_slopes(template, derivatives, atoms, active, residual)
+        ridge = np.diag(RIDGE * np.diagonal(curvature))
+        step = np.linalg.solve(curvature + ridge, gradient)
         # Longest step: a tenth of the burst in position, a tenth of the slope.
         scale = max(
             1.0,
@@ -222,13 +225,28 @@ def refine_chirp(
     return start_frequency, slope
 
 
-def _gauss_newton_step(
+def chirp_cost_slopes(
     template: ComplexArray,
     derivatives: ComplexArray,
     atoms: ComplexArray,
     active: ActiveSet,
     residual: ComplexArray,
-) -> FloatArray:
+) -> tuple[FloatArray, FloatArray]:
+    """Exact gradient (2,) and Gauss-Newton curvature (2, 2) of (71), by the template's derivatives.
+
+    Parameters
+    ----------
+    template : (N,) complex
+        Diagonal of U.
+    derivatives : (2, N) complex
+        Its derivatives by the two parameters.
+    atoms : (N, K) complex
+        Active columns of Psi.
+    active : ActiveSet
+        Posterior of their weights at this template.
+    residual : (N,) complex
+        Received ramp minus the object estimate.
+    """
     noise_precision = active.noise_precision
     line = atoms @ active.amplitudes
     uncertainty = np.einsum("nk,nk->n", atoms @ active.covariance, atoms.conj()).real
@@ -238,6 +256,4 @@ def _gauss_newton_step(
     crossed = (moved * template.conj()) @ atoms.conj()
     curvature = (moved @ moved.conj().T).real
     curvature -= noise_precision * (crossed @ active.covariance.T @ crossed.conj().T).real
-    curvature *= 2.0 * noise_precision
-    ridge = 1e-9 * np.diagonal(curvature)
-    return np.asarray(np.linalg.solve(curvature + np.diag(ridge), gradient))
+    return gradient, 2.0 * noise_precision * curvature

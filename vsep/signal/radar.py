@@ -68,12 +68,12 @@ class ChirpSequence:
     @property
     def sample_times_s(self) -> FloatArray:
         """(N,) fast time t' = n T_s of the samples of one ramp."""
-        return np.arange(self.num_samples) / self.sample_rate_hz
+        return np.arange(self.num_samples, dtype=np.float64) / self.sample_rate_hz
 
     @property
     def ramp_times_s(self) -> FloatArray:
         """(P,) start times T_p p of the ramps."""
-        return np.arange(self.num_ramps) * self.ramp_period_s
+        return np.arange(self.num_ramps, dtype=np.float64) * self.ramp_period_s
 
     def beat_from_delay(self, delay_s: FloatArray) -> FloatArray:
         """Beat frequency k tau T_s in cycles per sample, not wrapped."""

@@ -1,0 +1,293 @@
+"""The ``vsep`` command: reads the command line, calls, and turns errors into one sentence.
+
+It computes nothing. Exit codes: 0 done, 2 something handed over cannot be used, 130 interrupted,
+141 the reader of the output went away.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from typing import NoReturn
+
+from vsep import __version__
+from vsep._arrays import InputError
+from vsep.signal.presets import PRESET_NAMES
+
+_EXIT_INPUT = 2
+_EXIT_INTERRUPTED = 130
+_EXIT_BROKEN_PIPE = 141
+# Seeds are kept as 64-bit integers in frame files.
+_HIGHEST_SEED = 2**63 - 1
+
+_DESCRIPTION = "Separate the objects of an automotive FMCW radar from other radars' interference."
+_COMMANDS = """\
+`vsep COMMAND --help` explains a command. To watch the algorithm work: vsep serve --show
+"""
+_SERVE_EXAMPLES = """\
+examples:
+  vsep serve --show
+  vsep serve --port 8080 --address 0.0.0.0     for the whole classroom
+"""
+_SIMULATE_EXAMPLES = """\
+example:
+  vsep simulate --preset simulation-2-a --snr-db 60 --sir-db -20 --seed 7 --out frame.npz
+"""
+_SEPARATE_EXAMPLES = """\
+examples:
+  vsep separate frame.npz --out results.jsonl
+  vsep separate night/*.npz --out night.jsonl --signals separated --false-alarm-rate 0.01
+
+A frame that cannot be read gets a line with "file" and "error"; the others are separated all the
+same, and the exit code is 2 at the end.
+"""
+_REPORT_EXAMPLES = """\
+examples:
+  vsep report frame.npz --out snapshot.html
+  vsep report frame.npz --out snapshot.png --schedule paper --object-threshold-db 9
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong, without the usage."""
+        self.exit(_EXIT_INPUT, f"vsep: {message}; see {self.prog} --help.\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What stands after ``vsep``; the process's own arguments by default.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    options = _build_parser().parse_args(arguments)
+    try:
+        code: int = options.command(options)
+        sys.stdout.flush()
+    except InputError as error:
+        return _fail(str(error))
+    except BrokenPipeError:
+        # Nobody reads any more; point the stream elsewhere, or its closing would complain.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _EXIT_BROKEN_PIPE
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename is not None else ""
+        return _fail(f"{where}{error.strerror or error}.")
+    except MemoryError:
+        return _fail("the frame needs more memory than this machine has; give a smaller one.")
+    except KeyboardInterrupt:
+        sys.stderr.write("vsep: interrupted.\n")
+        return _EXIT_INTERRUPTED
+    return code
+
+
+def _fail(sentence: str) -> int:
+    sys.stderr.write(f"vsep: {sentence}\n")
+    return _EXIT_INPUT
+
+
+def _build_parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="vsep",
+        description=_DESCRIPTION,
+        epilog=_COMMANDS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"vsep {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_serve(commands)
+    _add_simulate(commands)
+    _add_separate(commands)
+    _add_report(commands)
+    return parser
+
+
+def _add_command(
+    commands: "argparse._SubParsersAction[_Parser]",
+    name: str,
+    command: Callable[[argparse.Namespace], int],
+    summary: str,
+    examples: str,
+) -> _Parser:
+    parser = commands.add_parser(
+        name,
+        help=summary,
+        description=summary[0].upper() + summary[1:] + ".",
+        epilog=examples,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(command=command)
+    return parser
+
+
+def _add_serve(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    parser = _add_command(commands, "serve", _serve, "serve the dashboard", _SERVE_EXAMPLES)
+    parser.add_argument(
+        "--port",
+        type=_whole_number(0, 65535),
+        default=5006,
+        metavar="N",
+        help="port to listen on, 0 for any free one (default: 5006)",
+    )
+    parser.add_argument(
+        "--address",
+        default="127.0.0.1",
+        metavar="A",
+        help="address to listen on (default: 127.0.0.1, this machine only)",
+    )
+    parser.add_argument("--show", action="store_true", help="open the dashboard in the browser")
+
+
+def _add_simulate(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    parser = _add_command(
+        commands, "simulate", _simulate, "make a frame file from a preset", _SIMULATE_EXAMPLES
+    )
+    parser.add_argument(
+        "--preset", choices=PRESET_NAMES, required=True, help="scene and radar from the paper"
+    )
+    parser.add_argument(
+        "--snr-db",
+        type=float,
+        metavar="X",
+        help="object energy of the frame over the noise power of a sample "
+        "(default: 30 for simulation-1, else 60)",
+    )
+    parser.add_argument(
+        "--sir-db",
+        type=float,
+        default=-20.0,
+        metavar="X",
+        help="object energy over interference energy of the frame (default: -20)",
+    )
+    parser.add_argument(
+        "--seed",
+        type=_whole_number(0, _HIGHEST_SEED),
+        default=0,
+        metavar="N",
+        help="the same seed gives the same file, byte for byte (default: 0)",
+    )
+    parser.add_argument(
+        "--no-interference",
+        action="store_true",
+        help="leave the interferer out; objects and noise stay the same",
+    )
+    _add_out(parser, "the frame file, *.npz")
+
+
+def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    parser = _add_command(
+        commands, "separate", _separate, "separate frame files", _SEPARATE_EXAMPLES
+    )
+    parser.add_argument("frames", nargs="+", metavar="FRAME", help="a frame file, *.npz")
+    _add_out(parser, "the results, one JSON line per frame, in order")
+    parser.add_argument(
+        "--signals",
+        metavar="DIR",
+        help="folder, made if need be, for DIR/<frame>.npz with object_signal, "
+        "interference_signal and cleaned",
+    )
+    _add_estimator_options(parser)
+
+
+def _add_report(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    parser = _add_command(
+        commands, "report", _report, "separate one frame file and draw it", _REPORT_EXAMPLES
+    )
+    parser.add_argument("frame", metavar="FRAME", help="a frame file, *.npz")
+    _add_out(parser, "the picture, *.html (opens from disk, asks for nothing) or *.png")
+    _add_estimator_options(parser)
+
+
+def _add_out(parser: argparse.ArgumentParser, what: str) -> None:
+    parser.add_argument("--out", required=True, metavar="FILE", help=what)
+
+
+def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the estimator")
+    group.add_argument(
+        "--estimator",
+        choices=("factorised", "object-only"),
+        default="factorised",
+        help="objects and interference, or objects alone (default: factorised)",
+    )
+    group.add_argument(
+        "--schedule",
+        choices=("robust", "paper"),
+        default="robust",
+        help="order of updates; the literal one of the paper for comparison "
+        "(default: robust; factorised only)",
+    )
+    threshold = group.add_mutually_exclusive_group()
+    threshold.add_argument(
+        "--false-alarm-rate",
+        type=float,
+        default=0.05,
+        metavar="X",
+        help="objects expected in a frame of noise alone (default: 0.05)",
+    )
+    threshold.add_argument(
+        "--object-threshold-db", type=float, metavar="X", help="the object threshold itself"
+    )
+    group.add_argument(
+        "--interference-threshold-db",
+        type=float,
+        metavar="X",
+        help="threshold of interference-channel components "
+        "(default: that of the schedule; factorised only)",
+    )
+    group.add_argument(
+        "--max-iterations",
+        type=int,
+        default=100,
+        metavar="N",
+        help="where a run stops at the latest (default: 100)",
+    )
+
+
+def _whole_number(lowest: int, highest: int) -> Callable[[str], int]:
+    def parse(text: str) -> int:
+        value = int(text)
+        if not lowest <= value <= highest:
+            raise argparse.ArgumentTypeError(
+                f"{value} is given, it must lie between {lowest} and {highest}"
+            )
+        return value
+
+    parse.__name__ = "whole number"
+    return parse
+
+
+def _serve(options: argparse.Namespace) -> int:
+    from app.main import serve
+
+    serve(port=options.port, address=options.address, show=options.show)
+    return 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from vsep.commands import simulate_frame
+
+    return simulate_frame(options)
+
+
+def _separate(options: argparse.Namespace) -> int:
+    from vsep.commands import separate_frames
+
+    return separate_frames(options)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from vsep.commands import report_frame
+
+    return report_frame(options)

@@ -1,0 +1,174 @@
+"""What the ``vsep`` command does once its options are read: simulate, separate, report."""
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+from tqdm import tqdm
+
+from vsep._arrays import InputError
+from vsep.files.frame import Frame, read_frame, write_frame
+from vsep.files.results import as_json, result_line, separated_signals
+from vsep.inference.run import run
+from vsep.inference.separator import Estimator, FactorisedSeparator, ObjectOnlySeparator
+from vsep.signal.filters import NoFilter
+from vsep.signal.presets import simulate_preset
+from vsep.signal.template import SignalModel
+
+_EXIT_INPUT = 2
+
+
+def simulate_frame(options: argparse.Namespace) -> int:
+    """Simulate a preset and write its frame file."""
+    _require_folder(options.out)
+    snr_db = options.snr_db
+    if snr_db is None:
+        snr_db = 30.0 if options.preset == "simulation-1" else 60.0
+    scenario, observation = simulate_preset(
+        options.preset,
+        snr_db=snr_db,
+        sir_db=options.sir_db,
+        seed=options.seed,
+        interference=not options.no_interference,
+    )
+    settings = {"preset": options.preset, "snr_db": repr(snr_db), "seed": str(options.seed)}
+    if not options.no_interference:
+        settings["sir_db"] = repr(options.sir_db)
+    frame = Frame(
+        received=observation.received,
+        radar=scenario.radar,
+        anti_aliasing_filter=scenario.anti_aliasing_filter,
+        truth=observation.truth,
+        name=options.out,
+        settings=settings,
+    )
+    write_frame(options.out, frame)
+    return 0
+
+
+def separate_frames(options: argparse.Namespace) -> int:
+    """Separate every frame, one result line each; 2 if one of them could not be used."""
+    _require_distinct(options.frames, options.out, options.signals)
+    _require_folder(options.out)
+    _require_usable(options)
+    if options.signals is not None:
+        Path(options.signals).mkdir(parents=True, exist_ok=True)
+    with open(options.out, "w", encoding="utf-8") as results:
+        # tqdm draws nothing by itself (None) where standard error is no terminal.
+        quiet = None if len(options.frames) > 1 else True
+        progress = tqdm(options.frames, unit="frame", disable=quiet)
+        used = [_separate_frame(path, options, results) for path in progress]
+    return 0 if all(used) else _EXIT_INPUT
+
+
+def report_frame(options: argparse.Namespace) -> int:
+    """Separate one frame and draw it."""
+    from app.report import write_report
+
+    _require_distinct([options.frame], options.out, None)
+    _require_folder(options.out)
+    frame = read_frame(options.frame)
+    separator = _make_separator(options, _model_of(frame))
+    write_report(frame, Path(options.out), separator=separator, settings=_describe(options))
+    return 0
+
+
+def _separate_frame(path: str, options: argparse.Namespace, results: TextIO) -> bool:
+    """Write the result line of one frame; False if it could not be used."""
+    line: dict[str, Any]
+    try:
+        frame = read_frame(path)
+        solution = run(_make_separator(options, _model_of(frame)), frame.received)
+        line = result_line(path, solution, frame.radar)
+        if options.signals is not None:
+            np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
+    except (InputError, MemoryError) as error:
+        # A MemoryError carries no text.
+        sentence = str(error) or f"{path} needs more memory than this machine has."
+        line = {"file": path, "error": sentence}
+        tqdm.write(f"vsep: {sentence}", file=sys.stderr)
+    results.write(as_json(line) + "\n")
+    results.flush()
+    return "error" not in line
+
+
+def _require_usable(options: argparse.Namespace) -> None:
+    """Refuse bad estimator options at once, not once per frame: they are checked with any model."""
+    model = SignalModel(
+        num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
+    )
+    _make_separator(options, model)
+
+
+def _model_of(frame: Frame) -> SignalModel:
+    return SignalModel(
+        num_ramps=frame.radar.num_ramps,
+        num_samples=frame.radar.num_samples,
+        sample_rate_hz=frame.radar.sample_rate_hz,
+        anti_aliasing_filter=frame.assumed_filter,
+    )
+
+
+def _make_separator(options: argparse.Namespace, model: SignalModel) -> Estimator:
+    if options.estimator == "object-only":
+        return ObjectOnlySeparator(
+            model=model,
+            false_alarm_rate=options.false_alarm_rate,
+            object_threshold_db=options.object_threshold_db,
+            max_iterations=options.max_iterations,
+        )
+    return FactorisedSeparator(
+        model=model,
+        false_alarm_rate=options.false_alarm_rate,
+        object_threshold_db=options.object_threshold_db,
+        interference_threshold_db=options.interference_threshold_db,
+        schedule=options.schedule,
+        max_iterations=options.max_iterations,
+    )
+
+
+def _describe(options: argparse.Namespace) -> dict[str, str]:
+    """Name the estimator's settings for a reader of the report."""
+    settings = {"estimator": options.estimator}
+    if options.estimator == "factorised":
+        settings["schedule"] = options.schedule
+        if options.interference_threshold_db is not None:
+            settings["interference threshold"] = f"{options.interference_threshold_db:g} dB"
+    if options.object_threshold_db is None:
+        settings["false-alarm rate"] = f"{options.false_alarm_rate:g} per frame"
+    settings["largest number of iterations"] = str(options.max_iterations)
+    return settings
+
+
+def _signals_path(folder: str, frame: str) -> Path:
+    return Path(folder) / f"{Path(frame).stem}.npz"
+
+
+def _require_folder(out: str) -> None:
+    folder = Path(out).parent
+    if not folder.is_dir():
+        raise InputError(f"{out} cannot be written: {folder} is no folder; make it first.")
+
+
+def _require_distinct(frames: Sequence[str], out: str, signals: str | None) -> None:
+    """Refuse outputs that would overwrite a frame or each other."""
+    inputs = {Path(frame).resolve() for frame in frames}
+    if Path(out).resolve() in inputs:
+        raise InputError(f"--out {out} is one of the frames; it must be another file.")
+    if signals is None:
+        return
+    counts = Counter(Path(frame).stem for frame in frames)
+    twice = [stem for stem, count in counts.items() if count > 1]
+    if twice:
+        raise InputError(
+            f"{counts[twice[0]]} frames are named {twice[0]}; --signals needs distinct names."
+        )
+    outputs = {_signals_path(signals, frame).resolve() for frame in frames}
+    if outputs & inputs or Path(out).resolve() in outputs:
+        raise InputError(
+            f"--signals {signals} would overwrite a frame or the results; give another folder."
+        )

@@ -1,0 +1,1 @@
+"""Frame files and result lines."""

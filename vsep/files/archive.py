@@ -1,0 +1,215 @@
+"""Reading arrays from an ``.npz`` archive that nobody vouches for.
+
+Every array's header is read and judged before its data: an archive may be cut off, lie about its
+sizes, hold pickled objects or expand to more than the machine's memory. Whatever is wrong ends as
+one sentence in an `InputError`.
+"""
+
+import tokenize
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, BinaryIO, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsep._arrays import InputError
+
+MAX_SAMPLES = 64 * 2**20
+"""Largest number of elements of one array, a gibibyte of complex128."""
+
+_MAX_TEXT = 4096
+# RuntimeError: encrypted members and unknown kinds of compression.
+_UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, OSError, ValueError)
+
+Source: TypeAlias = str | Path | BinaryIO
+
+
+@dataclass(frozen=True, slots=True)
+class _Header:
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+
+    @property
+    def num_elements(self) -> int:
+        # Python integers: a shape made to overflow 64 bits must not come out small.
+        count = 1
+        for length in self.shape:
+            count *= length
+        return count
+
+
+class Archive:
+    """An open ``.npz`` archive; use it in a ``with`` statement.
+
+    Parameters
+    ----------
+    source : str, Path or binary file
+        The archive.
+    name : str
+        What the sentences of an `InputError` call it.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened or is not a zip archive.
+    """
+
+    def __init__(self, source: Source, name: str) -> None:
+        self.name = name
+        if isinstance(source, str | Path) and Path(source).is_dir():
+            raise InputError(f"{name} is a directory; a frame file (.npz) is needed.")
+        try:
+            self._zip = zipfile.ZipFile(source)
+        except FileNotFoundError as error:
+            raise InputError(f"{name} does not exist; give the path of a frame file.") from error
+        except zipfile.BadZipFile as error:
+            raise InputError(
+                f"{name} is not a frame file; an .npz archive written by numpy.savez is needed, "
+                "complete and uncut."
+            ) from error
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or "the path is not usable"
+            raise InputError(
+                f"{name} cannot be read: {reason}; a readable file is needed."
+            ) from error
+
+    def __enter__(self) -> Self:
+        """Return the archive itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the file."""
+        self._zip.close()
+
+    def __contains__(self, key: str) -> bool:
+        """Whether the archive holds the array `key`."""
+        return f"{key}.npy" in self._zip.NameToInfo
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the arrays, sorted."""
+        names = (name.removesuffix(".npy") for name in self._zip.namelist() if name[-4:] == ".npy")
+        return tuple(sorted(names))
+
+    def array(self, key: str, *, max_elements: int = MAX_SAMPLES) -> NDArray[Any]:
+        """Read one array.
+
+        Parameters
+        ----------
+        key : str
+            Name of the array, without ``.npy``.
+        max_elements : int
+            Largest size accepted; checked before any data are read.
+
+        Raises
+        ------
+        InputError
+            If it is absent, too large, pickled, cut off or damaged.
+        """
+        member = self._zip.NameToInfo.get(f"{key}.npy")
+        if member is None:
+            raise InputError(f"{self.name} holds no array {key!r}, which a frame file needs.")
+        try:
+            with self._zip.open(member) as stream:
+                header = _read_header(stream)
+                self._judge(key, header, member.file_size - stream.tell(), max_elements)
+                stream.seek(0)
+                return np.lib.format.read_array(stream, allow_pickle=False)
+        except InputError:
+            raise
+        except _UNREADABLE as error:
+            raise InputError(
+                f"{self.name}: array {key!r} is damaged or cut off; write the file again with "
+                "numpy.savez."
+            ) from error
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """Read one real number; `default`, where given, stands in for an absent one."""
+        if default is not None and key not in self:
+            return default
+        value = self.array(key, max_elements=1)
+        if value.dtype.kind not in "iuf" or value.size != 1:
+            raise InputError(
+                f"{self.name}: {key} has type {value.dtype}; one real number is needed."
+            )
+        return float(value.reshape(()))
+
+    def whole_number(self, key: str, default: int | None = None) -> int:
+        """Read one whole number, exactly; `default`, where given, stands in for an absent one."""
+        if default is not None and key not in self:
+            return default
+        value = self.array(key, max_elements=1)
+        if value.dtype.kind in "iu" and value.size == 1:
+            return int(value.reshape(()))
+        number = self.number(key)
+        if not number.is_integer():
+            raise InputError(f"{self.name}: {key} is {number:g}; a whole number is needed.")
+        return int(number)
+
+    def text(self, key: str) -> str:
+        """Read one text."""
+        value = self.array(key, max_elements=1)
+        if value.dtype.kind not in "US" or value.size != 1:
+            raise InputError(f"{self.name}: {key} has type {value.dtype}; one text is needed.")
+        item = value.reshape(()).item()
+        return item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)
+
+    def _judge(self, key: str, header: _Header, num_bytes: int, max_elements: int) -> None:
+        """Refuse what must not be read; `num_bytes` is what the archive holds of the data."""
+        where = f"{self.name}: array {key!r}"
+        if header.dtype.hasobject:
+            raise InputError(f"{where} holds pickled objects; numbers are needed.")
+        if header.num_elements > max_elements:
+            raise InputError(
+                f"{where} declares the shape {_shape_text(header.shape)}; at most {max_elements} "
+                f"element{'s are' if max_elements > 1 else ' is'} allowed."
+            )
+        if header.dtype.kind in "US" and header.dtype.itemsize > 4 * _MAX_TEXT:
+            raise InputError(
+                f"{where} is a text of over {_MAX_TEXT} characters, the longest allowed."
+            )
+        if header.num_elements * header.dtype.itemsize != num_bytes:
+            raise InputError(
+                f"{where} declares the shape {_shape_text(header.shape)} of {header.dtype} but "
+                f"holds {num_bytes} bytes; write the file again with numpy.savez."
+            )
+
+
+def _read_header(stream: IO[bytes]) -> _Header:
+    """Read an array's header; `ValueError` for whatever is no header.
+
+    Version 1.0 of the format is the only one that numbers and plain texts need, and the only one
+    whose header cannot be longer than 64 KiB.
+    """
+    version = np.lib.format.read_magic(stream)
+    if version != (1, 0):
+        raise ValueError(f"version {version} of the array format")
+    try:
+        shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
+    except (SyntaxError, TypeError, MemoryError, OverflowError, tokenize.TokenError) as error:
+        # NumPy evaluates the header as a Python literal, and passes on how that fails.
+        raise ValueError("no array header") from error
+    if any(length < 0 for length in shape):
+        raise ValueError(f"negative length in shape {shape}")
+    return _Header(shape=shape, dtype=dtype)
+
+
+def _shape_text(shape: tuple[int, ...]) -> str:
+    """Write a shape on one short line; a hostile one may have a thousand axes.
+
+    Examples
+    --------
+    >>> _shape_text((16, 128)), _shape_text((8,)), _shape_text(())
+    ('16 x 128', '8', 'of a single number')
+    """
+    if len(shape) > 4:
+        return f"of {len(shape)} axes"
+    return " x ".join(str(length) for length in shape) or "of a single number"

@@ -1,0 +1,250 @@
+"""Frame files: one received frame with what must be known to take it apart.
+
+An ``.npz`` archive without pickles. ``received`` is complex, (ramps, samples), or (samples,) for a
+single ramp; the scalars ``sample_rate_hz``, ``slope_hz_per_s``, ``start_frequency_hz`` and
+``ramp_period_s`` are needed. Optional: ``beat_sign``, -1 (the paper's sign, by default) or +1 for
+sensors whose targets lie at positive beat frequency; ``lowest_beat``, see `ChirpSequence`; the
+assumed filter, ``filter_kind`` with ``filter_cutoff_hz`` (half amplitude), ``filter_rolloff``,
+``filter_order``, or ``filter_frequency_hz`` and ``filter_response``; the truth of a simulation,
+``truth_*``.
+
+Signals and the filter's response keep the file's own sign; numbers such as ``truth_beat`` are in
+the paper's. In memory everything has the paper's sign.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsep._arrays import ComplexArray, InputError, frozen
+from vsep.files.archive import Archive, Source
+from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
+from vsep.files.truth_keys import read_truth, truth_arrays
+from vsep.signal.filters import AntiAliasingFilter
+from vsep.signal.radar import ChirpSequence
+from vsep.signal.scene import GroundTruth
+
+# Beyond these magnitudes the squares of 64-bit numbers and their sums come near the ends of their
+# range.
+_LOWEST_PEAK = 1e-100
+_HIGHEST_PEAK = 1e100
+_SETTINGS: dict[str, type] = {"preset": str, "snr_db": float, "sir_db": float, "seed": int}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Frame:
+    """A received frame and what is known about it.
+
+    Parameters
+    ----------
+    received : (P, N) complex
+        In the paper's sign.
+    radar : ChirpSequence
+        The victim radar.
+    anti_aliasing_filter : AntiAliasingFilter or None
+        The filter that an estimator should assume; None where the file names none.
+    truth : GroundTruth or None
+        Known for simulated frames only.
+    name : str
+        What to call it, usually the name of its file.
+    beat_sign : int
+        Sign of a target's beat frequency in the file: -1, the paper's, or +1.
+    is_vector : bool
+        Whether the file keeps its single ramp as a vector.
+    settings : mapping of str to str
+        How it was simulated: preset, snr_db, sir_db and seed, where known.
+
+    Raises
+    ------
+    InputError
+        If the signal is unusable or does not fit the radar.
+    """
+
+    received: ComplexArray
+    radar: ChirpSequence
+    anti_aliasing_filter: AntiAliasingFilter | None = None
+    truth: GroundTruth | None = None
+    name: str = "frame"
+    beat_sign: int = -1
+    is_vector: bool = False
+    settings: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the signal and freeze it."""
+        if np.shape(self.received) != self.radar.shape:
+            raise InputError(
+                f"{self.name}: received has shape {np.shape(self.received)}; the radar's is "
+                f"{self.radar.shape} (ramps, samples)."
+            )
+        if self.beat_sign not in (-1, 1):
+            raise InputError(
+                f"{self.name}: beat_sign is {self.beat_sign}; it must be -1 (the paper's) or +1."
+            )
+        if self.is_vector and self.radar.num_ramps != 1:
+            raise InputError(f"{self.name}: a vector holds one ramp, not {self.radar.num_ramps}.")
+        received = np.asarray(self.received, dtype=np.complex128)
+        _require_usable(self.name, received)
+        object.__setattr__(self, "received", frozen(received))
+
+    @property
+    def assumed_filter(self) -> AntiAliasingFilter:
+        """The file's filter, or the default one: raised cosine, a quarter of the sample rate."""
+        return self.anti_aliasing_filter or default_filter(self.radar.sample_rate_hz)
+
+    def in_file_sign(self, signal: ComplexArray) -> ComplexArray:
+        """Turn a (P, N) signal of the paper's sign into the sign and shape of the file."""
+        signal = signal if self.beat_sign == -1 else np.conj(signal)
+        return signal[0] if self.is_vector else signal
+
+
+def read_frame(source: Source, *, name: str | None = None) -> Frame:
+    """Read a frame file.
+
+    Parameters
+    ----------
+    source : str, Path or binary file
+        An ``.npz`` archive as the module describes; unknown arrays are ignored.
+    name : str, optional
+        What to call it; the path by default.
+
+    Raises
+    ------
+    InputError
+        In one sentence, whatever is wrong with the file.
+    """
+    label = name or (str(source) if isinstance(source, str | Path) else "the uploaded file")
+    with Archive(source, label) as archive:
+        stored = archive.array("received")
+        signal = _as_ramps(label, stored)
+        try:
+            radar = _read_radar(archive, signal.shape)
+            beat_sign = _read_beat_sign(archive)
+            anti_aliasing_filter = read_filter(archive, beat_sign)
+            truth = read_truth(archive, radar.shape, beat_sign)
+        except InputError as error:
+            raise _naming(label, error) from error
+        return Frame(
+            received=_in_paper_sign(signal, beat_sign),
+            radar=radar,
+            anti_aliasing_filter=anti_aliasing_filter,
+            truth=truth,
+            name=label,
+            beat_sign=beat_sign,
+            is_vector=stored.ndim == 1,
+            settings=_read_settings(archive),
+        )
+
+
+def write_frame(path: str | Path, frame: Frame) -> None:
+    """Write a frame file; the same frame always gives the same bytes.
+
+    Parameters
+    ----------
+    path : str or Path
+        Must end in ``.npz``; its folder must exist.
+    frame : Frame
+        What to write.
+
+    Raises
+    ------
+    InputError
+        If the name is not an ``.npz`` one.
+    OSError
+        If the file cannot be written.
+    """
+    if Path(path).suffix != ".npz":
+        raise InputError(f"{path} is no name for a frame file; it must end in .npz.")
+    radar = frame.radar
+    arrays: dict[str, Any] = {
+        "received": frame.in_file_sign(frame.received),
+        "sample_rate_hz": radar.sample_rate_hz,
+        "slope_hz_per_s": radar.slope_hz_per_s,
+        "start_frequency_hz": radar.start_frequency_hz,
+        "ramp_period_s": radar.ramp_period_s,
+        "lowest_beat": radar.lowest_beat,
+        "beat_sign": frame.beat_sign,
+    }
+    if frame.anti_aliasing_filter is not None:
+        arrays |= filter_arrays(frame.anti_aliasing_filter, frame.beat_sign)
+    if frame.truth is not None:
+        arrays |= truth_arrays(frame.truth, frame.in_file_sign)
+    arrays |= {
+        key: kind(frame.settings[key]) for key, kind in _SETTINGS.items() if key in frame.settings
+    }
+    np.savez(path, **arrays)
+
+
+def _as_ramps(name: str, stored: NDArray[Any]) -> NDArray[Any]:
+    """Give `received` its two axes; refuse what is no complex frame."""
+    if stored.ndim not in (1, 2):
+        raise InputError(
+            f"{name}: received has shape {stored.shape}; it must be (ramps, samples), or "
+            "(samples,) for a single ramp."
+        )
+    if stored.dtype.kind != "c":
+        raise InputError(
+            f"{name}: received has type {stored.dtype}; complex samples (I + jQ) are needed, real "
+            "ones become complex by a Hilbert transform along the ramp."
+        )
+    return stored[None, :] if stored.ndim == 1 else stored
+
+
+def _read_radar(archive: Archive, shape: tuple[int, ...]) -> ChirpSequence:
+    return ChirpSequence(
+        start_frequency_hz=archive.number("start_frequency_hz"),
+        slope_hz_per_s=archive.number("slope_hz_per_s"),
+        sample_rate_hz=archive.number("sample_rate_hz"),
+        ramp_period_s=archive.number("ramp_period_s"),
+        num_ramps=shape[0],
+        num_samples=shape[1],
+        lowest_beat=archive.number("lowest_beat", -0.5),
+    )
+
+
+def _read_beat_sign(archive: Archive) -> int:
+    beat_sign = archive.number("beat_sign", -1.0)
+    if beat_sign not in (-1.0, 1.0):
+        raise InputError(f"beat_sign is {beat_sign:g}; it must be -1 (the paper's) or +1.")
+    return int(beat_sign)
+
+
+def _read_settings(archive: Archive) -> dict[str, str]:
+    readers: dict[type, Callable[[str], object]] = {
+        str: archive.text,
+        float: archive.number,
+        int: archive.whole_number,
+    }
+    return {key: str(readers[kind](key)) for key, kind in _SETTINGS.items() if key in archive}
+
+
+def _in_paper_sign(signal: NDArray[Any], beat_sign: int) -> ComplexArray:
+    converted = signal.astype(np.complex128)
+    return converted if beat_sign == -1 else np.conj(converted)
+
+
+def _require_usable(name: str, received: ComplexArray) -> None:
+    finite = np.isfinite(received)
+    if not finite.all():
+        count = received.size - np.count_nonzero(finite)
+        raise InputError(
+            f"{name}: {count} of {received.size} samples of received are NaN or infinite; all must "
+            "be finite."
+        )
+    peak = float(np.abs(received).max())
+    if peak == 0.0:
+        raise InputError(f"{name}: received is zero everywhere; a frame with a signal is needed.")
+    if not _LOWEST_PEAK <= peak <= _HIGHEST_PEAK:
+        raise InputError(
+            f"{name}: the largest magnitude in received is {peak:g}; it must lie between "
+            f"{_LOWEST_PEAK:g} and {_HIGHEST_PEAK:g}."
+        )
+
+
+def _naming(name: str, error: InputError) -> InputError:
+    """Put the file's name before a sentence that does not have it yet."""
+    sentence = str(error)
+    return error if sentence.startswith(name) else InputError(f"{name}: {sentence}")

@@ -1,0 +1,130 @@
+"""Result lines: what an estimator found in one frame, as one line of JSON.
+
+Beat and Doppler frequencies are in the paper's sign, whatever the sign of the file.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vsep._arrays import to_db
+from vsep.files.frame import Frame
+from vsep.inference.state import RampInterference, Solution
+from vsep.inference.uncertainty import dispersion_std
+from vsep.signal.radar import ChirpSequence
+
+
+def result_line(file: str, solution: Solution, radar: ChirpSequence) -> dict[str, Any]:
+    """Describe one frame's solution by numbers, texts, lists and dictionaries.
+
+    Parameters
+    ----------
+    file : str
+        The frame's file, as the caller spelled it.
+    solution : Solution
+        Outcome of a run.
+    radar : ChirpSequence
+        The victim radar, which gives the units.
+
+    Returns
+    -------
+    dict
+        ``file``; ``objects``; ``interference``, one entry per ramp with a burst;
+        ``noise_precision`` in 1/power; ``iterations``; ``termination``; ``seconds``.
+    """
+    state = solution.state
+    return {
+        "file": file,
+        "objects": _object_entries(solution, radar),
+        "interference": [
+            _ramp_entry(ramp, burst, state.interference_signal[ramp], radar)
+            for ramp, burst in enumerate(state.interference)
+            if burst is not None
+        ],
+        "noise_precision": state.noise_precision,
+        "iterations": solution.iterations,
+        "termination": solution.termination.name.lower(),
+        "seconds": round(solution.seconds, 6),
+    }
+
+
+def as_json(line: Mapping[str, Any]) -> str:
+    """Write a line as JSON, which knows no NaN and no infinity: they become null.
+
+    Examples
+    --------
+    >>> as_json({"file": "a.npz", "objects": [{"beat_std": float("inf")}]})
+    '{"file": "a.npz", "objects": [{"beat_std": null}]}'
+    """
+    return json.dumps(_without_nan(line), allow_nan=False)
+
+
+def separated_signals(frame: Frame, solution: Solution) -> dict[str, Any]:
+    """Return the separated signals in the sign and shape of the frame's file.
+
+    Parameters
+    ----------
+    frame : Frame
+        What was received.
+    solution : Solution
+        What was found in it.
+
+    Returns
+    -------
+    dict
+        ``object_signal``, ``interference_signal`` and ``cleaned``: received less interference.
+    """
+    interference = solution.state.interference_signal
+    signals = {
+        "object_signal": solution.state.object_signal,
+        "interference_signal": interference,
+        "cleaned": frame.received - interference,
+    }
+    return {key: frame.in_file_sign(signal) for key, signal in signals.items()}
+
+
+def _object_entries(solution: Solution, radar: ChirpSequence) -> list[dict[str, Any]]:
+    objects = solution.objects
+    std = dispersion_std(objects, solution.state.noise_precision, radar.shape)
+    columns = {
+        "beat": objects.beats,
+        "doppler": objects.dopplers,
+        "beat_std": std.beats,
+        "doppler_std": std.dopplers,
+        "delay_s": radar.delay_from_beat(objects.beats),
+        "range_m": radar.range_from_beat(objects.beats),
+        "doppler_hz": radar.doppler_to_hz(objects.dopplers),
+        "velocity_mps": radar.velocity_from_doppler(objects.dopplers),
+        "amplitude": np.stack([objects.amplitudes.real, objects.amplitudes.imag], axis=-1),
+        "component_snr_db": to_db(objects.component_snr),
+    }
+    return [
+        {key: column[index].tolist() for key, column in columns.items()}
+        for index in range(objects.num_components)
+    ]
+
+
+def _ramp_entry(
+    ramp: int, burst: RampInterference, signal: np.ndarray[Any, Any], radar: ChirpSequence
+) -> dict[str, Any]:
+    rate = radar.sample_rate_hz
+    return {
+        "ramp": ramp,
+        "start_frequency_hz": burst.start_frequency * rate,
+        "slope_hz_per_s": burst.slope * rate**2,
+        "num_components": burst.num_components,
+        "energy": float(np.sum(np.abs(signal) ** 2)),
+    }
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,139 @@
+"""The truth of a simulated frame: the ``truth_*`` arrays of its file.
+
+``truth_beat``, ``truth_doppler`` (L,) and ``truth_amplitude`` (L,) are in the paper's sign;
+``truth_object_signal`` and ``truth_interference_signal`` have the shape and sign of ``received``;
+``truth_noise_precision`` is a number; ``truth_bursts`` is (K, 3): ramp, start frequency in Hz and
+slope in Hz/s of every burst. An incomplete truth is no truth: nothing needs it.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsep._arrays import ComplexArray, InputError
+from vsep.files.archive import Archive
+from vsep.signal.scene import GroundTruth, TrueBurst
+
+_NEEDED = (
+    "truth_beat",
+    "truth_doppler",
+    "truth_amplitude",
+    "truth_object_signal",
+    "truth_interference_signal",
+)
+_MAX_ROWS = 2**20
+
+
+def read_truth(archive: Archive, shape: tuple[int, int], beat_sign: int) -> GroundTruth | None:
+    """Read the truth; None where the file does not hold all of it.
+
+    Parameters
+    ----------
+    archive : Archive
+        The frame file.
+    shape : (int, int)
+        Ramps and samples of the frame.
+    beat_sign : int
+        Sign in which the file keeps its signals.
+
+    Raises
+    ------
+    InputError
+        If an array has a wrong shape or type, or is not finite.
+    """
+    if any(key not in archive for key in _NEEDED):
+        return None
+    beats = _vector(archive, "truth_beat", "iuf")
+    dopplers = _vector(archive, "truth_doppler", "iuf")
+    amplitudes = _vector(archive, "truth_amplitude", "iufc")
+    if not len(beats) == len(dopplers) == len(amplitudes):
+        raise InputError(
+            f"truth_beat, truth_doppler and truth_amplitude have {len(beats)}, {len(dopplers)} and "
+            f"{len(amplitudes)} entries; all must have one per object."
+        )
+    return GroundTruth(
+        beats=beats.astype(np.float64),
+        dopplers=dopplers.astype(np.float64),
+        amplitudes=amplitudes.astype(np.complex128),
+        object_signal=_signal(archive, "truth_object_signal", shape, beat_sign),
+        interference_signal=_signal(archive, "truth_interference_signal", shape, beat_sign),
+        bursts=_read_bursts(archive, shape[0]),
+        noise_precision=archive.number("truth_noise_precision", float("nan")),
+    )
+
+
+def truth_arrays(
+    truth: GroundTruth, in_file_sign: Callable[[ComplexArray], ComplexArray]
+) -> dict[str, Any]:
+    """Return the ``truth_*`` arrays that `read_truth` turns into the same truth.
+
+    Parameters
+    ----------
+    truth : GroundTruth
+        In the paper's sign.
+    in_file_sign : callable
+        Turns a signal into the sign and shape of the file.
+    """
+    bursts = [
+        (burst.ramp, burst.start_frequency_hz, burst.slope_hz_per_s) for burst in truth.bursts
+    ]
+    return {
+        "truth_beat": truth.beats,
+        "truth_doppler": truth.dopplers,
+        "truth_amplitude": truth.amplitudes,
+        "truth_object_signal": in_file_sign(truth.object_signal),
+        "truth_interference_signal": in_file_sign(truth.interference_signal),
+        "truth_bursts": np.array(bursts, dtype=np.float64).reshape(-1, 3),
+        "truth_noise_precision": truth.noise_precision,
+    }
+
+
+def _read_bursts(archive: Archive, num_ramps: int) -> tuple[TrueBurst, ...]:
+    if "truth_bursts" not in archive:
+        return ()
+    rows = archive.array("truth_bursts", max_elements=3 * _MAX_ROWS)
+    if rows.ndim != 2 or rows.shape[1] != 3 or rows.dtype.kind not in "iuf":
+        raise InputError(
+            f"truth_bursts has shape {rows.shape} and type {rows.dtype}; it must be real, (K, 3)."
+        )
+    _require_finite("truth_bursts", rows)
+    ramps = rows[:, 0]
+    if np.any((ramps < 0) | (ramps >= num_ramps) | (ramps != np.round(ramps))):
+        raise InputError(
+            "truth_bursts names a ramp that the frame does not have; ramps are 0 to "
+            f"{num_ramps - 1}."
+        )
+    return tuple(
+        TrueBurst(ramp=int(ramp), start_frequency_hz=float(start), slope_hz_per_s=float(slope))
+        for ramp, start, slope in rows
+    )
+
+
+def _vector(archive: Archive, key: str, kinds: str) -> NDArray[Any]:
+    vector = archive.array(key, max_elements=_MAX_ROWS)
+    if vector.ndim != 1 or vector.dtype.kind not in kinds:
+        raise InputError(
+            f"{key} has type {vector.dtype} and {vector.ndim} axes; a list of numbers is needed."
+        )
+    _require_finite(key, vector)
+    return vector
+
+
+def _signal(archive: Archive, key: str, shape: tuple[int, int], beat_sign: int) -> ComplexArray:
+    signal = archive.array(key)
+    shapes = [shape, shape[1:]] if shape[0] == 1 else [shape]
+    if signal.dtype.kind not in "iufc" or signal.shape not in shapes:
+        raise InputError(
+            f"{key} has shape {signal.shape} and type {signal.dtype}; it must be that of received, "
+            f"{shape}."
+        )
+    _require_finite(key, signal)
+    converted = signal.astype(np.complex128).reshape(shape)
+    return converted if beat_sign == -1 else np.conj(converted)
+
+
+def _require_finite(key: str, array: NDArray[Any]) -> None:
+    if not np.isfinite(array).all():
+        raise InputError(f"{key} holds NaN or infinity; all its numbers must be finite.")

@@ -1,0 +1,147 @@
+"""Closed forms of the modified anti-aliasing filter response, (40)-(41).
+
+Demixing turns an interferer's ramp into a chirp of slope Delta k, which the filter then convolves
+with its impulse response g. The result is the chirp times
+
+    Gbar(f; Delta k) = FT{g(t) exp(j pi Delta k t^2)} = integral of G(f') K(f - f') df',
+    K(f) = exp(j pi/4 sgn Delta k) / sqrt|Delta k| exp(-j pi f^2 / Delta k),
+
+taken along the chirp's course f = Delta f_0 + Delta k t. Because K solves a Schrodinger equation,
+dGbar/d(Delta k) = -(j / 4 pi) d^2 Gbar/df^2: one jet in the frequency holds every derivative.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import fresnel, wofz
+
+from vsep._arrays import ComplexArray, FloatArray, InputError
+
+
+class ResponseJet(NamedTuple):
+    """Modified response with its first two derivatives by the frequency.
+
+    Parameters
+    ----------
+    value : complex array
+        Gbar.
+    first : complex array
+        dGbar/df in 1/Hz.
+    second : complex array
+        d^2 Gbar/df^2 in 1/Hz^2; dGbar/d(Delta k) is ``-0.25j / pi`` times this.
+    """
+
+    value: ComplexArray
+    first: ComplexArray
+    second: ComplexArray
+
+
+def raised_cosine_jet(
+    frequency_hz: FloatArray, slope_hz_per_s: FloatArray | float, inner_hz: float, outer_hz: float
+) -> ResponseJet:
+    """Evaluate the modified response of a raised cosine in Fresnel integrals.
+
+    The response is one half between -outer and outer, one half more between -inner and inner, and
+    in each taper the cosine's two exponentials exp(+-j w f'), w = pi / (outer - inner). Times the
+    kernel K each is a quadratic phase; completing the square shifts the limits of the Fresnel
+    integral by w Delta k / (2 pi). The derivatives multiply the exponentials by their frequency.
+
+    Parameters
+    ----------
+    frequency_hz, slope_hz_per_s : float arrays that broadcast
+        Where to evaluate, and the slope difference Delta k, not zero.
+    inner_hz, outer_hz : float
+        End of the flat part and of the taper, inner < outer.
+
+    Returns
+    -------
+    ResponseJet
+        Arrays of the broadcast shape.
+
+    Raises
+    ------
+    InputError
+        If a slope difference is zero.
+    """
+    slope = nonparallel(slope_hz_per_s)
+    width = outer_hz - inner_hz
+    scale = np.sqrt(2.0 / np.abs(slope))
+    direction = np.sign(slope)
+    broadcast = (1,) * max(np.ndim(frequency_hz), slope.ndim)
+    edges = np.array([-outer_hz, -inner_hz, inner_hz, outer_hz]).reshape(4, *broadcast)
+    shift = np.array([0.0, 1.0, -1.0]).reshape(3, 1, *broadcast) * (slope / (2.0 * width))
+    sine, cosine = fresnel((edges - shift - frequency_hz) * scale)
+    integral = cosine - 1j * (direction * sine)
+
+    flat = 0.5 * (integral[0, 3] + integral[0, 2] - integral[0, 1] - integral[0, 0])
+    right = integral[1:, 3] - integral[1:, 2]
+    left = integral[1:, 1] - integral[1:, 0]
+    kernel_factor = np.exp(0.25j * np.pi * direction) / np.sqrt(2.0)
+    taper_factor = 0.25 * kernel_factor * np.exp(0.25j * np.pi * slope / width**2)
+    to_inner = np.exp(-1j * np.pi * inner_hz / width)
+    turn = taper_factor * np.exp(1j * np.pi / width * np.asarray(frequency_hz))
+    turn_back = taper_factor * np.exp(-1j * np.pi / width * np.asarray(frequency_hz))
+    rising = turn * (to_inner * right[0] + np.conj(to_inner) * left[0])
+    falling = turn_back * (np.conj(to_inner) * right[1] + to_inner * left[1])
+    tapers = rising + falling
+    angular = np.pi / width
+    return ResponseJet(
+        kernel_factor * flat + tapers, 1j * angular * (rising - falling), -(angular**2) * tapers
+    )
+
+
+def pole_jet(
+    frequency_hz: FloatArray,
+    slope_hz_per_s: FloatArray | float,
+    poles: ComplexArray,
+    residues: ComplexArray,
+) -> ResponseJet:
+    """Evaluate the modified response of a causal all-pole filter in the Faddeeva function.
+
+    The impulse response is the sum of residue exp(pole t) over t >= 0, so that every pole gives
+    W(a), the integral of exp(a t + j pi Delta k t^2) with a = pole - j 2 pi f. Integration by parts
+    gives the derivatives, W' = (-1 - a W) / (j 2 pi Delta k), W'' = -(W + a W') / (j 2 pi Delta k).
+
+    Parameters
+    ----------
+    frequency_hz, slope_hz_per_s : float arrays that broadcast
+        Where to evaluate, and the slope difference Delta k, not zero.
+    poles, residues : (K,) complex
+        Poles in rad/s, left of the imaginary axis, and residues in rad/s.
+
+    Returns
+    -------
+    ResponseJet
+        Arrays of the broadcast shape.
+
+    Raises
+    ------
+    InputError
+        If a slope difference is zero.
+    """
+    slope = nonparallel(slope_hz_per_s)
+    curvature = 2j * np.pi * slope
+    # sqrt(-j pi Delta k), the root with a positive real part: the contour turns by +-45 degrees.
+    root = np.sqrt(np.pi * np.abs(slope)) * np.exp(-0.25j * np.pi * np.sign(slope))
+    shape = np.broadcast_shapes(np.shape(frequency_hz), slope.shape)
+    jet = [np.zeros(shape, dtype=np.complex128) for _ in range(3)]
+    angular = 2j * np.pi * np.asarray(frequency_hz)
+    for pole, residue in zip(poles, residues, strict=True):
+        exponent = pole - angular
+        integral = 0.5 * np.sqrt(np.pi) / root * wofz(-0.5j * exponent / root)
+        first = -(1.0 + exponent * integral) / curvature
+        second = -(integral + exponent * first) / curvature
+        jet[0] += residue * integral
+        jet[1] += residue * first
+        jet[2] += residue * second
+    return ResponseJet(jet[0], -2j * np.pi * jet[1], -4.0 * np.pi**2 * jet[2])
+
+
+def nonparallel(slope_hz_per_s: FloatArray | float) -> FloatArray:
+    """Return the slope differences as an array, or raise `InputError` if one of them is zero."""
+    slope = np.asarray(slope_hz_per_s, dtype=np.float64)
+    if not np.all(slope != 0.0):
+        raise InputError(
+            "The slope difference is 0 Hz/s; it must not be zero, parallel chirps have no burst."
+        )
+    return slope

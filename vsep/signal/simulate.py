@@ -1,0 +1,191 @@
+"""Simulated frames: objects (5), interference (7) or (40), noise; levels by (25) and (26)."""
+
+from collections.abc import Sequence
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from vsep._arrays import (
+    ComplexArray,
+    InputError,
+    from_db,
+    frozen,
+    require_range,
+    wrap_frequency,
+)
+from vsep.signal.atoms import line_factors, synthesize
+from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
+from vsep.signal.filters import AntiAliasingFilter
+from vsep.signal.radar import ChirpSequence
+from vsep.signal.scene import GroundTruth, Interferer, Observation, Scene, TrueBurst
+
+InterferenceModel: TypeAlias = Literal["multiplicative", "convolution", "convolution-with-edges"]
+INTERFERENCE_MODELS: tuple[InterferenceModel, ...] = get_args(InterferenceModel)
+
+
+def simulate(
+    radar: ChirpSequence,
+    scene: Scene,
+    *,
+    anti_aliasing_filter: AntiAliasingFilter,
+    interference_model: InterferenceModel = "multiplicative",
+    rng: np.random.Generator,
+) -> Observation:
+    """Simulate one frame, (1).
+
+    Parameters
+    ----------
+    radar : ChirpSequence
+        The victim.
+    scene : Scene
+        Objects, interferers, SNR (25) and SIR (26). The weights of the objects are those of
+        unit-norm atoms (10); the constant phase of a delay at the start frequency counts as part
+        of them. Without objects an energy of one stands in for theirs in both ratios.
+    anti_aliasing_filter : AntiAliasingFilter
+        The filter that shapes the bursts; objects lie in its pass band and are not filtered.
+    interference_model : str
+        One of `INTERFERENCE_MODELS`.
+    rng : numpy.random.Generator
+        Draws the noise and nothing else.
+
+    Returns
+    -------
+    Observation
+        The received frame with its truth. Without a burst inside the band there is no
+        interference, whatever the SIR.
+
+    Raises
+    ------
+    InputError
+        If the interference model is unknown or does not suit the interferer.
+    """
+    channel = scene.objects
+    beats = wrap_frequency(radar.beat_from_delay(channel.delays_s))
+    dopplers = wrap_frequency(radar.doppler_from_hz(channel.dopplers_hz))
+    object_signal = synthesize(
+        channel.weights,
+        line_factors(beats, radar.num_samples),
+        line_factors(dopplers, radar.num_ramps),
+    )
+    energy = _energy(object_signal) if channel.num_paths else 1.0
+    if energy == 0.0:
+        raise InputError("The objects have no energy; at least one weight must not be zero.")
+    interference = _interference(radar, scene.interferers, anti_aliasing_filter, interference_model)
+    interference = _with_energy(interference, energy / float(from_db(scene.sir_db)))
+    noise_precision = float(from_db(scene.snr_db)) / energy
+    draws = rng.standard_normal((2, *radar.shape))
+    noise = (draws[0] + 1j * draws[1]) * np.sqrt(0.5 / noise_precision)
+    truth = GroundTruth(
+        beats=frozen(beats),
+        dopplers=frozen(dopplers),
+        amplitudes=channel.weights,
+        object_signal=frozen(object_signal),
+        interference_signal=frozen(interference),
+        bursts=_true_bursts(radar, scene.interferers, anti_aliasing_filter),
+        noise_precision=noise_precision,
+    )
+    return Observation(received=frozen(object_signal + interference + noise), truth=truth)
+
+
+def add_interference(
+    radar: ChirpSequence,
+    received: ComplexArray,
+    interferers: Sequence[Interferer],
+    *,
+    sir_db: float,
+    anti_aliasing_filter: AntiAliasingFilter,
+    interference_model: InterferenceModel = "multiplicative",
+) -> Observation:
+    """Add simulated bursts to a frame that has none.
+
+    Parameters
+    ----------
+    radar : ChirpSequence
+        The radar that received the frame.
+    received : (P, N) complex
+        The frame in the paper's sign.
+    interferers : sequence of Interferer
+        Whose bursts to add.
+    sir_db : float
+        Energy of the whole frame, its noise included, over that of the interference.
+    anti_aliasing_filter, interference_model
+        As for `simulate`.
+
+    Returns
+    -------
+    Observation
+        The truth holds the frame itself as the object signal, no objects and no noise precision.
+
+    Raises
+    ------
+    InputError
+        If the frame does not fit the radar, is not finite or is zero everywhere.
+    """
+    frame = np.array(received, dtype=np.complex128)
+    if frame.shape != radar.shape:
+        raise InputError(f"received has shape {frame.shape}; it must be {radar.shape}.")
+    if not np.all(np.isfinite(frame)):
+        raise InputError("received holds NaN or infinity; all its samples must be finite.")
+    if not np.any(frame):
+        raise InputError("received is zero everywhere; at least one sample must not be.")
+    require_range("SIR", sir_db, -200.0, 200.0, "dB")
+    interference = _interference(radar, interferers, anti_aliasing_filter, interference_model)
+    interference = _with_energy(interference, _energy(frame) / float(from_db(sir_db)))
+    truth = GroundTruth(
+        beats=frozen(np.zeros(0)),
+        dopplers=frozen(np.zeros(0)),
+        amplitudes=frozen(np.zeros(0, dtype=np.complex128)),
+        object_signal=frozen(frame),
+        interference_signal=frozen(interference),
+        bursts=_true_bursts(radar, interferers, anti_aliasing_filter),
+        noise_precision=float("nan"),
+    )
+    return Observation(received=frozen(frame + interference), truth=truth)
+
+
+def _interference(
+    radar: ChirpSequence,
+    interferers: Sequence[Interferer],
+    anti_aliasing_filter: AntiAliasingFilter,
+    model: InterferenceModel,
+) -> ComplexArray:
+    """Sum over the interferers with the relative levels that their channel weights set."""
+    if model not in INTERFERENCE_MODELS:
+        allowed = ", ".join(INTERFERENCE_MODELS)
+        raise InputError(f"The interference model is {model!r}; it must be one of {allowed}.")
+    total = np.zeros(radar.shape, dtype=np.complex128)
+    for interferer in interferers:
+        if model == "multiplicative":
+            total += multiplicative_bursts(radar, interferer, anti_aliasing_filter)
+        else:
+            total += convolved_bursts(
+                radar,
+                interferer,
+                anti_aliasing_filter,
+                with_edges=model == "convolution-with-edges",
+            )
+    return total
+
+
+def _true_bursts(
+    radar: ChirpSequence,
+    interferers: Sequence[Interferer],
+    anti_aliasing_filter: AntiAliasingFilter,
+) -> tuple[TrueBurst, ...]:
+    """Bursts of all interferers in the order of the ramps."""
+    bursts = [
+        burst
+        for interferer in interferers
+        for burst in true_bursts(radar, interferer.sequence, anti_aliasing_filter)
+    ]
+    return tuple(sorted(bursts, key=lambda burst: burst.ramp))
+
+
+def _with_energy(signal: ComplexArray, energy: float) -> ComplexArray:
+    """Scale a signal to an energy; without any energy it stays zero."""
+    present = _energy(signal)
+    return signal * np.sqrt(energy / present) if present > 0.0 else signal
+
+
+def _energy(signal: ComplexArray) -> float:
+    return float(np.sum(np.abs(signal) ** 2))
