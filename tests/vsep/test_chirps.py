@@ -151,9 +151,7 @@ def test_refinement_never_lowers_the_cost():
         moved = refine_chirp(
             (start, slope), MODEL, GRID, residual, BINS, precisions, noise_precision
         )
-        after = channel_posterior(
-            GRID, burst(*moved), residual, BINS, precisions, noise_precision
-        )
+        after = channel_posterior(GRID, burst(*moved), residual, BINS, precisions, noise_precision)
         assert chirp_cost(after) >= chirp_cost(before)
 
 

@@ -24,9 +24,7 @@ def dense_problem(num_atoms, seed=3, length=40):
 
 
 def active_set(atoms, residual, precisions):
-    return ActiveSet(
-        atoms.conj().T @ atoms, atoms.conj().T @ residual, precisions, NOISE_PRECISION
-    )
+    return ActiveSet(atoms.conj().T @ atoms, atoms.conj().T @ residual, precisions, NOISE_PRECISION)
 
 
 def dense_posterior(atoms, residual, precisions):
@@ -88,9 +86,10 @@ def test_flat_prior_moments_equal_leave_one_out_formulas_23_and_24():
         covariance, _ = dense_posterior(atoms[:, keep], residual, precisions[keep])
         atom, others = atoms[:, index], atoms[:, keep]
         correlated = atom.conj() @ others @ covariance @ others.conj().T
-        rho = 1.0 / (
-            NOISE_PRECISION * np.vdot(atom, atom) - NOISE_PRECISION**2 * correlated @ atom
-        ).real
+        rho = (
+            1.0
+            / (NOISE_PRECISION * np.vdot(atom, atom) - NOISE_PRECISION**2 * correlated @ atom).real
+        )
         omega = NOISE_PRECISION * rho * np.vdot(atom, residual)
         omega -= NOISE_PRECISION**2 * rho * correlated @ residual
         assert active.flat_prior_moments(index) == pytest.approx((rho, abs(omega) ** 2), rel=1e-11)

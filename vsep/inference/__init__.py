@@ -1,0 +1,1 @@
+"""How a received frame is taken apart."""

@@ -64,10 +64,8 @@ def slope_bank(model: SignalModel) -> SlopeBank:
     num_samples = model.num_samples
     width = 2.0 * model.normalised_cutoff
     spacing = 2.0 * EDGE_PHASE / model.normalised_cutoff**2
-    inverse_slopes = np.arange(
-        SHORTEST_BURST / width, LONGEST_BURST * num_samples / width, spacing
-    )
-    slopes = np.concatenate([1.0 / inverse_slopes, -1.0 / inverse_slopes])
+    inverse_slopes = np.arange(SHORTEST_BURST / width, LONGEST_BURST * num_samples / width, spacing)
+    slopes: FloatArray = np.concatenate([1.0 / inverse_slopes, -1.0 / inverse_slopes])
     margin = int(CENTRE_MARGIN * num_samples)
     centres = np.arange(-margin, num_samples + margin)
     reach = num_samples + margin

@@ -12,7 +12,9 @@ from scipy.special import digamma, gammaln
 from vsep._arrays import ComplexArray, FloatArray
 
 
-def weights_bound(amplitudes: ComplexArray, covariance: ComplexArray, precisions: FloatArray) -> float:
+def weights_bound(
+    amplitudes: ComplexArray, covariance: ComplexArray, precisions: FloatArray
+) -> float:
     """Terms of one weight factor: prior, hyper-prior and entropies of q(w) and q(gamma).
 
     Parameters

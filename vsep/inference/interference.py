@@ -29,9 +29,7 @@ class RampWork:
     bins: IntArray
     precisions: FloatArray
     amplitudes: ComplexArray = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
-    covariance: ComplexArray = field(
-        default_factory=lambda: np.zeros((0, 0), dtype=np.complex128)
-    )
+    covariance: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
     trace: float = 0.0
 
     @classmethod
@@ -193,7 +191,12 @@ class InterferenceWorkspace:
         for p, ramp in enumerate(self.ramps):
             if ramp is not None:
                 active = channel_posterior(
-                    self.grid, templates[p], residual[p], ramp.bins, ramp.precisions, noise_precision
+                    self.grid,
+                    templates[p],
+                    residual[p],
+                    ramp.bins,
+                    ramp.precisions,
+                    noise_precision,
                 )
                 ramp.set_posterior(active)
         self._synthesize(templates)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vsep._arrays import ComplexArray
-from vsep.inference.separator import Estimator
+from vsep.inference.estimator import Estimator
 from vsep.inference.state import IterationInfo, SeparationState, Solution, Step, Termination
 
 

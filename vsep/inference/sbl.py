@@ -115,7 +115,12 @@ class ActiveSet:
         return others
 
     def inserted(
-        self, index: int, correlations: ComplexArray, projection: complex, norm: float, precision: float
+        self,
+        index: int,
+        correlations: ComplexArray,
+        projection: complex,
+        norm: float,
+        precision: float,
     ) -> "ActiveSet":
         """Posterior with one more component at position `index`, by block inversion (68), O(K^2).
 
@@ -171,7 +176,7 @@ def activation_ratio(rho: float, omega_sq: float) -> float:
 
 
 def converged_precision(rho: float, omega_sq: float) -> float:
-    """Fixed point gamma = 1 / (omega^2 - rho) of the precision update, Algorithm 4 with (77)."""
+    """Return the fixed point ``1 / (omega^2 - rho)`` of the precision update, (77)."""
     return 1.0 / (omega_sq - rho)
 
 

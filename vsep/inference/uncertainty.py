@@ -32,7 +32,7 @@ class DispersionStd:
     dopplers: FloatArray
 
 
-def _centred_lines(frequencies: FloatArray, length: int) -> tuple[ComplexArray, ComplexArray]:
+def centred_lines(frequencies: FloatArray, length: int) -> tuple[ComplexArray, ComplexArray]:
     """Unit-norm lines (L, M) with their phase standing still at mid-ramp, and derivatives."""
     rotation = -2j * np.pi * (np.arange(length) - 0.5 * (length - 1))
     lines = np.exp(np.outer(frequencies, rotation)) / np.sqrt(length)
@@ -77,8 +77,8 @@ def fisher_information(
     '4.816e-05'
     """
     num_ramps, num_samples = shape
-    beat_lines, beat_slopes = _centred_lines(beats, num_samples)
-    doppler_lines, doppler_slopes = _centred_lines(dopplers, num_ramps)
+    beat_lines, beat_slopes = centred_lines(beats, num_samples)
+    doppler_lines, doppler_slopes = centred_lines(dopplers, num_ramps)
     # The weights in the gauge of the centred atoms; a common rotation leaves F unchanged.
     turns = beats * 0.5 * (num_samples - 1) + dopplers * 0.5 * (num_ramps - 1)
     weights = amplitudes * np.exp(-2j * np.pi * turns)

@@ -32,12 +32,16 @@ def line_factors(frequencies: FloatArray, length: int) -> ComplexArray:
     return np.asarray(np.exp(-2j * np.pi * phase) / np.sqrt(length))
 
 
-def synthesize(amplitudes: ComplexArray, beat_factors: ComplexArray, doppler_factors: ComplexArray) -> ComplexArray:
+def synthesize(
+    amplitudes: ComplexArray, beat_factors: ComplexArray, doppler_factors: ComplexArray
+) -> ComplexArray:
     """Object signal Phi alpha as a (P, N) array from (L, N) and (L, P) factors."""
     return np.asarray((doppler_factors * amplitudes[:, None]).T @ beat_factors)
 
 
-def project(signal: ComplexArray, beat_factors: ComplexArray, doppler_factors: ComplexArray) -> ComplexArray:
+def project(
+    signal: ComplexArray, beat_factors: ComplexArray, doppler_factors: ComplexArray
+) -> ComplexArray:
     """Adjoint Phi^H r: (L,) inner products of a (P, N) signal with every atom."""
     along_ramps = signal @ beat_factors.conj().T
     return np.asarray(np.einsum("lp,pl->l", doppler_factors.conj(), along_ramps))

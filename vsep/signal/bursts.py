@@ -26,7 +26,7 @@ _REACH = 2.0
 # Beyond this multiple an interferer that switches on or off leaves no click above -60 dB.
 _CLICK_REACH = 64.0
 _LOWEST_OVERSAMPLING = 8
-_LARGEST_GRID = 2**24
+_LARGEST_GRID = 2**22
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -242,8 +242,8 @@ def _grid(
     spread = abs(interferer.sequence.slope_hz_per_s) * np.abs(interferer.channel.delays_s).max(
         initial=0.0
     )
-    cutoff = min(cutoff_hz, radar.sample_rate_hz)
-    swept = min(max(abs(start), abs(start + slope * ramp_s)), _CLICK_REACH * cutoff)
+    cutoff = cutoff_hz if math.isfinite(cutoff_hz) else radar.sample_rate_hz
+    swept = min(max(abs(start), abs(start + slope * ramp_s)), _CLICK_REACH * cutoff_hz)
     edge = max(swept, 4.0 * cutoff + math.sqrt(40.0 * abs(slope))) + spread
     oversampling = max(_LOWEST_OVERSAMPLING, math.ceil(3.3 * edge / radar.sample_rate_hz))
     rate = oversampling * radar.sample_rate_hz

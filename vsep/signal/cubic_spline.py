@@ -34,15 +34,14 @@ class CubicSpline:
 
     def jet(self, position: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """Evaluate the spline and its first two derivatives, zero outside of the knots."""
-        piece = np.clip(
-            np.searchsorted(self.knots, position, side="right") - 1, 0, len(self.knots) - 2
-        )
+        clipped = np.clip(position, self.knots[0], self.knots[-1])
+        piece = np.searchsorted(self.knots[1:-1], clipped, side="right")
         width = self.knots[piece + 1] - self.knots[piece]
-        right = (position - self.knots[piece]) / width
+        right = (clipped - self.knots[piece]) / width
         left = 1.0 - right
         low, high = self._values[piece], self._values[piece + 1]
         bend_low, bend_high = self._curvatures[piece], self._curvatures[piece + 1]
-        inside = (position >= self.knots[0]) & (position <= self.knots[-1])
+        inside = clipped == position
         value = left * low + right * high
         value += ((left**3 - left) * bend_low + (right**3 - right) * bend_high) * width**2 / 6.0
         first = (high - low) / width

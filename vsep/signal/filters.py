@@ -12,7 +12,7 @@ from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, require_range
+from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
 from vsep.signal.measured_filter import MeasuredFilter
 from vsep.signal.modified_response import ResponseJet, pole_jet, raised_cosine_jet
 
@@ -159,6 +159,8 @@ class ButterworthFilter:
         """Check the ranges."""
         require_range("filter cutoff", self.cutoff_hz, _LOWEST_CUTOFF_HZ, _HIGHEST_CUTOFF_HZ, "Hz")
         require_range("filter order", self.order, 1, 16)
+        if self.order != int(self.order):
+            raise InputError(f"filter order is {self.order:g}; it must be a whole number, 1 to 16.")
 
     @property
     def kind(self) -> FilterKind:

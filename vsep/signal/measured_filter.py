@@ -29,6 +29,8 @@ _FADE_SHARE = 0.125
 # Nearly parallel chirps would need more points than this; Gbar = G - (j Delta k / 4 pi) G'' then
 # holds to second order in Delta k.
 _LARGEST_GRID = 2**17
+# Slopes whose points together stay below this are transformed at once; some 100 MB.
+_LARGEST_BLOCK = 2**19
 # Kernel exp(beta (sqrt(1 - z^2) - 1)) of this many points on a twofold oversampled grid errs by
 # 10^-(points - 1) at beta = 2.3 points (Barnett, Magland and af Klinteberg, 2019): -220 dB.
 _KERNEL_POINTS = 12
@@ -66,7 +68,10 @@ class MeasuredFilter:
         self._frequency_hz = frozen(frequency)
         self._samples = frozen(samples)
         self._spline = _spline_with_fades(frequency, samples)
-        self._step_hz = float(np.median(np.diff(frequency))) / 2.0
+        self._step_hz = max(
+            float(np.median(np.diff(frequency))) / 2.0,
+            2.0 * float(np.ptp(self._spline.knots)) / _LARGEST_GRID,
+        )
 
     def __repr__(self) -> str:
         """Say how many samples there are and where."""
@@ -135,9 +140,15 @@ class MeasuredFilter:
         centre = 0.5 * (low + high)
         grid = centre + step * modes
         responses = np.stack(self._spline.jet(grid))
-        chirps = np.exp(-1j * np.pi * grid**2 / slopes[:, None])
         position = frequency_hz / slope
-        integral = _nonuniform_inverse_dft(responses[:, None, :] * chirps, row, position * step)
+        integral = np.empty((3, len(position)), dtype=np.complex128)
+        block = max(1, _LARGEST_BLOCK // num_modes)
+        for first in range(0, len(slopes), block):
+            chosen = (row >= first) & (row < first + block)
+            chirps = np.exp(-1j * np.pi * grid**2 / slopes[first : first + block, None])
+            integral[:, chosen] = _nonuniform_inverse_dft(
+                responses[:, None, :] * chirps, row[chosen] - first, position[chosen] * step
+            )
         kernel = np.exp(
             0.25j * np.pi * np.sign(slope) - 1j * np.pi * frequency_hz * position
         ) / np.sqrt(np.abs(slope))

@@ -31,11 +31,14 @@ class Channel:
         arrays = (self.delays_s, self.dopplers_hz, self.weights)
         lengths = [np.shape(array) for array in arrays]
         if len(set(lengths)) != 1 or len(lengths[0]) != 1:
-            raise InputError(f"delays, dopplers and weights have shapes {lengths}; all must be (L,).")
+            raise InputError(f"delays, dopplers, weights have shapes {lengths}; all must be (L,).")
         if not all(np.all(np.isfinite(array)) for array in arrays):
-            raise InputError("A channel holds NaN or infinity; delays, dopplers, weights are finite.")
+            raise InputError(
+                "A channel holds NaN or infinity; delays, dopplers and weights must be finite."
+            )
         object.__setattr__(self, "delays_s", frozen(np.array(self.delays_s, dtype=np.float64)))
-        object.__setattr__(self, "dopplers_hz", frozen(np.array(self.dopplers_hz, dtype=np.float64)))
+        dopplers_hz = np.array(self.dopplers_hz, dtype=np.float64)
+        object.__setattr__(self, "dopplers_hz", frozen(dopplers_hz))
         object.__setattr__(self, "weights", frozen(np.array(self.weights, dtype=np.complex128)))
 
     @property
@@ -81,7 +84,17 @@ class Scene:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class TrueBurst:
-    """One crossing of the victim's band: parameters of (12) in Hz, relative to the victim's ramp."""
+    """One crossing of the victim's band, with the parameters of (12) in Hz.
+
+    Parameters
+    ----------
+    ramp : int
+        The victim's ramp p.
+    start_frequency_hz : float
+        Intermediate frequency at the ramp's first sample.
+    slope_hz_per_s : float
+        Delta k, slope of the interferer minus that of the victim.
+    """
 
     ramp: int
     start_frequency_hz: float

@@ -76,7 +76,9 @@ class SignalModel:
             raise InputError(f"received has shape {array.shape}; it must be {self.shape}.")
         bad = np.count_nonzero(~np.isfinite(array))
         if bad:
-            raise InputError(f"received holds {bad} samples that are NaN or infinite; all must be finite.")
+            raise InputError(
+                f"received holds {bad} samples that are NaN or infinite; all must be finite."
+            )
         peak = float(np.abs(array).max())
         if peak == 0.0:
             raise InputError("received is zero everywhere; at least one sample must not be.")
@@ -103,7 +105,7 @@ class SignalModel:
         envelope = self.anti_aliasing_filter.modified_response(
             frequency * self.sample_rate_hz, slope[:, None] * self.sample_rate_hz**2
         )
-        return np.exp(2j * np.pi * phase) * envelope
+        return np.asarray(np.exp(2j * np.pi * phase) * envelope)
 
     def template_jet(
         self, start_frequency: float, slope: float, reference: float
@@ -128,10 +130,10 @@ class SignalModel:
         """
         n = np.arange(self.num_samples)
         offset = n - reference
-        frequency = start_frequency + slope * n
+        frequency = np.asarray(start_frequency + slope * n, dtype=np.float64)
         rate = self.sample_rate_hz
         response, first, second = self.anti_aliasing_filter.modified_response_jet(
-            frequency * rate, np.float64(slope * rate**2)
+            frequency * rate, np.asarray(slope * rate**2)
         )
         carrier = np.exp(2j * np.pi * (start_frequency * n + 0.5 * slope * n**2))
         template = carrier * response

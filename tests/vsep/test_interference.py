@@ -1,0 +1,149 @@
+"""Algorithm 2: dense truth for the candidates, and what starts, stays, restarts and goes."""
+
+import numpy as np
+import pytest
+
+from vsep._arrays import from_db
+from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.schedule import PAPER, ROBUST
+from vsep.inference.state import EventKind
+from vsep.signal.filters import RaisedCosineFilter
+from vsep.signal.template import SignalModel
+
+RATE, NUM_SAMPLES, SLOPE = 5.1e6, 128, -0.011065
+MODEL = SignalModel(
+    num_ramps=2,
+    num_samples=NUM_SAMPLES,
+    sample_rate_hz=RATE,
+    anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25),
+)
+NOISE_PRECISION = 100.0
+
+
+def frame(seed=0, centre=64.0, delay_bins=(0.0, 3.4), weights=(30.0, 12.0j)):
+    """Noise in both ramps; the second one also holds a burst through a two-path channel."""
+    rng = np.random.default_rng(seed)
+    noise = rng.standard_normal(MODEL.shape) + 1j * rng.standard_normal(MODEL.shape)
+    received = noise / np.sqrt(2 * NOISE_PRECISION)
+    template = MODEL.template(np.array([-SLOPE * centre]), np.array([SLOPE]))[0]
+    turns = np.outer(delay_bins, np.arange(NUM_SAMPLES)) / MODEL.num_grid_bins
+    channel = np.array(weights) @ np.exp(-2j * np.pi * turns) / np.sqrt(NUM_SAMPLES)
+    received[1] += template * channel
+    return received, template * channel
+
+
+def workspace(schedule=ROBUST, ramps=(None, None)):
+    threshold = float(from_db(schedule.interference_threshold_db))
+    return InterferenceWorkspace(MODEL, schedule, threshold, ramps)
+
+
+def kinds(work):
+    return [event.kind for event in work.events]
+
+
+def test_burst_is_started_in_its_ramp_only():
+    received, _ = frame()
+    work = workspace()
+    work.search(received, NOISE_PRECISION)
+    assert [ramp is not None for ramp in work.ramps] == [False, True]
+    assert kinds(work) == [EventKind.CHIRP_STARTED]
+    assert work.events[0].ramp == 1
+
+
+def test_iterated_updates_cancel_the_burst_to_the_noise():
+    received, burst = frame()
+    work = workspace()
+    work.search(received, NOISE_PRECISION)
+    for _ in range(8):
+        work.update(received, NOISE_PRECISION)
+    error = np.sum(np.abs(work.signal[1] - burst) ** 2) * NOISE_PRECISION
+    # Every active weight and the two chirp parameters cost about one unit of noise energy each;
+    # paths off the grid leave what lies below T_beta: 4 units a component.
+    active = len(work.ramps[1].bins)
+    assert error < 5 * (active + 2)
+    assert np.sum(np.abs(burst) ** 2) * NOISE_PRECISION > 1e4
+    assert not np.any(work.signal[0])
+
+
+def test_added_component_is_the_best_passive_one_of_the_dense_formulas():
+    received, _ = frame()
+    work = workspace()
+    work.search(received, NOISE_PRECISION)
+    ramp = work.ramps[1]
+    template = MODEL.template(np.array([ramp.start_frequency]), np.array([ramp.slope]))[0]
+    turns = np.outer(np.arange(NUM_SAMPLES), np.arange(MODEL.num_grid_bins))
+    atoms = template[:, None] * np.exp(-2j * np.pi * turns / MODEL.num_grid_bins)
+    atoms /= np.sqrt(NUM_SAMPLES)
+    active = atoms[:, ramp.bins]
+    precision = NOISE_PRECISION * active.conj().T @ active + np.diag(ramp.precisions)
+    covariance = np.linalg.inv(precision)
+    ratios = []
+    for atom in atoms.T:  # (23) and (24), one candidate at a time
+        correlated = atom.conj() @ active @ covariance @ active.conj().T
+        inverse_rho = NOISE_PRECISION * np.vdot(atom, atom).real
+        inverse_rho -= NOISE_PRECISION**2 * (correlated @ atom).real
+        omega = NOISE_PRECISION * np.vdot(atom, received[1])
+        omega = (omega - NOISE_PRECISION**2 * correlated @ received[1]) / inverse_rho
+        ratios.append(abs(omega) ** 2 * inverse_rho)
+    ratios = np.array(ratios)
+    ratios[ramp.bins] = 0.0
+    start = (ramp.start_frequency, ramp.slope)
+    work._refine = lambda *_: None  # keep theta where the dense formulas were evaluated
+    work.update(received, NOISE_PRECISION)
+    assert (ramp.start_frequency, ramp.slope) == start
+    first = next(event for event in work.events if event.kind is EventKind.CHANNEL_ADDED)
+    assert first.bin == np.argmax(ratios)
+    assert first.snr_db == pytest.approx(10 * np.log10(ratios.max()), abs=1e-6)
+
+
+def test_a_modelled_burst_that_is_not_in_the_data_is_dropped():
+    received, _ = frame()
+    work = workspace()
+    work.search(received, NOISE_PRECISION)
+    work.update(received, NOISE_PRECISION)
+    clean = workspace(ramps=work.frozen_ramps())
+    empty, _ = frame(weights=(0.0, 0.0))
+    clean.search(empty, NOISE_PRECISION)
+    assert kinds(clean) == [EventKind.CHIRP_DROPPED]
+    assert clean.ramps == [None, None]
+
+
+def test_a_burst_modelled_in_the_wrong_place_is_restarted():
+    received, _ = frame(centre=40.0)
+    work = workspace()
+    work.search(received, NOISE_PRECISION)
+    work.update(received, NOISE_PRECISION)
+    moved = workspace(ramps=work.frozen_ramps())
+    elsewhere, _ = frame(centre=90.0)
+    moved.search(elsewhere, NOISE_PRECISION)
+    assert kinds(moved) == [EventKind.CHIRP_RESTARTED]
+    ramp = moved.ramps[1]
+    assert -ramp.start_frequency / ramp.slope == pytest.approx(90.0, abs=2.0)
+
+
+def test_a_well_modelled_burst_is_left_alone_by_the_search():
+    received, _ = frame()
+    work = workspace()
+    work.search(received, NOISE_PRECISION)
+    for _ in range(4):
+        work.update(received, NOISE_PRECISION)
+    again = workspace(ramps=work.frozen_ramps())
+    again.search(received, NOISE_PRECISION)
+    assert kinds(again) == []
+
+
+def test_literal_schedule_keeps_a_template_in_every_ramp_and_adds_one_component():
+    received, _ = frame()
+    work = workspace(PAPER)
+    work.search(received, NOISE_PRECISION)
+    assert all(ramp is not None for ramp in work.ramps)
+    work.update(received, NOISE_PRECISION)
+    added = [event for event in work.events if event.kind is EventKind.CHANNEL_ADDED]
+    assert len([event for event in added if event.ramp == 1]) == 1
+
+
+def test_margin_lets_a_component_fall_below_the_adding_threshold():
+    work = workspace()
+    assert work.prune_threshold == pytest.approx(work.threshold / from_db(ROBUST.prune_margin_db))
+    literal = workspace(PAPER)
+    assert literal.prune_threshold == literal.threshold

@@ -1,0 +1,202 @@
+"""The scenes of Table I."""
+
+import numpy as np
+import pytest
+
+from vsep._arrays import InputError
+from vsep.signal.filters import ButterworthFilter
+from vsep.signal.presets import (
+    PRESET_NAMES,
+    interferer_sequence,
+    preset,
+    preset_radar,
+    simulate_preset,
+)
+
+SIMULATION_2 = PRESET_NAMES[1:]
+# f_I in GHz, k_I in 10^3 GHz/s, T_swI and T_pI in us, P_I.
+TABLE_1 = {
+    "simulation-1": (79.01, 9.2, 25.0, 25.0, 1),
+    "simulation-2-a": (79.002, 9.8321, 25.02, 75.01, 2),
+    "simulation-2-b": (79.004, 9.7122, 25.02, 50.01, 4),
+    "simulation-2-c": (79.008, 9.3925, 25.02, 25.02, 8),
+}
+LEVELS = {"snr_db": 60.0, "sir_db": -20.0}
+
+
+@pytest.mark.parametrize("name", PRESET_NAMES)
+def test_interferers_are_those_of_table_1(name):
+    sequence = interferer_sequence(name)
+    values = (
+        sequence.start_frequency_hz / 1e9,
+        sequence.slope_hz_per_s / 1e12,
+        sequence.ramp_duration_s / 1e-6,
+        sequence.ramp_period_s / 1e-6,
+        sequence.num_ramps,
+    )
+    assert values == pytest.approx(TABLE_1[name], rel=1e-12)
+    assert sequence.time_offset_s == 0.0
+
+
+def test_victims_are_those_of_table_1():
+    first, second = preset_radar("simulation-1"), preset_radar("simulation-2-c")
+    assert (first.shape, first.sample_rate_hz) == ((1, 256), 10.2e6)
+    assert (second.shape, second.sample_rate_hz) == ((16, 128), 5.1e6)
+    for radar in (first, second):
+        assert radar.start_frequency_hz == 79e9
+        assert radar.slope_hz_per_s == 1e13
+        assert radar.ramp_period_s == 25e-6
+
+
+def test_simulation_1_has_one_object_and_a_direct_path():
+    scene = preset("simulation-1", **LEVELS, rng=np.random.default_rng(3)).scene
+    (interferer,) = scene.interferers
+    np.testing.assert_array_equal(scene.objects.delays_s, [80.06e-9])
+    np.testing.assert_array_equal(scene.objects.dopplers_hz, [0.0])
+    np.testing.assert_array_equal(interferer.channel.delays_s, [0.0])
+    for channel in (scene.objects, interferer.channel):
+        np.testing.assert_allclose(np.abs(channel.weights), 1.0, rtol=1e-12)
+        assert abs(channel.weights[0].imag) > 0.0
+
+
+@pytest.mark.parametrize("name", SIMULATION_2)
+def test_simulation_2_draws_from_the_intervals_of_table_1(name):
+    speed_of_light = 299_792_458.0
+    drawn = [preset(name, **LEVELS, rng=np.random.default_rng(seed)).scene for seed in range(100)]
+    delays = np.array([scene.objects.delays_s for scene in drawn])
+    dopplers = np.array([scene.objects.dopplers_hz for scene in drawn])
+    weights = np.array([scene.objects.weights for scene in drawn])
+    excess = 20 * np.log10(np.abs(weights)) + 40 * np.log10(delays * speed_of_light + 1)
+    paths = [scene.interferers[0].channel for scene in drawn]
+    path_delays = np.array([channel.delays_s for channel in paths])
+    path_weights = np.array([channel.weights for channel in paths])
+    assert delays.shape == path_delays.shape == (100, 10)
+    np.testing.assert_array_equal(path_delays[:, 0], 0.0)
+    np.testing.assert_allclose(np.abs(path_weights[:, 0]), 1.0, rtol=1e-12)
+    path_excess = 20 * np.log10(np.abs(path_weights)) + 20 * np.log10(
+        path_delays * speed_of_light + 1
+    )
+    # All within the interval, and of 900 draws one within a hundredth of either end: missed with
+    # the probability 0.99^900 = 1e-4 each, for seeds that do not change.
+    for values, low, high in (
+        (delays, 3.97e-9, 127e-9),
+        (dopplers, -5e3, 5e3),
+        (excess, -3.0, 3.0),
+        (path_delays[:, 1:], 3.97e-9, 127e-9),
+        (path_excess[:, 1:], -10.0, 0.0),
+        (np.angle(weights), -np.pi, np.pi),
+        (np.angle(path_weights), -np.pi, np.pi),
+    ):
+        width = high - low
+        assert low - 1e-9 * width <= values.min() < low + 0.01 * width
+        assert high - 0.01 * width < values.max() <= high + 1e-9 * width
+
+
+@pytest.mark.parametrize(
+    ("name", "share"),
+    [("simulation-2-a", 0.75), ("simulation-2-b", 0.44), ("simulation-2-c", 0.21)],
+)
+def test_share_of_interfered_samples_in_an_interfered_ramp(name, share):
+    # The filter that the paper leaves open reproduces the shares known for its scenes: samples of
+    # a direct burst whose course lies in the pass band, the taper included.
+    scenario, observation = simulate_preset(name, **LEVELS, seed=0)
+    radar, edge = scenario.radar, scenario.anti_aliasing_filter.outer_hz
+    for burst in observation.truth.bursts:
+        course = burst.start_frequency_hz + burst.slope_hz_per_s * radar.sample_times_s
+        # One sample of 128 is 0.008.
+        assert np.mean(np.abs(course) <= edge) == pytest.approx(share, abs=0.01)
+
+
+@pytest.mark.parametrize("name", PRESET_NAMES)
+def test_one_seed_makes_one_frame(name):
+    first = simulate_preset(name, **LEVELS, seed=5)[1]
+    second = simulate_preset(name, **LEVELS, seed=5)[1]
+    other = simulate_preset(name, **LEVELS, seed=6)[1]
+    np.testing.assert_array_equal(first.received, second.received)
+    assert np.abs(first.received - other.received).max() > 0.0
+
+
+def test_seed_sequence_is_not_used_up():
+    seed = np.random.SeedSequence(7, spawn_key=(2, 3))
+    first = simulate_preset("simulation-1", **LEVELS, seed=seed)[1]
+    second = simulate_preset("simulation-1", **LEVELS, seed=seed)[1]
+    np.testing.assert_array_equal(first.received, second.received)
+    parent = simulate_preset("simulation-1", **LEVELS, seed=7)[1]
+    assert np.abs(first.received - parent.received).max() > 0.0
+
+
+@pytest.mark.parametrize("name", PRESET_NAMES)
+def test_interference_changes_neither_objects_nor_noise(name):
+    _, burst = simulate_preset(name, **LEVELS, seed=8)
+    scenario, clean = simulate_preset(name, **LEVELS, seed=8, interference=False)
+    assert scenario.scene.interferers == ()
+    np.testing.assert_array_equal(burst.truth.object_signal, clean.truth.object_signal)
+    difference = burst.received - burst.truth.interference_signal - clean.received
+    largest = np.abs(burst.truth.interference_signal).max()
+    assert np.abs(difference).max() <= 4 * np.finfo(float).eps * largest
+    assert not np.any(clean.truth.interference_signal)
+
+
+def test_levels_change_neither_scene_nor_noise():
+    _, first = simulate_preset("simulation-2-a", snr_db=60.0, sir_db=0.0, seed=9)
+    _, second = simulate_preset("simulation-2-a", snr_db=40.0, sir_db=20.0, seed=9)
+    np.testing.assert_array_equal(first.truth.object_signal, second.truth.object_signal)
+    np.testing.assert_allclose(
+        second.truth.interference_signal, 0.1 * first.truth.interference_signal, atol=1e-14
+    )
+    noises = [
+        item.received - item.truth.object_signal - item.truth.interference_signal
+        for item in (first, second)
+    ]
+    # Rounding of the burst's magnitude, below 1, against noise of 1e-4.
+    np.testing.assert_allclose(noises[1], 10 * noises[0], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", PRESET_NAMES)
+@pytest.mark.parametrize("slope", [5e12, 9.9e12, 14e12, 30e12])
+def test_another_slope_keeps_the_first_crossing(name, slope):
+    radar = preset_radar(name)
+    own, moved = (
+        interferer_sequence(name),
+        interferer_sequence(name, slope_hz_per_s=slope),
+    )
+    crossings = [
+        -(sequence.start_frequency_hz - 79e9) / (sequence.slope_hz_per_s - 1e13)
+        for sequence in (own, moved)
+    ]
+    # Carriers of 8e10 Hz are right to 1e-5 Hz, 1e-16 s at 1e11 Hz/s.
+    assert crossings[1] == pytest.approx(crossings[0], abs=1e-15)
+    assert 0.0 < crossings[0] < radar.sample_times_s[-1]
+    truth = simulate_preset(name, **LEVELS, seed=1, interferer_slope_hz_per_s=slope)[1].truth
+    assert truth.bursts[0].ramp == 0
+    assert truth.bursts[0].slope_hz_per_s == pytest.approx(slope - 1e13)
+
+
+def test_time_offset_moves_the_crossing():
+    name = "simulation-2-b"
+    early = simulate_preset(name, **LEVELS, seed=1)[1].truth.bursts[0]
+    late = simulate_preset(name, **LEVELS, seed=1, time_offset_s=0.1e-6)[1].truth.bursts[0]
+    shift = late.start_frequency_hz - early.start_frequency_hz
+    assert shift == pytest.approx(-0.1e-6 * 9.7122e12, rel=1e-6)
+
+
+def test_chosen_filter_shapes_the_bursts():
+    chosen = ButterworthFilter(cutoff_hz=1.275e6, order=4)
+    own = simulate_preset("simulation-2-a", **LEVELS, seed=1)
+    other = simulate_preset("simulation-2-a", **LEVELS, seed=1, anti_aliasing_filter=chosen)
+    assert own[0].anti_aliasing_filter.cutoff_hz == 5.1e6 / 4
+    assert own[0].anti_aliasing_filter.rolloff == 0.25
+    assert other[0].anti_aliasing_filter is chosen
+    bursts = [item[1].truth.interference_signal for item in (own, other)]
+    assert np.abs(bursts[0] - bursts[1]).max() > 0.01 * np.abs(bursts[0]).max()
+
+
+def test_unknown_names_and_negative_seeds_are_refused():
+    with pytest.raises(
+        InputError, match="preset is 'simulation-3'; it must be one of simulation-1"
+    ):
+        preset("simulation-3", **LEVELS, rng=np.random.default_rng(0))
+    with pytest.raises(InputError, match="seed is -1"):
+        simulate_preset("simulation-1", **LEVELS, seed=-1)
+    with pytest.raises(InputError, match="SNR is nan"):
+        simulate_preset("simulation-1", snr_db=float("nan"), sir_db=0.0, seed=0)

@@ -1,0 +1,249 @@
+"""How object components move: the cost (70) of one of them, and a joint step of all, (67).
+
+The cost of moving one component is ``J(zeta) = -log D + lambda^2 |q|^2 / D`` with
+``D = lambda + gamma - lambda^2 v^H C v``, ``v = Phi^H phi(zeta)`` and ``q = phi^H (r - Phi mu)``,
+where Phi, C and mu belong to the *other* components. Its derivatives need only moments
+``sum (j 2 pi n)^a (j 2 pi p)^b ...`` of the residual.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError
+
+from vsep._arrays import BoolArray, ComplexArray, FloatArray
+from vsep.inference.sbl import ActiveSet
+from vsep.inference.uncertainty import centred_lines, fisher_information
+from vsep.signal.atoms import gram, line_factors, project
+
+MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CostJet:
+    """Value, gradient (2,) and Hessian (2, 2) of (70) at one point (beat, doppler)."""
+
+    value: float
+    gradient: FloatArray
+    hessian: FloatArray
+
+
+def _derivative_columns(frequency: float, length: int) -> ComplexArray:
+    """(3, M) unit-norm line centred at mid-ramp, with its first and second derivative."""
+    centred = np.arange(length) - 0.5 * (length - 1)
+    rotation = -2j * np.pi * centred
+    line = np.exp(rotation * frequency) / np.sqrt(length)
+    return np.stack([line, rotation * line, rotation**2 * line])
+
+
+def cost_jet(
+    point: FloatArray,
+    precision: float,
+    residual: ComplexArray,
+    others: ActiveSet,
+    other_factors: tuple[ComplexArray, ComplexArray],
+) -> CostJet:
+    """Cost (70) of one component with analytic gradient and Hessian.
+
+    Parameters
+    ----------
+    point : (2,) float
+        Beat and Doppler frequency.
+    precision : float
+        Prior precision gamma of the component; zero for a new one.
+    residual : (P, N) complex
+        Received signal minus the interference estimate.
+    others : ActiveSet
+        Posterior of the L other components.
+    other_factors : tuple of (L, N) and (L, P) complex
+        Their beat and Doppler factors.
+    """
+    num_ramps, num_samples = residual.shape
+    beat_columns = _derivative_columns(point[0], num_samples)
+    doppler_columns = _derivative_columns(point[1], num_ramps)
+    # moments[a, b]: a-th beat and b-th Doppler derivative of phi^H r
+    moments = (residual @ beat_columns.conj().T).T @ doppler_columns.conj().T
+    if len(others):
+        beat_products = other_factors[0].conj() @ beat_columns.T
+        doppler_products = other_factors[1].conj() @ doppler_columns.T
+        moments = moments - np.einsum(
+            "la,lb,l->ab", beat_products.conj(), doppler_products.conj(), others.amplitudes
+        )
+        # rows: v, v_beat, v_doppler, v_beat_beat, v_beat_doppler, v_doppler_doppler
+        jet = np.stack([beat_products[:, a] * doppler_products[:, b] for a, b in _JET_ORDERS])
+        weighted = jet[:3] @ others.covariance.T
+        overlap = (jet.conj() @ weighted.T).real
+    else:
+        overlap = np.zeros((6, 3))
+    noise_precision = others.noise_precision
+    return _assemble_jet(moments, overlap, noise_precision, precision)
+
+
+_JET_ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+
+
+def _assemble_jet(
+    moments: ComplexArray, overlap: FloatArray, noise_precision: float, precision: float
+) -> CostJet:
+    """Put value, gradient and Hessian of ``-log D + lambda^2 |q|^2 / D`` together."""
+    squared = noise_precision**2
+    inner = moments[0, 0]
+    first = np.array([moments[1, 0], moments[0, 1]])
+    second = np.array([[moments[2, 0], moments[1, 1]], [moments[1, 1], moments[0, 2]]])
+    power = squared * abs(inner) ** 2
+    power_first = 2.0 * squared * (inner.conjugate() * first).real
+    power_second = (
+        2.0 * squared * (np.outer(first, first.conj()).real + (inner.conjugate() * second).real)
+    )
+    schur = max(noise_precision + precision - squared * overlap[0, 0], 1e-12 * noise_precision)
+    schur_first = -2.0 * squared * overlap[1:3, 0]
+    crossed = overlap[1:3, 1:3]
+    curved = np.array([[overlap[3, 0], overlap[4, 0]], [overlap[4, 0], overlap[5, 0]]])
+    schur_second = -2.0 * squared * (curved + 0.5 * (crossed + crossed.T))
+    ratio = power / schur
+    gradient = (power_first - (1.0 + ratio) * schur_first) / schur
+    hessian = (
+        power_second
+        - (1.0 + ratio) * schur_second
+        - (np.outer(power_first, schur_first) + np.outer(schur_first, power_first)) / schur
+        + (1.0 + 2.0 * ratio) * np.outer(schur_first, schur_first) / schur
+    ) / schur
+    return CostJet(float(ratio - np.log(schur)), gradient, hessian)
+
+
+def refine_point(
+    point: FloatArray,
+    precision: float,
+    residual: ComplexArray,
+    others: ActiveSet,
+    other_factors: tuple[ComplexArray, ComplexArray],
+    *,
+    max_steps: int,
+) -> FloatArray:
+    """Climb (70) by safeguarded Newton steps; the cost never falls.
+
+    Where the Hessian is not negative definite the step follows the gradient, scaled by the
+    curvature of an isolated line.
+    """
+    shape = np.array(residual.shape[::-1], dtype=np.float64)
+    free = shape > 1  # a single ramp has no Doppler frequency
+    longest = MAX_STEP_CELLS / shape
+    current = cost_jet(point, precision, residual, others, other_factors)
+    for _ in range(max_steps):
+        step = _newton_step(current, free, shape)
+        step *= min(1.0, float(np.min(longest / np.maximum(np.abs(step), 1e-300))))
+        for _ in range(4):
+            trial_point = point + step
+            trial = cost_jet(trial_point, precision, residual, others, other_factors)
+            if trial.value >= current.value:
+                break
+            step = 0.25 * step
+        else:
+            return point
+        point, current = trial_point, trial
+        if np.all(np.abs(step) * shape < 1e-7):
+            break
+    return point
+
+
+def _newton_step(jet: CostJet, free: BoolArray, shape: FloatArray) -> FloatArray:
+    step = np.zeros(2)
+    hessian, gradient = jet.hessian[np.ix_(free, free)], jet.gradient[free]
+    determinant = hessian[0, 0] if len(gradient) == 1 else np.linalg.det(hessian)
+    concave = hessian[0, 0] < 0 and (len(gradient) == 1 or determinant > 0)
+    if concave:
+        step[free] = -np.linalg.solve(hessian, gradient)
+    else:
+        curvature = np.abs(np.diagonal(hessian)) + shape[free] ** 2
+        step[free] = gradient / curvature
+    return step
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedComponents:
+    """Points (L, 2) of all components with their factors and the posterior they imply."""
+
+    points: FloatArray
+    factors: tuple[ComplexArray, ComplexArray]
+    active: ActiveSet
+
+    @property
+    def cost(self) -> float:
+        """Joint cost (67): ``log|C| + lambda h^H alpha`` with the projections h."""
+        _, logdet = np.linalg.slogdet(self.active.covariance)
+        fit = np.vdot(self.active.projections, self.active.amplitudes).real
+        return float(logdet + self.active.noise_precision * fit)
+
+
+def place_components(
+    points: FloatArray, precisions: FloatArray, residual: ComplexArray, noise_precision: float
+) -> PlacedComponents:
+    """Posterior of all components at the given points."""
+    factors = (
+        line_factors(points[:, 0], residual.shape[1]),
+        line_factors(points[:, 1], residual.shape[0]),
+    )
+    active = ActiveSet(gram(*factors), project(residual, *factors), precisions, noise_precision)
+    return PlacedComponents(points, factors, active)
+
+
+def joint_gradient(placed: PlacedComponents, residual: ComplexArray) -> FloatArray:
+    """Gradient of (67) by all beats, then (for several ramps) all Dopplers.
+
+    ``2 lambda Re{ alpha_i^* dphi_i^H (r - Phi alpha) - sum_l C_li dphi_i^H phi_l }``.
+    """
+    num_ramps, num_samples = residual.shape
+    active = placed.active
+    beats, dopplers = placed.points.T
+    beat_lines, beat_slopes = centred_lines(beats, num_samples)
+    doppler_lines, doppler_slopes = centred_lines(dopplers, num_ramps)
+    turns = beats * 0.5 * (num_samples - 1) + dopplers * 0.5 * (num_ramps - 1)
+    gauge = np.exp(-2j * np.pi * turns)
+    amplitudes = gauge * active.amplitudes
+    covariance = gauge[:, None] * active.covariance * gauge.conj()
+    second_moment = covariance + np.outer(amplitudes, amplitudes.conj())
+    axes = [(beat_slopes, doppler_lines), (beat_lines, doppler_slopes)][: 1 + (num_ramps > 1)]
+    gradient = []
+    for beat, doppler in axes:
+        pull = amplitudes.conj() * project(residual, beat, doppler)
+        crossed = (beat.conj() @ beat_lines.T) * (doppler.conj() @ doppler_lines.T)
+        pull = pull - np.einsum("li,il->i", second_moment, crossed)
+        gradient.append(2.0 * active.noise_precision * pull.real)
+    return np.concatenate(gradient)
+
+
+def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedComponents:
+    """One damped Gauss-Newton step of all components together; the joint cost never falls.
+
+    Moving one component at a time converges slowly where several share a resolution cell; the
+    Fisher information knows their coupling.
+    """
+    shape = residual.shape
+    active, count = placed.active, len(placed.active)
+    if count < 2:
+        return placed
+    fisher = fisher_information(
+        placed.points[:, 0],
+        placed.points[:, 1],
+        active.amplitudes,
+        active.precisions,
+        active.noise_precision,
+        shape,
+    )
+    try:
+        step = np.linalg.solve(fisher, joint_gradient(placed, residual))
+    except LinAlgError:
+        return placed  # coincident components: nothing to gain from a joint step
+    moves = np.zeros((count, 2))
+    moves[:, : 2 if shape[0] > 1 else 1] = step.reshape(-1, count).T
+    longest = float(np.max(np.abs(moves) * np.array(shape[::-1])))
+    moves *= min(1.0, MAX_STEP_CELLS / max(longest, 1e-300))
+    cost = placed.cost
+    for _ in range(3):
+        trial = place_components(
+            placed.points + moves, active.precisions, residual, active.noise_precision
+        )
+        if trial.cost >= cost:
+            return trial
+        moves = 0.25 * moves
+    return placed
