@@ -1,6 +1,6 @@
 """Algorithm 3: find, refine, add, update and prune the grid-less object components."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import fft
@@ -9,11 +9,19 @@ from vsep._arrays import ComplexArray, FloatArray, IntArray, to_db, wrap_frequen
 from vsep.inference.refinement import PlacedComponents, joint_step, place_components, refine_point
 from vsep.inference.sbl import activation_ratio, converged_precision
 from vsep.inference.state import ComponentEvent, EventKind, ObjectComponents
-from vsep.signal.atoms import line_factors, project, synthesize
+from vsep.signal.atoms import Factors, line_factors, project, synthesize
 
 NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
 CANDIDATE_PEAKS = 3  # grid peaks tried when the highest one runs into an existing component
 ABSORBED_SHARE = 0.05  # 1/rho below this share of lambda: the others already explain the atom
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Background:
+    """Separable columns (M, N) x (M, P) of another source, and their prior precisions (M,)."""
+
+    factors: Factors
+    precisions: FloatArray
 
 
 class ObjectWorkspace:
@@ -31,6 +39,8 @@ class ObjectWorkspace:
         T_alpha, linear.
     next_id : int
         Identity of the next new component.
+    background : Background, optional
+        Columns of another source that share the joint posterior, in place of being subtracted.
     """
 
     def __init__(
@@ -41,18 +51,23 @@ class ObjectWorkspace:
         *,
         threshold: float,
         next_id: int,
+        background: Background | None = None,
     ) -> None:
         self.residual = residual
         self.threshold = threshold
         self.next_id = next_id
         self.events: list[ComponentEvent] = []
         self.ids = components.component_ids.copy()
+        precisions = components.precisions
+        if background is not None:
+            precisions = np.concatenate([precisions, background.precisions])
         self._place(
             place_components(
                 np.stack([components.beats, components.dopplers], axis=1),
-                components.precisions,
+                precisions,
                 residual,
                 noise_precision,
+                None if background is None else background.factors,
             )
         )
         self.max_frequency_change = 0.0
@@ -65,7 +80,16 @@ class ObjectWorkspace:
     @property
     def signal(self) -> ComplexArray:
         """(P, N) estimate Phi alpha."""
-        return synthesize(self.active.amplitudes, self.beat_factors, self.doppler_factors)
+        count = len(self.ids)
+        return synthesize(
+            self.active.amplitudes[:count], self.beat_factors[:count], self.doppler_factors[:count]
+        )
+
+    def _unexplained(self) -> ComplexArray:
+        """(P, N) residual minus everything among the columns."""
+        return self.residual - synthesize(
+            self.active.amplitudes, self.beat_factors, self.doppler_factors
+        )
 
     def add_components(self, max_additions: int) -> None:
         """Add up to `max_additions` new components while candidates pass the threshold."""
@@ -104,7 +128,7 @@ class ObjectWorkspace:
         """Highest local maxima of |q|^2 on a grid of half a cell."""
         num_ramps, num_samples = self.residual.shape
         size = (2 * num_ramps if num_ramps > 1 else 1, 2 * num_samples)
-        spectrum = np.abs(fft.ifft2(self.residual - self.signal, s=size)) ** 2
+        spectrum = np.abs(fft.ifft2(self._unexplained(), s=size)) ** 2
         peaks = []
         for _ in range(CANDIDATE_PEAKS):
             row, column = np.unravel_index(int(np.argmax(spectrum)), size)
@@ -165,8 +189,13 @@ class ObjectWorkspace:
         start = dict(zip(self.ids.tolist(), self.points, strict=True))
         for component_id in self.ids.copy():
             self._update_component(int(np.flatnonzero(self.ids == component_id)[0]))
+        count = len(self.ids)
         placed = place_components(
-            self.points, self.active.precisions, self.residual, self.active.noise_precision
+            self.points,
+            self.active.precisions,
+            self.residual,
+            self.active.noise_precision,
+            (self.beat_factors[count:], self.doppler_factors[count:]),
         )
         placed = joint_step(placed, self.residual)
         self._measure_change(start, placed)
@@ -221,9 +250,9 @@ class ObjectWorkspace:
             component_ids=ids,
             beats=self.points[:, 0].copy(),
             dopplers=self.points[:, 1].copy(),
-            amplitudes=self.active.amplitudes,
-            covariance=self.active.covariance,
-            precisions=self.active.precisions,
+            amplitudes=self.active.amplitudes[: len(ids)],
+            covariance=self.active.covariance[: len(ids), : len(ids)],
+            precisions=self.active.precisions[: len(ids)],
         )
 
 

@@ -13,8 +13,14 @@ from scipy.linalg import LinAlgError
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray
 from vsep.inference.sbl import ActiveSet
-from vsep.inference.uncertainty import centred_lines, fisher_information
-from vsep.signal.atoms import gram, line_factors, project
+from vsep.signal.atoms import (
+    Factors,
+    gram,
+    gram_between,
+    line_factors,
+    moved_atoms,
+    project,
+)
 
 MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
 
@@ -41,7 +47,7 @@ def cost_jet(
     precision: float,
     residual: ComplexArray,
     others: ActiveSet,
-    other_factors: tuple[ComplexArray, ComplexArray],
+    other_factors: Factors,
 ) -> CostJet:
     """Cost (70) of one component with analytic gradient and Hessian.
 
@@ -116,7 +122,7 @@ def refine_point(
     precision: float,
     residual: ComplexArray,
     others: ActiveSet,
-    other_factors: tuple[ComplexArray, ComplexArray],
+    other_factors: Factors,
     *,
     max_steps: int,
 ) -> FloatArray:
@@ -161,11 +167,21 @@ def _newton_step(jet: CostJet, free: BoolArray, shape: FloatArray) -> FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedComponents:
-    """Points (L, 2) of all components with their factors and the posterior they imply."""
+    """Points (L, 2) of the objects, with the factors of all columns and their posterior.
+
+    The first L columns are the objects. Further ones, the background, keep their place while the
+    objects move; the factorised separator has none, the joint one has the interference there.
+    """
 
     points: FloatArray
-    factors: tuple[ComplexArray, ComplexArray]
+    factors: Factors
     active: ActiveSet
+
+    @property
+    def background(self) -> Factors:
+        """Factors of the columns that do not move."""
+        count = len(self.points)
+        return self.factors[0][count:], self.factors[1][count:]
 
     @property
     def cost(self) -> float:
@@ -176,72 +192,87 @@ class PlacedComponents:
 
 
 def place_components(
-    points: FloatArray, precisions: FloatArray, residual: ComplexArray, noise_precision: float
+    points: FloatArray,
+    precisions: FloatArray,
+    residual: ComplexArray,
+    noise_precision: float,
+    background: Factors | None = None,
 ) -> PlacedComponents:
-    """Posterior of all components at the given points."""
-    factors = (
-        line_factors(points[:, 0], residual.shape[1]),
-        line_factors(points[:, 1], residual.shape[0]),
-    )
+    """Posterior of all columns with the objects at the given points.
+
+    Parameters
+    ----------
+    points : (L, 2) float
+        Beats and Dopplers.
+    precisions : (L + M,) float
+        Prior precisions of the objects, then of the background.
+    residual : (P, N) complex
+        Received signal minus what is not among the columns.
+    noise_precision : float
+        lambda.
+    background : tuple of (M, N) and (M, P) complex, optional
+        Separable columns that do not move.
+    """
+    num_ramps, num_samples = residual.shape
+    factors = line_factors(points[:, 0], num_samples), line_factors(points[:, 1], num_ramps)
+    if background is not None:
+        factors = (
+            np.concatenate([factors[0], background[0]]),
+            np.concatenate([factors[1], background[1]]),
+        )
     active = ActiveSet(gram(*factors), project(residual, *factors), precisions, noise_precision)
     return PlacedComponents(points, factors, active)
 
 
-def joint_gradient(placed: PlacedComponents, residual: ComplexArray) -> FloatArray:
-    """Gradient of (67) by all beats, then (for several ramps) all Dopplers.
+def joint_slopes(placed: PlacedComponents, residual: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Gradient of (67) by all beats, then (for several ramps) all Dopplers, and its curvature.
 
-    ``2 lambda Re{ alpha_i^* dphi_i^H (r - Phi alpha) - sum_l C_li dphi_i^H phi_l }``.
+    The gradient is ``2 lambda Re{ alpha_i^* dphi_i^H (r - D w) - sum_j C_ji dphi_i^H d_j }`` over
+    all columns D with weights w; the curvature is the Fisher information with those weights as
+    nuisance, ``2 lambda Re{ B^H (I - lambda D C D^H) B }`` with the weighted derivatives B.
     """
-    num_ramps, num_samples = residual.shape
-    active = placed.active
-    beats, dopplers = placed.points.T
-    beat_lines, beat_slopes = centred_lines(beats, num_samples)
-    doppler_lines, doppler_slopes = centred_lines(dopplers, num_ramps)
-    turns = beats * 0.5 * (num_samples - 1) + dopplers * 0.5 * (num_ramps - 1)
-    gauge = np.exp(-2j * np.pi * turns)
-    amplitudes = gauge * active.amplitudes
-    covariance = gauge[:, None] * active.covariance * gauge.conj()
-    second_moment = covariance + np.outer(amplitudes, amplitudes.conj())
-    axes = [(beat_slopes, doppler_lines), (beat_lines, doppler_slopes)][: 1 + (num_ramps > 1)]
-    gradient = []
-    for beat, doppler in axes:
-        pull = amplitudes.conj() * project(residual, beat, doppler)
-        crossed = (beat.conj() @ beat_lines.T) * (doppler.conj() @ doppler_lines.T)
-        pull = pull - np.einsum("li,il->i", second_moment, crossed)
-        gradient.append(2.0 * active.noise_precision * pull.real)
-    return np.concatenate(gradient)
+    active, count = placed.active, len(placed.points)
+    objects = placed.factors[0][:count], placed.factors[1][:count]
+    amplitudes = active.amplitudes[:count]
+    moved = moved_atoms(objects, amplitudes)
+    crossed = gram_between(placed.factors, moved)
+    pull = project(residual, *moved) - crossed.conj().T @ active.amplitudes
+    # The uncertainty's pull acts on the derivatives of the atoms without their weights.
+    weights = np.tile(amplitudes, len(pull) // count)
+    moving = np.tile(np.arange(count), len(pull) // count)
+    bare = crossed / weights
+    pull = pull - np.einsum("ji,ji->i", active.covariance[:, moving], bare.conj())
+    gradient = 2.0 * active.noise_precision * pull.real
+    explained = active.noise_precision * crossed.conj().T @ active.covariance @ crossed
+    return gradient, 2.0 * active.noise_precision * (gram(*moved) - explained).real
 
 
 def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedComponents:
-    """One damped Gauss-Newton step of all components together; the joint cost never falls.
+    """One damped Gauss-Newton step of all objects together; the joint cost never falls.
 
     Moving one component at a time converges slowly where several share a resolution cell; the
     Fisher information knows their coupling.
     """
-    shape = residual.shape
-    active, count = placed.active, len(placed.active)
-    if count < 2:
+    shape, active, count = residual.shape, placed.active, len(placed.points)
+    if count < 2 or not np.all(active.amplitudes):
         return placed
-    fisher = fisher_information(
-        placed.points[:, 0],
-        placed.points[:, 1],
-        active.amplitudes,
-        active.precisions,
-        active.noise_precision,
-        shape,
-    )
+    gradient, curvature = joint_slopes(placed, residual)
     try:
-        step = np.linalg.solve(fisher, joint_gradient(placed, residual))
+        step = np.linalg.solve(curvature, gradient)
     except LinAlgError:
         return placed  # coincident components: nothing to gain from a joint step
     moves = np.zeros((count, 2))
-    moves[:, : 2 if shape[0] > 1 else 1] = step.reshape(-1, count).T
+    moves[:, : len(step) // count] = step.reshape(-1, count).T
     longest = float(np.max(np.abs(moves) * np.array(shape[::-1])))
     moves *= min(1.0, MAX_STEP_CELLS / max(longest, 1e-300))
     cost = placed.cost
     for _ in range(3):
         trial = place_components(
-            placed.points + moves, active.precisions, residual, active.noise_precision
+            placed.points + moves,
+            active.precisions,
+            residual,
+            active.noise_precision,
+            placed.background,
         )
         if trial.cost >= cost:
             return trial

@@ -14,6 +14,7 @@ from scipy.linalg import cho_factor, cho_solve, pinvh
 
 from vsep._arrays import ComplexArray, FloatArray
 from vsep.inference.state import ObjectComponents
+from vsep.signal.atoms import gram, gram_between, line_factors, moved_atoms
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -30,13 +31,6 @@ class DispersionStd:
 
     beats: FloatArray
     dopplers: FloatArray
-
-
-def centred_lines(frequencies: FloatArray, length: int) -> tuple[ComplexArray, ComplexArray]:
-    """Unit-norm lines (L, M) with their phase standing still at mid-ramp, and derivatives."""
-    rotation = -2j * np.pi * (np.arange(length) - 0.5 * (length - 1))
-    lines = np.exp(np.outer(frequencies, rotation)) / np.sqrt(length)
-    return lines, rotation * lines
 
 
 def fisher_information(
@@ -77,21 +71,12 @@ def fisher_information(
     '4.816e-05'
     """
     num_ramps, num_samples = shape
-    beat_lines, beat_slopes = centred_lines(beats, num_samples)
-    doppler_lines, doppler_slopes = centred_lines(dopplers, num_ramps)
-    # The weights in the gauge of the centred atoms; a common rotation leaves F unchanged.
-    turns = beats * 0.5 * (num_samples - 1) + dopplers * 0.5 * (num_ramps - 1)
-    weights = amplitudes * np.exp(-2j * np.pi * turns)
-    beat_factors = [beat_slopes, beat_lines] if num_ramps > 1 else [beat_slopes]
-    doppler_factors = [doppler_lines, doppler_slopes] if num_ramps > 1 else [doppler_lines]
-    moved_beat = np.concatenate([factor * weights[:, None] for factor in beat_factors])
-    moved_doppler = np.concatenate(doppler_factors)
-    moved_gram = (moved_beat.conj() @ moved_beat.T) * (moved_doppler.conj() @ moved_doppler.T)
-    crossed = (beat_lines.conj() @ moved_beat.T) * (doppler_lines.conj() @ moved_doppler.T)
-    gram = (beat_lines.conj() @ beat_lines.T) * (doppler_lines.conj() @ doppler_lines.T)
-    factor = cho_factor(noise_precision * gram + np.diag(precisions), lower=True)
-    projected = moved_gram - noise_precision * crossed.conj().T @ cho_solve(factor, crossed)
-    fisher: FloatArray = 2.0 * noise_precision * projected.real
+    factors = line_factors(beats, num_samples), line_factors(dopplers, num_ramps)
+    moved = moved_atoms(factors, amplitudes)
+    crossed = gram_between(factors, moved)
+    posterior = cho_factor(noise_precision * gram(*factors) + np.diag(precisions), lower=True)
+    explained = noise_precision * crossed.conj().T @ cho_solve(posterior, crossed)
+    fisher: FloatArray = 2.0 * noise_precision * (gram(*moved) - explained).real
     return fisher
 
 

@@ -32,6 +32,16 @@ def line_factors(frequencies: FloatArray, length: int) -> ComplexArray:
     return np.asarray(np.exp(-2j * np.pi * phase) / np.sqrt(length))
 
 
+def line_slopes(lines: ComplexArray) -> ComplexArray:
+    """Differentiate unit-norm lines (L, M) by their frequencies, phase standing still mid-way.
+
+    Which sample the phase stands still at is free (the weights absorb it); the middle makes the
+    derivative orthogonal to the line.
+    """
+    length = lines.shape[1]
+    return np.asarray(-2j * np.pi * (np.arange(length) - 0.5 * (length - 1)) * lines)
+
+
 def synthesize(
     amplitudes: ComplexArray, beat_factors: ComplexArray, doppler_factors: ComplexArray
 ) -> ComplexArray:
@@ -51,4 +61,37 @@ def gram(beat_factors: ComplexArray, doppler_factors: ComplexArray) -> ComplexAr
     """Gram matrix Phi^H Phi, (L, L): the product of two Dirichlet kernels."""
     return np.asarray(
         (beat_factors.conj() @ beat_factors.T) * (doppler_factors.conj() @ doppler_factors.T)
+    )
+
+
+Factors = tuple[ComplexArray, ComplexArray]
+
+
+def gram_between(columns: Factors, others: Factors) -> ComplexArray:
+    """Inner products (L, M) of L separable columns with M other ones."""
+    return np.asarray((columns[0].conj() @ others[0].T) * (columns[1].conj() @ others[1].T))
+
+
+def moved_atoms(factors: Factors, amplitudes: ComplexArray) -> Factors:
+    """Differentiate weighted atoms by all beats, then (for several ramps) by all Dopplers.
+
+    Parameters
+    ----------
+    factors : tuple of (L, N) and (L, P) complex
+        Beat and Doppler factors.
+    amplitudes : (L,) complex
+        Their weights.
+
+    Returns
+    -------
+    tuple of complex arrays
+        Factors of the 2L, or for one ramp L, derivatives.
+    """
+    beat_lines, doppler_lines = factors
+    weighted = amplitudes[:, None] * beat_lines
+    if doppler_lines.shape[1] == 1:
+        return line_slopes(weighted), doppler_lines
+    return (
+        np.concatenate([line_slopes(weighted), weighted]),
+        np.concatenate([doppler_lines, line_slopes(doppler_lines)]),
     )
