@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from vsep._arrays import InputError
+from vsep.inference.joint import JointSeparator
 from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.run import iterate, run
-from vsep.inference.separator import FactorisedSeparator, require_estimator
+from vsep.inference.separator import FactorisedSeparator
 from vsep.inference.state import EventKind, Termination
 from vsep.signal.presets import preset, simulate_preset
 from vsep.signal.template import SignalModel
@@ -31,6 +32,7 @@ ESTIMATORS = {
     "paper": FactorisedSeparator(
         model=model_of("simulation-2-c"), schedule="paper", max_iterations=5
     ),
+    "joint": JointSeparator(model=model_of("simulation-2-c"), max_iterations=5),
     "object-only": ObjectOnlySeparator(model=model_of("simulation-2-c")),
 }
 
@@ -200,12 +202,6 @@ def test_termination_says_why(received):
 def test_impossible_settings_are_refused_with_their_value(settings, message):
     with pytest.raises(InputError, match=message):
         FactorisedSeparator(model=model_of("simulation-1"), **settings)
-
-
-def test_estimators_have_names():
-    assert require_estimator("factorised") is FactorisedSeparator
-    with pytest.raises(InputError, match="must be one of factorised, object-only"):
-        require_estimator("magic")
 
 
 def test_threshold_in_db_wins_over_the_rate():

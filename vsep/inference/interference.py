@@ -5,12 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
-from vsep.inference.chirps import (
-    ChannelGrid,
-    channel_posterior,
-    find_single_chirps,
-    refine_chirp,
-)
+from vsep.inference.channel import ChannelGrid, channel_posterior, passive_ratios
+from vsep.inference.chirp_refinement import ChannelCost, refine_chirp
+from vsep.inference.chirp_search import find_single_chirps
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.schedule import Schedule
 from vsep.inference.state import ComponentEvent, EventKind, RampInterference
@@ -115,7 +112,7 @@ class InterferenceWorkspace:
                 continue
             elif ratio <= self.first_threshold:
                 self.ramps[p] = None
-                self._record(EventKind.CHIRP_DROPPED, p, ratio, self.first_threshold)
+                self.record(EventKind.CHIRP_DROPPED, p, ratio, self.first_threshold)
                 continue
             elif found.score[p] > CLEARLY_BETTER * self._single_score(current, residual[p]):
                 kind = EventKind.CHIRP_RESTARTED
@@ -124,11 +121,11 @@ class InterferenceWorkspace:
             self.ramps[p] = self._started(
                 found.start_frequency[p], found.slope[p], residual[p], noise_precision
             )
-            self._record(kind, p, ratio, self.first_threshold)
+            self.record(kind, p, ratio, self.first_threshold)
 
     def _single_score(self, ramp: RampWork, residual: ComplexArray) -> float:
         """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""
-        template = self._template(ramp)
+        template = self.template_of(ramp)
         energy = float(np.vdot(template, template).real) / self.model.num_samples
         projections = self.grid.projections(template, residual)
         return float(np.max(np.abs(projections)) ** 2 / energy)
@@ -146,16 +143,12 @@ class InterferenceWorkspace:
         parameters = refine_chirp(
             (empty.start_frequency, empty.slope),
             self.model,
-            self.grid,
-            residual,
-            bins,
-            np.zeros(1),
-            noise_precision,
+            ChannelCost(self.grid, residual, bins, np.zeros(1), noise_precision),
             max_steps=START_STEPS,
         )
         started = RampWork(*parameters, bins, np.zeros(1))
         active = channel_posterior(
-            self.grid, self._template(started), residual, bins, np.zeros(1), noise_precision
+            self.grid, self.template_of(started), residual, bins, np.zeros(1), noise_precision
         )
         rho, omega_sq = active.flat_prior_moments(0)
         active.set_precision(0, converged_precision(rho, omega_sq))
@@ -168,16 +161,15 @@ class InterferenceWorkspace:
             if ramp is None:
                 continue
             self._refine(ramp, residual[p], noise_precision)
-            template = self._template(ramp)
+            template = self.template_of(ramp)
             active = channel_posterior(
                 self.grid, template, residual[p], ramp.bins, ramp.precisions, noise_precision
             )
             active = self._add_components(p, ramp, active, template, residual[p])
             active = self._update_components(p, ramp, active)
             ramp.set_posterior(active)
-            if len(active) == 0 and self.schedule.first_threshold_db is not None:
-                self.ramps[p] = None
-                self._record(EventKind.CHIRP_DROPPED, p, 0.0, self.threshold)
+            if len(active) == 0:
+                self.drop_if_empty(p)
                 continue
             self._refine(ramp, residual[p], noise_precision)
         if self.schedule.recompute_amplitudes:
@@ -185,9 +177,15 @@ class InterferenceWorkspace:
         else:
             self._synthesize()
 
+    def drop_if_empty(self, p: int) -> None:
+        """Drop a burst that lost all its components; the literal schedule keeps the template."""
+        if self.schedule.first_threshold_db is not None:
+            self.ramps[p] = None
+            self.record(EventKind.CHIRP_DROPPED, p, 0.0, self.prune_threshold)
+
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
         """Covariance and mean (61)-(62) at the present parameters, and the signal."""
-        templates = self._templates()
+        templates = self.templates()
         for p, ramp in enumerate(self.ramps):
             if ramp is not None:
                 active = channel_posterior(
@@ -202,14 +200,15 @@ class InterferenceWorkspace:
         self._synthesize(templates)
 
     def _synthesize(self, templates: dict[int, ComplexArray] | None = None) -> None:
-        templates = self._templates() if templates is None else templates
+        templates = self.templates() if templates is None else templates
         self.signal = np.zeros(self.model.shape, dtype=np.complex128)
         for p, template in templates.items():
             ramp = self.ramps[p]
             if ramp is not None:
                 self.signal[p] = template * (self.grid.atoms(ramp.bins) @ ramp.amplitudes)
 
-    def _templates(self) -> dict[int, ComplexArray]:
+    def templates(self) -> dict[int, ComplexArray]:
+        """Templates (N,) of the ramps that hold a burst."""
         active = [(p, ramp) for p, ramp in enumerate(self.ramps) if ramp is not None]
         if not active:
             return {}
@@ -219,7 +218,8 @@ class InterferenceWorkspace:
         )
         return {p: template for (p, _), template in zip(active, stacked, strict=True)}
 
-    def _template(self, ramp: RampWork) -> ComplexArray:
+    def template_of(self, ramp: RampWork) -> ComplexArray:
+        """Template (N,) of one ramp."""
         stacked = self.model.template(np.array([ramp.start_frequency]), np.array([ramp.slope]))
         return np.asarray(stacked[0])
 
@@ -229,11 +229,7 @@ class InterferenceWorkspace:
         ramp.start_frequency, ramp.slope = refine_chirp(
             (ramp.start_frequency, ramp.slope),
             self.model,
-            self.grid,
-            residual,
-            ramp.bins,
-            ramp.precisions,
-            noise_precision,
+            ChannelCost(self.grid, residual, ramp.bins, ramp.precisions, noise_precision),
             max_steps=self.schedule.refinement_steps,
         )
 
@@ -248,22 +244,16 @@ class InterferenceWorkspace:
         lags = self.grid.gram_lags(template)
         projections = self.grid.projections(template, residual)
         energy = float(lags[0].real)
-        noise_precision = active.noise_precision
         every_bin = np.arange(self.grid.num_bins)
         for _ in range(self.schedule.channel_additions):
-            # All passive candidates at once: (23)-(24) with v = A^H a_k for every bin k.
             correlations = lags[(ramp.bins[:, None] - every_bin[None, :]) % self.grid.num_bins]
-            explained = np.einsum(
-                "ik,ik->k", correlations.conj(), active.covariance @ correlations
-            ).real
-            inverse_rho = noise_precision * energy - noise_precision**2 * explained
-            innovation = projections - correlations.conj().T @ active.amplitudes
-            # A candidate that the active ones explain to rounding is no candidate.
-            usable = inverse_rho > 1e-9 * noise_precision * energy
-            ratio = np.where(
-                usable,
-                np.abs(noise_precision * innovation) ** 2 / np.where(usable, inverse_rho, 1.0),
-                0.0,
+            ratio, inverse_rho = passive_ratios(
+                correlations,
+                projections,
+                energy,
+                active.covariance,
+                active.amplitudes,
+                active.noise_precision,
             )
             ratio[ramp.bins] = 0.0
             best = int(np.argmax(ratio))
@@ -275,7 +265,7 @@ class InterferenceWorkspace:
                 len(active), correlations[:, best], complex(projections[best]), energy, precision
             )
             ramp.bins = np.append(ramp.bins, best)
-            self._record(
+            self.record(
                 EventKind.CHANNEL_ADDED, p, float(ratio[best]), self.threshold, channel_bin=best
             )
         return active
@@ -292,7 +282,7 @@ class InterferenceWorkspace:
             else:
                 active = active.without(index)
                 ramp.bins = np.delete(ramp.bins, index)
-                self._record(
+                self.record(
                     EventKind.CHANNEL_PRUNED,
                     p,
                     ratio,
@@ -302,9 +292,10 @@ class InterferenceWorkspace:
         active.refresh()
         return active
 
-    def _record(
+    def record(
         self, kind: EventKind, ramp: int, ratio: float, threshold: float, *, channel_bin: int = -1
     ) -> None:
+        """Add an event of the step."""
         self.events.append(
             ComponentEvent(
                 kind=kind,

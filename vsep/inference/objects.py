@@ -266,3 +266,10 @@ def no_objects() -> ObjectComponents:
         covariance=np.zeros((0, 0), dtype=np.complex128),
         precisions=np.zeros(0),
     )
+
+
+def object_factors(components: ObjectComponents, shape: tuple[int, ...]) -> Factors:
+    """Beat (L, N) and Doppler (L, P) factors of all components in a frame of shape (P, N)."""
+    num_ramps, num_samples = shape
+    beat = line_factors(components.beats, num_samples)
+    return beat, line_factors(components.dopplers, num_ramps)

@@ -183,13 +183,6 @@ class PlacedComponents:
         count = len(self.points)
         return self.factors[0][count:], self.factors[1][count:]
 
-    @property
-    def cost(self) -> float:
-        """Joint cost (67): ``log|C| + lambda h^H alpha`` with the projections h."""
-        _, logdet = np.linalg.slogdet(self.active.covariance)
-        fit = np.vdot(self.active.projections, self.active.amplitudes).real
-        return float(logdet + self.active.noise_precision * fit)
-
 
 def place_components(
     points: FloatArray,
@@ -265,7 +258,7 @@ def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedCompon
     moves[:, : len(step) // count] = step.reshape(-1, count).T
     longest = float(np.max(np.abs(moves) * np.array(shape[::-1])))
     moves *= min(1.0, MAX_STEP_CELLS / max(longest, 1e-300))
-    cost = placed.cost
+    cost = active.cost()
     for _ in range(3):
         trial = place_components(
             placed.points + moves,
@@ -274,7 +267,7 @@ def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedCompon
             active.noise_precision,
             placed.background,
         )
-        if trial.cost >= cost:
+        if trial.active.cost() >= cost:
             return trial
         moves = 0.25 * moves
     return placed

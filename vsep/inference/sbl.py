@@ -165,6 +165,12 @@ class ActiveSet:
         new.amplitudes = np.insert(self.amplitudes - regression * amplitude, index, amplitude)
         return new
 
+    def cost(self) -> float:
+        """Log evidence of the non-linear parameters, (67) or (71): ``log|C| + lambda h^H mean``."""
+        _, logdet = np.linalg.slogdet(self.covariance)
+        fit = np.vdot(self.projections, self.amplitudes).real
+        return float(logdet + self.noise_precision * fit)
+
     def trace(self) -> float:
         """tr(A C A^H), the expected energy of the weights' uncertainty in (65)."""
         return float(np.sum(self.covariance * self.gram.T).real)

@@ -5,19 +5,18 @@ changes is in the state, so a run can be paused, resumed and stepped back exactl
 """
 
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, InputError, from_db, require_range
+from vsep._arrays import ComplexArray, from_db, require_range
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
-from vsep.inference.objects import ObjectWorkspace
-from vsep.inference.schedule import Schedule, schedule_by_name
-from vsep.inference.state import IterationInfo, SeparationState, Termination
-from vsep.signal.atoms import gram, line_factors, project
+from vsep.inference.objects import ObjectWorkspace, object_factors
+from vsep.inference.schedule import schedule_by_name
+from vsep.inference.state import IterationInfo, ObjectComponents, SeparationState, Termination
+from vsep.signal.atoms import gram, project
 from vsep.signal.template import SignalModel
 
 
@@ -85,55 +84,77 @@ class FactorisedSeparator:
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
-        schedule = schedule_by_name(self.schedule)
-        interference = self._interference_workspace(schedule, state)
+        interference = self.interference_workspace(state)
         residual = received - state.object_signal
-        searched = schedule.search_due(state.iteration) or state.search_pending
+        searched = self.search_due(state)
         if searched:
             interference.search(residual, state.noise_precision)
         interference.update(residual, state.noise_precision)
 
         traces = _object_trace(state) + interference.trace
         error = expected_error(residual - interference.signal, traces)
-        state = replace(state, noise_precision=received.size / error)
-        objects = update_objects(received - interference.signal, state, self.threshold_db)
-        object_signal = objects.signal
-        residual = received - object_signal
+        objects = update_objects(
+            received - interference.signal,
+            replace(state, noise_precision=received.size / error),
+            self.threshold_db,
+        )
+        residual = received - objects.signal
         traces = objects.active.trace() + interference.trace
         error = expected_error(residual - interference.signal, traces)
         noise_precision = received.size / error
         interference.recompute(residual, noise_precision)
+        bound = _separation_bound(residual, objects, interference, noise_precision)
+        return self.conclude(state, objects, interference, noise_precision, bound, searched)
 
-        info = IterationInfo(
-            elbo=_separation_bound(residual, objects, interference, noise_precision),
-            events=(*interference.events, *objects.events),
-            max_frequency_change=objects.max_frequency_change,
-            noise_precision_change=noise_precision / state.noise_precision - 1.0,
-            searched=searched,
-            separability_ratio_db=_separability_ratio_db(objects, interference.signal),
-        )
-        new_state = replace(
-            state,
-            iteration=state.iteration + 1,
-            objects=objects.components(),
-            interference=interference.frozen_ramps(),
-            noise_precision=noise_precision,
-            object_signal=object_signal,
-            interference_signal=interference.signal,
-            next_component_id=objects.next_id,
-            search_pending=schedule.search_before_convergence and is_quiet(info) and not searched,
-        )
-        return new_state, info
-
-    def _interference_workspace(
-        self, schedule: Schedule, state: SeparationState
-    ) -> InterferenceWorkspace:
+    def interference_workspace(self, state: SeparationState) -> InterferenceWorkspace:
+        """Working copy of the interference estimate, with this separator's thresholds."""
+        schedule = schedule_by_name(self.schedule)
         threshold_db = self.interference_threshold_db
         if threshold_db is None:
             threshold_db = schedule.interference_threshold_db
         return InterferenceWorkspace(
             self.model, schedule, float(from_db(threshold_db)), state.interference
         )
+
+    def search_due(self, state: SeparationState) -> bool:
+        """Whether the next step searches every ramp for bursts."""
+        due = schedule_by_name(self.schedule).search_due(state.iteration)
+        return due or state.search_pending
+
+    def conclude(
+        self,
+        state: SeparationState,
+        objects: ObjectWorkspace,
+        interference: InterferenceWorkspace,
+        noise_precision: float,
+        bound: float,
+        searched: bool,
+    ) -> tuple[SeparationState, IterationInfo]:
+        """Freeze both working copies into the next state and its diagnostics."""
+        components, object_signal = objects.components(), objects.signal
+        info = IterationInfo(
+            elbo=bound,
+            events=(*interference.events, *objects.events),
+            max_frequency_change=objects.max_frequency_change,
+            noise_precision_change=noise_precision / state.noise_precision - 1.0,
+            searched=searched,
+            separability_ratio_db=_separability_ratio_db(
+                components, object_signal, interference.signal
+            ),
+        )
+        search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
+        new_state = replace(
+            state,
+            iteration=state.iteration + 1,
+            objects=components,
+            interference=interference.frozen_ramps(),
+            noise_precision=noise_precision,
+            object_signal=object_signal,
+            interference_signal=interference.signal,
+            next_component_id=objects.next_id,
+            search_pending=search_again and is_quiet(info),
+        )
+        return new_state, info
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when quiet, and (robust schedule) a burst search agreed."""
@@ -142,30 +163,10 @@ class FactorisedSeparator:
         return settle(state, self.max_iterations, converged=confirmed and is_quiet(info))
 
 
-def require_estimator(name: str) -> type[FactorisedSeparator] | type[ObjectOnlySeparator]:
-    """Return the estimator class a user names.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-    """
-    if name not in ESTIMATORS:
-        raise InputError(f"estimator is {name!r}; it must be one of {', '.join(ESTIMATORS)}.")
-    return ESTIMATORS[name]
-
-
-ESTIMATORS: Final[dict[str, type[FactorisedSeparator] | type[ObjectOnlySeparator]]] = {
-    "factorised": FactorisedSeparator,
-    "object-only": ObjectOnlySeparator,
-}
-
-
 def _object_trace(state: SeparationState) -> float:
     """tr(Phi C Phi^H) of the state the step starts from."""
     objects = state.objects
-    num_ramps, num_samples = state.object_signal.shape
-    factors = line_factors(objects.beats, num_samples), line_factors(objects.dopplers, num_ramps)
+    factors = object_factors(objects, state.object_signal.shape)
     return float(np.sum(objects.covariance * gram(*factors).T).real)
 
 
@@ -185,10 +186,12 @@ def _separation_bound(
     return bound + noise_bound(residual.size, noise_precision, error)
 
 
-def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray) -> float:
+def _separability_ratio_db(
+    components: ObjectComponents, object_signal: ComplexArray, interference: ComplexArray
+) -> float:
     """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
-    factors = objects.beat_factors, objects.doppler_factors
-    own = np.linalg.norm(project(objects.signal, *factors))
+    factors = object_factors(components, object_signal.shape)
+    own = np.linalg.norm(project(object_signal, *factors))
     other = np.linalg.norm(project(interference, *factors))
     if own == 0.0 or other == 0.0:
         return float("nan")

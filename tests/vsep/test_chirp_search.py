@@ -1,0 +1,80 @@
+"""Burst search against known bursts and pure noise."""
+
+import numpy as np
+import pytest
+
+from vsep.inference.channel import ChannelGrid
+from vsep.inference.chirp_refinement import ChannelCost, refine_chirp
+from vsep.inference.chirp_search import find_single_chirps, slope_bank
+from vsep.signal.filters import RaisedCosineFilter
+from vsep.signal.template import SignalModel
+
+NUM_SAMPLES = 128
+RATE = 5.1e6
+MODEL = SignalModel(
+    num_ramps=3,
+    num_samples=NUM_SAMPLES,
+    sample_rate_hz=RATE,
+    anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25),
+)
+GRID = ChannelGrid(NUM_SAMPLES, MODEL.num_grid_bins)
+
+
+def burst(start, slope):
+    return MODEL.template(np.array([start]), np.array([slope]))[0]
+
+
+def noise(seed, level):
+    rng = np.random.default_rng(seed)
+    values = rng.standard_normal(NUM_SAMPLES) + 1j * rng.standard_normal(NUM_SAMPLES)
+    return level * values
+
+
+@pytest.mark.parametrize(
+    ("centre", "slope"),
+    [(60.3, 0.00646), (40.7, -0.011065), (95.2, 0.023357), (10.4, -0.05), (118.0, 0.03)],
+)
+def test_search_and_refinement_find_a_burst_exactly(centre, slope):
+    residual = np.zeros((3, NUM_SAMPLES), dtype=complex)
+    residual[1] = (3.0 - 1j) * burst(-slope * centre, slope)
+    residual += noise(4, 1e-4)
+    found = find_single_chirps(residual, MODEL)
+    length = 2 * MODEL.normalised_cutoff / abs(found.slope[1])
+    assert abs(-found.start_frequency[1] / found.slope[1] - centre) < 0.1 * length
+    assert abs(found.slope[1] / slope - 1) < 0.15
+    bins = np.zeros(1, dtype=np.int64)
+    refined = refine_chirp(
+        (found.start_frequency[1], found.slope[1]),
+        MODEL,
+        ChannelCost(GRID, residual[1], bins, np.zeros(1), 0.5e8),
+        max_steps=20,
+    )
+    # Noise 80 dB below the burst: deviations of the parameters are below 1e-6 of their values.
+    assert -refined[0] / refined[1] == pytest.approx(centre, abs=1e-3)
+    assert refined[1] == pytest.approx(slope, rel=1e-4)
+
+
+def test_best_chirp_in_pure_noise_scores_about_ten_db():
+    rng = np.random.default_rng(6)
+    shape = (60, NUM_SAMPLES)
+    frame = (rng.standard_normal(shape) + 1j * rng.standard_normal(shape)) / np.sqrt(2)
+    model = SignalModel(
+        num_ramps=60,
+        num_samples=NUM_SAMPLES,
+        sample_rate_hz=RATE,
+        anti_aliasing_filter=MODEL.anti_aliasing_filter,
+    )
+    level_db = 10 * np.log10(find_single_chirps(frame, model).score)
+    # The largest of about 5000 half-independent exponentials: ln 5000 = 8.5, i.e. 9.3 dB.
+    assert 8.5 < np.median(level_db) < 10.5
+    assert level_db.max() < 13.0
+
+
+def test_bank_is_made_once_for_equal_models():
+    again = SignalModel(
+        num_ramps=3,
+        num_samples=NUM_SAMPLES,
+        sample_rate_hz=RATE,
+        anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25),
+    )
+    assert slope_bank(again) is slope_bank(MODEL)

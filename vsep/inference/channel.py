@@ -1,0 +1,85 @@
+"""The interference channel of one ramp: line spectra on a fixed grid, seen through a burst."""
+
+import numpy as np
+from scipy import fft
+
+from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep.inference.sbl import ActiveSet
+
+
+class ChannelGrid:
+    """Line spectra on the channel grid of one ramp: ``psi_k = exp(-j 2 pi k n / K) / sqrt(N)``."""
+
+    def __init__(self, num_samples: int, num_bins: int) -> None:
+        self.num_samples = num_samples
+        self.num_bins = num_bins
+
+    def atoms(self, bins: IntArray) -> ComplexArray:
+        """(N, K) active columns of Psi."""
+        turns = np.outer(np.arange(self.num_samples), bins) % self.num_bins
+        twiddle = np.exp(-2j * np.pi * np.arange(self.num_bins) / self.num_bins)
+        return np.asarray(twiddle[turns] / np.sqrt(self.num_samples))
+
+    def gram_lags(self, template: ComplexArray) -> ComplexArray:
+        """Gram entry of two channel atoms as a function of their bin difference, one FFT."""
+        lags = fft.ifft(np.abs(template) ** 2, self.num_bins)
+        return np.asarray(lags * (self.num_bins / self.num_samples))
+
+    def projections(self, template: ComplexArray, residual: ComplexArray) -> ComplexArray:
+        """(U Psi)^H r of every bin of the grid, one FFT."""
+        spectrum = fft.ifft(template.conj() * residual, self.num_bins)
+        return np.asarray(spectrum * (self.num_bins / np.sqrt(self.num_samples)))
+
+
+def channel_posterior(
+    grid: ChannelGrid,
+    template: ComplexArray,
+    residual: ComplexArray,
+    bins: IntArray,
+    precisions: FloatArray,
+    noise_precision: float,
+) -> ActiveSet:
+    """Weight posterior (60)-(62) of the active bins of one ramp."""
+    lags = grid.gram_lags(template)
+    gram = lags[(bins[:, None] - bins[None, :]) % grid.num_bins]
+    projections = grid.projections(template, residual)[bins]
+    return ActiveSet(gram, projections, precisions, noise_precision)
+
+
+def passive_ratios(
+    correlations: ComplexArray,
+    projections: ComplexArray,
+    energy: float,
+    covariance: ComplexArray,
+    amplitudes: ComplexArray,
+    noise_precision: float,
+) -> tuple[FloatArray, FloatArray]:
+    """(23)-(24) of every bin of the grid at once.
+
+    Parameters
+    ----------
+    correlations : (K, B) complex
+        Inner products of the K active columns with the B candidates.
+    projections : (B,) complex
+        Inner products of the candidates with the residual.
+    energy : float
+        Squared norm of a candidate, the same for all.
+    covariance, amplitudes : (K, K), (K,) complex
+        Posterior of the active columns.
+    noise_precision : float
+        lambda.
+
+    Returns
+    -------
+    ratio : (B,) float
+        omega^2 / rho; zero where the active columns explain a candidate to rounding.
+    inverse_rho : (B,) float
+    """
+    weighted = covariance @ correlations
+    explained = np.einsum("ik,ik->k", correlations.conj(), weighted).real
+    inverse_rho = noise_precision * energy - noise_precision**2 * explained
+    innovation = projections - correlations.conj().T @ amplitudes
+    usable = inverse_rho > 1e-9 * noise_precision * energy
+    power = np.abs(noise_precision * innovation) ** 2
+    ratio = np.where(usable, power / np.where(usable, inverse_rho, 1.0), 0.0)
+    return ratio, inverse_rho

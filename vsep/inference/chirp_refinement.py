@@ -1,0 +1,168 @@
+"""How a burst moves: refinement of its start frequency and slope by climbing (71).
+
+With ``y = Psi beta`` and ``c = diag(Psi C Psi^H)`` the gradient of (71) is
+``2 lambda Re sum da (r* y - a* (|y|^2 + c))`` over the derivatives da of the template. The
+curvature is that of the residual after projection on the channel, which is positive definite.
+"""
+
+from typing import Protocol
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep.inference.channel import ChannelGrid, channel_posterior
+from vsep.inference.sbl import ActiveSet
+from vsep.signal.template import SignalModel
+
+RIDGE = 1e-9  # relative, keeps the Newton step finite where the channel absorbs a parameter
+LONGEST_SHIFT = 0.1  # of the burst's length, one step
+LONGEST_STRETCH = 0.1  # of the slope, one step
+HALVINGS = 5  # times a step is cut to a quarter before it is given up
+
+
+class ChirpCost(Protocol):
+    """A cost of one ramp's template, to be climbed."""
+
+    def value(self, template: ComplexArray) -> float:
+        """Cost of a template (N,)."""
+
+    def slopes(
+        self, template: ComplexArray, derivatives: ComplexArray
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Cost, gradient (2,) and curvature (2, 2) for the template's derivatives (2, N)."""
+
+
+class ChannelCost:
+    """Cost (71) of a ramp: ``log|C| + lambda h^H beta`` with the projections h.
+
+    Parameters
+    ----------
+    grid : ChannelGrid
+        The channel grid.
+    residual : (N,) complex
+        Received ramp minus the object estimate.
+    bins, precisions : (K,) arrays
+        Active bins and their prior precisions, held fixed.
+    noise_precision : float
+        lambda.
+    """
+
+    def __init__(
+        self,
+        grid: ChannelGrid,
+        residual: ComplexArray,
+        bins: IntArray,
+        precisions: FloatArray,
+        noise_precision: float,
+    ) -> None:
+        self.grid = grid
+        self.residual = residual
+        self.bins = bins
+        self.precisions = precisions
+        self.noise_precision = noise_precision
+        self.atoms = grid.atoms(bins)
+
+    def _posterior(self, template: ComplexArray) -> ActiveSet:
+        return channel_posterior(
+            self.grid, template, self.residual, self.bins, self.precisions, self.noise_precision
+        )
+
+    def value(self, template: ComplexArray) -> float:
+        """Cost of a template (N,)."""
+        return self._posterior(template).cost()
+
+    def slopes(
+        self, template: ComplexArray, derivatives: ComplexArray
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Cost, exact gradient and Gauss-Newton curvature."""
+        active = self._posterior(template)
+        columns = template[:, None] * self.atoms
+        gradient, curvature = template_slopes(
+            derivatives, self.atoms, columns, active, np.arange(len(active)), self.residual
+        )
+        return active.cost(), gradient, curvature
+
+
+def template_slopes(
+    derivatives: ComplexArray,
+    atoms: ComplexArray,
+    columns: ComplexArray,
+    active: ActiveSet,
+    moving: IntArray,
+    residual: ComplexArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Gradient (2,) and Gauss-Newton curvature (2, 2) of a log evidence by a template.
+
+    Parameters
+    ----------
+    derivatives : (2, N) complex
+        Derivatives of the template by the two parameters.
+    atoms : (N, K) complex
+        Channel atoms Psi of the columns that carry the template.
+    columns : (N, M) complex
+        All columns that have a part in this ramp.
+    active : ActiveSet
+        Posterior of the M columns.
+    moving : (K,) int
+        Which of them carry the template.
+    residual : (N,) complex
+        What the columns explain.
+    """
+    noise_precision = active.noise_precision
+    line = atoms @ active.amplitudes[moving]
+    rest = residual - columns @ active.amplitudes
+    uncertainty = np.einsum("nk,nk->n", columns @ active.covariance[:, moving], atoms.conj())
+    pull = rest.conj() * line - uncertainty.conj()
+    gradient = 2.0 * noise_precision * (derivatives @ pull).real
+    moved = derivatives * line
+    crossed = moved @ columns.conj()
+    curvature = (moved @ moved.conj().T).real
+    curvature -= noise_precision * (crossed @ active.covariance.T @ crossed.conj().T).real
+    return gradient, 2.0 * noise_precision * curvature
+
+
+def refine_chirp(
+    parameters: tuple[float, float], model: SignalModel, cost: ChirpCost, *, max_steps: int = 1
+) -> tuple[float, float]:
+    """Climb a cost in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
+
+    Parameters
+    ----------
+    parameters : tuple of float
+        Start frequency and slope, normalised.
+    model : SignalModel
+        Makes the templates.
+    cost : ChirpCost
+        What is climbed.
+    max_steps : int
+        Steps at most.
+
+    Returns
+    -------
+    tuple of float
+        Start frequency and slope; the cost never falls.
+    """
+    start_frequency, slope = parameters
+    for _ in range(max_steps):
+        centre = -start_frequency / slope
+        reference = float(np.clip(centre, 0.0, model.num_samples - 1.0))
+        template, derivatives = model.template_jet(start_frequency, slope, reference)
+        value, gradient, curvature = cost.slopes(template, derivatives)
+        ridge = np.diag(RIDGE * np.diagonal(curvature))
+        step = np.linalg.solve(curvature + ridge, gradient)
+        step /= max(
+            1.0,
+            abs(step[0]) / (2.0 * LONGEST_SHIFT * model.normalised_cutoff),
+            abs(step[1]) / (LONGEST_STRETCH * abs(slope)),
+        )
+        for _ in range(HALVINGS):
+            trial_slope = float(slope + step[1])
+            trial_start = float(start_frequency + step[0] - step[1] * reference)
+            trial = model.template(np.array([trial_start]), np.array([trial_slope]))[0]
+            if cost.value(trial) >= value:
+                start_frequency, slope = trial_start, trial_slope
+                break
+            step = 0.25 * step
+        else:
+            break
+    return start_frequency, slope

@@ -1,0 +1,60 @@
+"""The joint-posterior variant (footnote 4): one dictionary, one covariance of all weights.
+
+Objects and interference share ``q(alpha, beta)``, so that their posterior correlation is kept. The
+updates are those of the factorised algorithm, on the received signal itself: the other source is
+not subtracted but stands among the columns. The price is a covariance of all components at once.
+"""
+
+from dataclasses import dataclass
+
+from vsep._arrays import ComplexArray, from_db
+from vsep.inference.elbo import noise_bound, weights_bound
+from vsep.inference.joint_columns import JointColumns
+from vsep.inference.object_only import expected_error
+from vsep.inference.objects import ObjectWorkspace
+from vsep.inference.separator import FactorisedSeparator
+from vsep.inference.state import IterationInfo, SeparationState
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class JointSeparator(FactorisedSeparator):
+    """Algorithm 1 with the joint posterior q(alpha, beta); settings as `FactorisedSeparator`."""
+
+    def step(
+        self, received: ComplexArray, state: SeparationState
+    ) -> tuple[SeparationState, IterationInfo]:
+        """One main iteration: interference, lambda, objects, lambda, all on one posterior."""
+        interference = self.interference_workspace(state)
+        searched = self.search_due(state)
+        if searched:
+            interference.search(received - state.object_signal, state.noise_precision)
+        columns = JointColumns(received, state.objects, interference, state.noise_precision)
+        columns.update()
+
+        noise_precision = _noise_precision(columns)
+        objects = ObjectWorkspace(
+            state.objects,
+            received,
+            noise_precision,
+            threshold=float(from_db(self.threshold_db)),
+            next_id=state.next_component_id,
+            background=columns.background(),
+        )
+        objects.add_components(1)
+        objects.update_components()
+        columns = JointColumns(received, objects.components(), interference, noise_precision)
+        columns.noise_precision = _noise_precision(columns)
+        columns.rebuild()
+        columns.take_over()
+        objects.active = columns.active
+
+        active, noise_precision = columns.active, columns.noise_precision
+        bound = weights_bound(active.amplitudes, active.covariance, active.precisions)
+        error = expected_error(columns.rest(), active.trace())
+        bound += noise_bound(received.size, noise_precision, error)
+        return self.conclude(state, objects, interference, noise_precision, bound, searched)
+
+
+def _noise_precision(columns: JointColumns) -> float:
+    """Update (65) with the joint posterior."""
+    return columns.received.size / expected_error(columns.rest(), columns.active.trace())

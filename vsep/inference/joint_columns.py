@@ -1,0 +1,247 @@
+"""All columns of the joint dictionary ``[Phi, U Psi]``, and how a ramp's part of it changes.
+
+Every column is separable: an object atom is a line over the samples times a line over the ramps, a
+channel atom of ramp p is ``template * psi_k`` over the samples times the unit vector of p over the
+ramps. So the object algorithm runs over both without knowing which is which.
+"""
+
+import numpy as np
+from scipy import fft
+
+from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep.inference.channel import passive_ratios
+from vsep.inference.chirp_refinement import ChirpCost, refine_chirp, template_slopes
+from vsep.inference.interference import InterferenceWorkspace, RampWork
+from vsep.inference.objects import Background
+from vsep.inference.refinement import place_components
+from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
+from vsep.inference.state import EventKind, ObjectComponents
+from vsep.signal.atoms import synthesize
+
+OBJECT = -1  # owner of the columns that are object atoms
+
+
+class JointColumns:
+    """Joint posterior of all weights while the interference part of a step changes it.
+
+    Parameters
+    ----------
+    received : (P, N) complex
+        The frame; nothing is subtracted from it.
+    objects : ObjectComponents
+        Where the objects stand; they keep their place here.
+    interference : InterferenceWorkspace
+        Bursts and channels of the ramps; changed in place.
+    noise_precision : float
+        lambda.
+    """
+
+    def __init__(
+        self,
+        received: ComplexArray,
+        objects: ObjectComponents,
+        interference: InterferenceWorkspace,
+        noise_precision: float,
+    ) -> None:
+        self.received = received
+        self.points = np.stack([objects.beats, objects.dopplers], axis=1)
+        self.object_precisions = objects.precisions
+        self.interference = interference
+        self.noise_precision = noise_precision
+        self.templates = interference.templates()
+        self.rebuild()
+
+    def _ramps(self) -> list[tuple[int, RampWork]]:
+        return [(p, ramp) for p, ramp in enumerate(self.interference.ramps) if ramp is not None]
+
+    def rebuild(self) -> None:
+        """Posterior of all columns from scratch."""
+        self.owners = np.concatenate(
+            [np.full(len(self.points), OBJECT)]
+            + [np.full(len(ramp.bins), p) for p, ramp in self._ramps()]
+        ).astype(np.int64)
+        background = self.background()
+        placed = place_components(
+            self.points,
+            np.concatenate([self.object_precisions, background.precisions]),
+            self.received,
+            self.noise_precision,
+            background.factors,
+        )
+        self.factors, self.active = placed.factors, placed.active
+
+    def background(self) -> Background:
+        """Channel columns of all ramps with their prior precisions."""
+        num_ramps, num_samples = self.received.shape
+        beat = [np.zeros((0, num_samples), dtype=np.complex128)]
+        doppler = [np.zeros((0, num_ramps), dtype=np.complex128)]
+        precisions = [np.zeros(0)]
+        for p, ramp in self._ramps():
+            atoms = self.interference.grid.atoms(ramp.bins)
+            beat.append((self.templates[p][:, None] * atoms).T)
+            doppler.append(np.tile(np.eye(num_ramps)[p], (len(ramp.bins), 1)))
+            precisions.append(ramp.precisions)
+        return Background(
+            (np.concatenate(beat), np.concatenate(doppler)), np.concatenate(precisions)
+        )
+
+    def update(self) -> None:
+        """Run Algorithm 2 on every ramp that holds a burst, on the joint posterior."""
+        for p, ramp in self._ramps():
+            self._refine(p, ramp)
+            self._add_components(p, ramp)
+            self._update_components(p, ramp)
+            if len(ramp.bins) == 0:
+                self.interference.drop_if_empty(p)
+            self.rebuild()
+            self._refine(p, ramp)
+
+    def rest(self) -> ComplexArray:
+        """(P, N) what no column explains."""
+        return self.received - synthesize(self.active.amplitudes, *self.factors)
+
+    def take_over(self) -> None:
+        """Hand every ramp its block of the posterior, and synthesize the interference."""
+        signal: ComplexArray = np.zeros(self.received.shape, dtype=np.complex128)
+        for p, ramp in self._ramps():
+            own = np.flatnonzero(self.owners == p)
+            ramp.amplitudes = self.active.amplitudes[own]
+            ramp.covariance = self.active.covariance[np.ix_(own, own)]
+            signal[p] = self.factors[0][own].T @ ramp.amplitudes
+        self.interference.signal = signal
+
+    def members(self, p: int) -> IntArray:
+        """Return the indices of the columns with a part in ramp p: all objects, and its own."""
+        return np.flatnonzero((self.owners == OBJECT) | (self.owners == p))
+
+    def columns_in_ramp(self, p: int, members: IntArray) -> ComplexArray:
+        """(N, M) what these columns are within ramp p."""
+        beat, doppler = self.factors
+        return np.asarray((beat[members] * doppler[members, p][:, None]).T)
+
+    def _refine(self, p: int, ramp: RampWork) -> None:
+        if len(ramp.bins) == 0:
+            return
+        parameters = refine_chirp(
+            (ramp.start_frequency, ramp.slope),
+            self.interference.model,
+            self.chirp_cost(p, ramp),
+            max_steps=self.interference.schedule.refinement_steps,
+        )
+        ramp.start_frequency, ramp.slope = parameters
+        self.templates[p] = self.interference.template_of(ramp)
+        self.rebuild()
+
+    def chirp_cost(self, p: int, ramp: RampWork) -> ChirpCost:
+        """Log evidence of the whole frame as a function of one ramp's template."""
+        return _JointCost(self, p, ramp)
+
+    def _add_components(self, p: int, ramp: RampWork) -> None:
+        work, template = self.interference, self.templates[p]
+        lags = work.grid.gram_lags(template)
+        projections = work.grid.projections(template, self.received[p])
+        num_bins, energy = work.grid.num_bins, float(lags[0].real)
+        beat, doppler = self.factors
+        count = len(self.points)
+        seen = beat[:count].conj() * template * doppler[:count, p].conj()[:, None]
+        with_objects = fft.fft(seen, num_bins, axis=1) / np.sqrt(work.model.num_samples)
+        for _ in range(work.schedule.channel_additions):
+            members = self.members(p)
+            lag = (ramp.bins[:, None] - np.arange(num_bins)[None, :]) % num_bins
+            correlations = np.concatenate([with_objects, lags[lag]])
+            ratio, inverse_rho = passive_ratios(
+                correlations,
+                projections,
+                energy,
+                self.active.covariance[np.ix_(members, members)],
+                self.active.amplitudes[members],
+                self.noise_precision,
+            )
+            ratio[ramp.bins] = 0.0
+            best = int(np.argmax(ratio))
+            if ratio[best] <= work.threshold:
+                return
+            rho = 1.0 / float(inverse_rho[best])
+            all_correlations = np.zeros(len(self.active), dtype=np.complex128)
+            all_correlations[members] = correlations[:, best]
+            own = np.flatnonzero(self.owners == p)
+            index = int(own[-1]) + 1 if len(own) else len(self.owners)
+            precision = converged_precision(rho, float(ratio[best]) * rho)
+            self.active = self.active.inserted(
+                index, all_correlations, complex(projections[best]), energy, precision
+            )
+            self.owners = np.insert(self.owners, index, p)
+            ramp.bins = np.append(ramp.bins, best)
+            ramp.precisions = np.append(ramp.precisions, precision)
+            work.record(
+                EventKind.CHANNEL_ADDED, p, float(ratio[best]), work.threshold, channel_bin=best
+            )
+
+    def _update_components(self, p: int, ramp: RampWork) -> None:
+        work = self.interference
+        for channel_bin in ramp.bins.copy():
+            place = int(np.flatnonzero(ramp.bins == channel_bin)[0])
+            index = int(np.flatnonzero(self.owners == p)[place])
+            rho, omega_sq = self.active.flat_prior_moments(index)
+            ratio = activation_ratio(rho, omega_sq)
+            if ratio > max(work.prune_threshold, 1.0):
+                self.active.set_precision(index, converged_precision(rho, omega_sq))
+                ramp.precisions = ramp.precisions.copy()
+                ramp.precisions[place] = self.active.precisions[index]
+                continue
+            self.active = self.active.without(index)
+            self.owners = np.delete(self.owners, index)
+            ramp.bins = np.delete(ramp.bins, place)
+            ramp.precisions = np.delete(ramp.precisions, place)
+            work.record(
+                EventKind.CHANNEL_PRUNED,
+                p,
+                ratio,
+                work.prune_threshold,
+                channel_bin=int(channel_bin),
+            )
+
+
+class _JointCost:
+    """Log evidence of the whole frame as a function of one ramp's template."""
+
+    def __init__(self, columns: JointColumns, p: int, ramp: RampWork) -> None:
+        self.columns = columns
+        self.ramp_index = p
+        self.atoms = columns.interference.grid.atoms(ramp.bins)
+
+    def value(self, template: ComplexArray) -> float:
+        """Cost with this template in the ramp."""
+        self._place(template)
+        return self.columns.active.cost()
+
+    def slopes(
+        self, template: ComplexArray, derivatives: ComplexArray
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Cost, exact gradient and Gauss-Newton curvature."""
+        self._place(template)
+        columns, p = self.columns, self.ramp_index
+        members = columns.members(p)
+        part = _restricted(columns.active, members)
+        gradient, curvature = template_slopes(
+            derivatives,
+            self.atoms,
+            columns.columns_in_ramp(p, members),
+            part,
+            np.flatnonzero(columns.owners[members] == p),
+            columns.received[p],
+        )
+        return columns.active.cost(), gradient, curvature
+
+    def _place(self, template: ComplexArray) -> None:
+        self.columns.templates[self.ramp_index] = template
+        self.columns.rebuild()
+
+
+def _restricted(active: ActiveSet, members: IntArray) -> ActiveSet:
+    """Marginal posterior of some columns: a block of the covariance, not a new inverse."""
+    part: ActiveSet = object.__new__(ActiveSet)
+    part.noise_precision = active.noise_precision
+    part.amplitudes = active.amplitudes[members]
+    part.covariance = active.covariance[np.ix_(members, members)]
+    return part
