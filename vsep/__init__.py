@@ -1,9 +1,11 @@
 """Variational separation of object signals and mutual interference of automotive FMCW radars."""
 
 from vsep._arrays import InputError
+from vsep._version import __version__
 from vsep.files.frame import Frame, read_frame, write_frame
+from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.run import iterate, run
-from vsep.inference.separator import FactorisedSeparator, ObjectOnlySeparator
+from vsep.inference.separator import FactorisedSeparator
 from vsep.inference.uncertainty import dispersion_std
 from vsep.signal.filters import ButterworthFilter, MeasuredFilter, NoFilter, RaisedCosineFilter
 from vsep.signal.presets import preset, simulate_preset
@@ -11,8 +13,6 @@ from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel, GroundTruth, Interferer, Observation, Scene
 from vsep.signal.simulate import add_interference, simulate
 from vsep.signal.template import SignalModel
-
-__version__ = "0.1.0"
 
 __all__ = [
     "ButterworthFilter",

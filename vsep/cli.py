@@ -10,8 +10,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from vsep import __version__
 from vsep._arrays import InputError
+from vsep._version import __version__
 from vsep.signal.presets import PRESET_NAMES
 
 _EXIT_INPUT = 2
@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit code.
     """
-    options = _build_parser().parse_args(arguments)
+    options = build_parser().parse_args(arguments)
     try:
         code: int = options.command(options)
         sys.stdout.flush()
@@ -95,7 +95,8 @@ def _fail(sentence: str) -> int:
     return _EXIT_INPUT
 
 
-def _build_parser() -> argparse.ArgumentParser:
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
     parser = _Parser(
         prog="vsep",
         description=_DESCRIPTION,

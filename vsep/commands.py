@@ -1,6 +1,7 @@
 """What the ``vsep`` command does once its options are read: simulate, separate, report."""
 
 import argparse
+import math
 import sys
 from collections import Counter
 from collections.abc import Sequence
@@ -13,8 +14,10 @@ from tqdm import tqdm
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.results import as_json, result_line, separated_signals
+from vsep.inference.estimator import Estimator
+from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.run import run
-from vsep.inference.separator import Estimator, FactorisedSeparator, ObjectOnlySeparator
+from vsep.inference.separator import FactorisedSeparator
 from vsep.signal.filters import NoFilter
 from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
@@ -67,13 +70,14 @@ def separate_frames(options: argparse.Namespace) -> int:
 
 def report_frame(options: argparse.Namespace) -> int:
     """Separate one frame and draw it."""
-    from app.report import write_report
-
     _require_distinct([options.frame], options.out, None)
     _require_folder(options.out)
+    from app.report import write_report
+
     frame = read_frame(options.frame)
-    separator = _make_separator(options, _model_of(frame))
-    write_report(frame, Path(options.out), separator=separator, settings=_describe(options))
+    separator = make_separator(options, _model_of(frame))
+    settings = describe_run(options, frame, separator)
+    write_report(frame, Path(options.out), separator=separator, settings=settings)
     return 0
 
 
@@ -82,7 +86,7 @@ def _separate_frame(path: str, options: argparse.Namespace, results: TextIO) -> 
     line: dict[str, Any]
     try:
         frame = read_frame(path)
-        solution = run(_make_separator(options, _model_of(frame)), frame.received)
+        solution = run(make_separator(options, _model_of(frame)), frame.received)
         line = result_line(path, solution, frame.radar)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
@@ -101,7 +105,7 @@ def _require_usable(options: argparse.Namespace) -> None:
     model = SignalModel(
         num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
     )
-    _make_separator(options, model)
+    make_separator(options, model)
 
 
 def _model_of(frame: Frame) -> SignalModel:
@@ -113,7 +117,8 @@ def _model_of(frame: Frame) -> SignalModel:
     )
 
 
-def _make_separator(options: argparse.Namespace, model: SignalModel) -> Estimator:
+def make_separator(options: argparse.Namespace, model: SignalModel) -> Estimator:
+    """Make the estimator that the options of ``separate`` and ``report`` describe."""
     if options.estimator == "object-only":
         return ObjectOnlySeparator(
             model=model,
@@ -131,15 +136,21 @@ def _make_separator(options: argparse.Namespace, model: SignalModel) -> Estimato
     )
 
 
-def _describe(options: argparse.Namespace) -> dict[str, str]:
-    """Name the estimator's settings for a reader of the report."""
-    settings = {"estimator": options.estimator}
+def describe_run(options: argparse.Namespace, frame: Frame, separator: Estimator) -> dict[str, str]:
+    """Name for a reader of the report how the frame was made and what the estimator was told."""
+    assumed = frame.assumed_filter
+    settings = {key: frame.settings[key] for key in ("preset", "seed") if key in frame.settings}
+    settings["estimator"] = options.estimator
     if options.estimator == "factorised":
         settings["schedule"] = options.schedule
         if options.interference_threshold_db is not None:
             settings["interference threshold"] = f"{options.interference_threshold_db:g} dB"
     if options.object_threshold_db is None:
         settings["false-alarm rate"] = f"{options.false_alarm_rate:g} per frame"
+    settings["object threshold"] = f"{separator.threshold_db:.1f} dB"
+    settings["assumed filter"] = assumed.kind.replace("_", " ")
+    if math.isfinite(assumed.cutoff_hz):
+        settings["assumed filter"] += f", {assumed.cutoff_hz / 1e6:g} MHz"
     settings["largest number of iterations"] = str(options.max_iterations)
     return settings
 

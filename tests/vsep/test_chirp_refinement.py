@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vsep.inference.channel import ChannelGrid, channel_posterior
-from vsep.inference.chirp_refinement import ChannelCost, refine_chirp
+from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
 
@@ -80,5 +80,5 @@ def test_refinement_never_lowers_the_cost():
     for _ in range(20):
         start = rng.uniform(0.5, 1.0)
         slope = -start / rng.uniform(20.0, 110.0)
-        moved = refine_chirp((start, slope), MODEL, cost)
-        assert cost.value(burst(*moved)) >= cost.value(burst(start, slope))
+        moved = refine_chirp(place_chirp(start, slope, MODEL), MODEL, cost)
+        assert cost.value(moved.template) >= cost.value(burst(start, slope))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vsep.inference.channel import ChannelGrid
-from vsep.inference.chirp_refinement import ChannelCost, refine_chirp
+from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
 from vsep.inference.chirp_search import find_single_chirps, slope_bank
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
@@ -44,14 +44,14 @@ def test_search_and_refinement_find_a_burst_exactly(centre, slope):
     assert abs(found.slope[1] / slope - 1) < 0.15
     bins = np.zeros(1, dtype=np.int64)
     refined = refine_chirp(
-        (found.start_frequency[1], found.slope[1]),
+        place_chirp(found.start_frequency[1], found.slope[1], MODEL),
         MODEL,
         ChannelCost(GRID, residual[1], bins, np.zeros(1), 0.5e8),
         max_steps=20,
     )
     # Noise 80 dB below the burst: deviations of the parameters are below 1e-6 of their values.
-    assert -refined[0] / refined[1] == pytest.approx(centre, abs=1e-3)
-    assert refined[1] == pytest.approx(slope, rel=1e-4)
+    assert -refined.start_frequency / refined.slope == pytest.approx(centre, abs=1e-3)
+    assert refined.slope == pytest.approx(slope, rel=1e-4)
 
 
 def test_best_chirp_in_pure_noise_scores_about_ten_db():

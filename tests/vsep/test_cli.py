@@ -340,6 +340,49 @@ def test_unwritable_outputs_are_refused(
     assert "File exists" in refused("separate", frame, "--out", out, "--signals", frame)
 
 
+# report
+
+
+@pytest.mark.parametrize("suffix", ["html", "png"])
+def test_report_draws_a_simulated_frame(tmp_path: Path, suffix: str) -> None:
+    frame, out = str(tmp_path / "frame.npz"), tmp_path / f"snapshot.{suffix}"
+    cli.main(["simulate", "--preset", "simulation-1", "--seed", "31415", "--out", frame])
+    assert cli.main(["report", frame, "--out", str(out), "--max-iterations", "2"]) == 0
+    content = out.read_bytes()
+    if suffix == "png":
+        assert content.startswith(b"\x89PNG")
+    else:
+        assert b"31415" in content
+
+
+def test_report_refuses_another_format_and_a_bad_frame(
+    refused: Refused, tmp_path: Path, frame_file: Callable[..., str]
+) -> None:
+    assert ".html or .png" in refused("report", frame_file(), "--out", str(tmp_path / "a.pdf"))
+    absent = str(tmp_path / "absent.npz")
+    assert "does not exist" in refused("report", absent, "--out", str(tmp_path / "a.png"))
+
+
+def test_a_report_lists_the_seed_and_what_the_estimator_was_told(
+    tmp_path: Path, frame_file: Callable[..., str]
+) -> None:
+    path = frame_file(preset="simulation-2-a", seed=7, filter_kind="none")
+    frame = read_frame(path)
+    options = cli.build_parser().parse_args(
+        ["report", path, "--out", str(tmp_path / "a.png"), "--object-threshold-db", "9"]
+    )
+    separator = commands.make_separator(options, MODEL)
+    assert commands.describe_run(options, frame, separator) == {
+        "preset": "simulation-2-a",
+        "seed": "7",
+        "estimator": "factorised",
+        "schedule": "robust",
+        "object threshold": "9.0 dB",
+        "assumed filter": "none",
+        "largest number of iterations": "100",
+    }
+
+
 # The command itself
 
 

@@ -70,7 +70,7 @@ def test_added_component_is_the_best_passive_one_of_the_dense_formulas():
     work = workspace()
     work.search(received, NOISE_PRECISION)
     ramp = work.ramps[1]
-    template = MODEL.template(np.array([ramp.start_frequency]), np.array([ramp.slope]))[0]
+    template = ramp.chirp.template
     turns = np.outer(np.arange(NUM_SAMPLES), np.arange(MODEL.num_grid_bins))
     atoms = template[:, None] * np.exp(-2j * np.pi * turns / MODEL.num_grid_bins)
     atoms /= np.sqrt(NUM_SAMPLES)
@@ -87,10 +87,8 @@ def test_added_component_is_the_best_passive_one_of_the_dense_formulas():
         ratios.append(abs(omega) ** 2 * inverse_rho)
     ratios = np.array(ratios)
     ratios[ramp.bins] = 0.0
-    start = (ramp.start_frequency, ramp.slope)
     work._refine = lambda *_: None  # keep theta where the dense formulas were evaluated
     work.update(received, NOISE_PRECISION)
-    assert (ramp.start_frequency, ramp.slope) == start
     first = next(event for event in work.events if event.kind is EventKind.CHANNEL_ADDED)
     assert first.bin == np.argmax(ratios)
     assert first.snr_db == pytest.approx(10 * np.log10(ratios.max()), abs=1e-6)
@@ -118,7 +116,7 @@ def test_a_burst_modelled_in_the_wrong_place_is_restarted():
     moved.search(elsewhere, NOISE_PRECISION)
     assert kinds(moved) == [EventKind.CHIRP_RESTARTED]
     ramp = moved.ramps[1]
-    assert -ramp.start_frequency / ramp.slope == pytest.approx(90.0, abs=2.0)
+    assert -ramp.chirp.start_frequency / ramp.chirp.slope == pytest.approx(90.0, abs=2.0)
 
 
 def test_a_well_modelled_burst_is_left_alone_by_the_search():

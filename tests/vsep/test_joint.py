@@ -86,7 +86,7 @@ def test_chirp_gradient_of_the_joint_evidence_equals_finite_differences(settled)
     columns = columns_of(model, received, state)
     p, ramp = next((p, r) for p, r in enumerate(columns.interference.ramps) if r is not None)
     cost = columns.chirp_cost(p, ramp)
-    start, slope = ramp.start_frequency + 1e-4, ramp.slope * 1.001
+    start, slope = ramp.chirp.start_frequency + 1e-4, ramp.chirp.slope * 1.001
     reference = -start / slope
 
     def value(frequency_step, slope_step):

@@ -38,6 +38,8 @@ def assert_posterior(active, atoms, residual, precisions):
     # 40 x 5 well-conditioned problems: rounding of a few hundred operations on values of order 1.
     np.testing.assert_allclose(active.covariance, covariance, rtol=0, atol=1e-13)
     np.testing.assert_allclose(active.amplitudes, amplitudes, rtol=0, atol=1e-13)
+    log_determinant = np.linalg.slogdet(covariance)[1]
+    assert active.log_determinant == pytest.approx(log_determinant, abs=1e-12)
 
 
 def test_refresh_equals_the_direct_inverse():

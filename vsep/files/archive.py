@@ -66,7 +66,8 @@ class Archive:
             self._zip = zipfile.ZipFile(source)
         except FileNotFoundError as error:
             raise InputError(f"{name} does not exist; give the path of a frame file.") from error
-        except zipfile.BadZipFile as error:
+        except (zipfile.BadZipFile, RuntimeError) as error:
+            # RuntimeError: a version of the zip format that Python does not know.
             raise InputError(
                 f"{name} is not a frame file; an .npz archive written by numpy.savez is needed, "
                 "complete and uncut."

@@ -28,10 +28,10 @@ from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth
 
-# Beyond these magnitudes the squares of 64-bit numbers and their sums come near the ends of their
-# range.
-_LOWEST_PEAK = 1e-100
-_HIGHEST_PEAK = 1e100
+# The estimators form fourth powers of the signal; within these magnitudes none of them leaves the
+# range of 64-bit numbers, 1e-308 to 1e308, also with the gain of a large frame.
+_LOWEST_PEAK = 1e-60
+_HIGHEST_PEAK = 1e60
 _SETTINGS: dict[str, type] = {"preset": str, "snr_db": float, "sir_db": float, "seed": int}
 
 

@@ -5,6 +5,7 @@ With ``y = Psi beta`` and ``c = diag(Psi C Psi^H)`` the gradient of (71) is
 curvature is that of the residual after projection on the channel, which is positive definite.
 """
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -121,15 +122,30 @@ def template_slopes(
     return gradient, 2.0 * noise_precision * curvature
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedChirp:
+    """Start frequency and slope (normalised) with the template (N,) they imply."""
+
+    start_frequency: float
+    slope: float
+    template: ComplexArray
+
+
+def place_chirp(start_frequency: float, slope: float, model: SignalModel) -> PlacedChirp:
+    """Template of one pair of parameters."""
+    template = model.template(np.array([start_frequency]), np.array([slope]))[0]
+    return PlacedChirp(float(start_frequency), float(slope), template)
+
+
 def refine_chirp(
-    parameters: tuple[float, float], model: SignalModel, cost: ChirpCost, *, max_steps: int = 1
-) -> tuple[float, float]:
+    chirp: PlacedChirp, model: SignalModel, cost: ChirpCost, *, max_steps: int = 1
+) -> PlacedChirp:
     """Climb a cost in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
 
     Parameters
     ----------
-    parameters : tuple of float
-        Start frequency and slope, normalised.
+    chirp : PlacedChirp
+        Where to start.
     model : SignalModel
         Makes the templates.
     cost : ChirpCost
@@ -139,11 +155,11 @@ def refine_chirp(
 
     Returns
     -------
-    tuple of float
-        Start frequency and slope; the cost never falls.
+    PlacedChirp
+        The cost never falls.
     """
-    start_frequency, slope = parameters
     for _ in range(max_steps):
+        start_frequency, slope = chirp.start_frequency, chirp.slope
         centre = -start_frequency / slope
         reference = float(np.clip(centre, 0.0, model.num_samples - 1.0))
         template, derivatives = model.template_jet(start_frequency, slope, reference)
@@ -156,13 +172,13 @@ def refine_chirp(
             abs(step[1]) / (LONGEST_STRETCH * abs(slope)),
         )
         for _ in range(HALVINGS):
-            trial_slope = float(slope + step[1])
-            trial_start = float(start_frequency + step[0] - step[1] * reference)
-            trial = model.template(np.array([trial_start]), np.array([trial_slope]))[0]
-            if cost.value(trial) >= value:
-                start_frequency, slope = trial_start, trial_slope
+            trial = place_chirp(
+                start_frequency + step[0] - step[1] * reference, slope + step[1], model
+            )
+            if cost.value(trial.template) >= value:
+                chirp = trial
                 break
             step = 0.25 * step
         else:
             break
-    return start_frequency, slope
+    return chirp

@@ -6,7 +6,7 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
 from vsep.inference.channel import ChannelGrid, channel_posterior, passive_ratios
-from vsep.inference.chirp_refinement import ChannelCost, refine_chirp
+from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirp, refine_chirp
 from vsep.inference.chirp_search import find_single_chirps
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.schedule import Schedule
@@ -21,31 +21,18 @@ CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled 
 class RampWork:
     """One ramp inside a step: its parameters, and what they imply once computed."""
 
-    start_frequency: float
-    slope: float
+    chirp: PlacedChirp
     bins: IntArray
     precisions: FloatArray
     amplitudes: ComplexArray = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
     covariance: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
     trace: float = 0.0
 
-    @classmethod
-    def thaw(cls, ramp: RampInterference) -> "RampWork":
-        """Start from the previous state."""
-        return cls(
-            ramp.start_frequency,
-            ramp.slope,
-            ramp.active_bins,
-            ramp.precisions,
-            ramp.amplitudes,
-            ramp.covariance,
-        )
-
     def freeze(self) -> RampInterference:
         """Hand over to the next state."""
         return RampInterference(
-            start_frequency=self.start_frequency,
-            slope=self.slope,
+            start_frequency=self.chirp.start_frequency,
+            slope=self.chirp.slope,
             active_bins=self.bins,
             amplitudes=self.amplitudes,
             covariance=self.covariance,
@@ -89,9 +76,25 @@ class InterferenceWorkspace:
         first = schedule.first_threshold_db
         self.first_threshold = threshold if first is None else float(from_db(first))
         self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
-        self.ramps = [None if ramp is None else RampWork.thaw(ramp) for ramp in ramps]
+        self.ramps = self._thaw(ramps)
         self.signal = np.zeros(model.shape, dtype=np.complex128)
         self.events: list[ComponentEvent] = []
+
+    def _thaw(self, ramps: tuple[RampInterference | None, ...]) -> list[RampWork | None]:
+        """Working copies, with the templates of all ramps made in one call."""
+        held = [(p, ramp) for p, ramp in enumerate(ramps) if ramp is not None]
+        work: list[RampWork | None] = [None] * len(ramps)
+        if held:
+            templates = self.model.template(
+                np.array([ramp.start_frequency for _, ramp in held]),
+                np.array([ramp.slope for _, ramp in held]),
+            )
+            for (p, ramp), template in zip(held, templates, strict=True):
+                chirp = PlacedChirp(ramp.start_frequency, ramp.slope, template)
+                work[p] = RampWork(
+                    chirp, ramp.active_bins, ramp.precisions, ramp.amplitudes, ramp.covariance
+                )
+        return work
 
     @property
     def trace(self) -> float:
@@ -125,7 +128,7 @@ class InterferenceWorkspace:
 
     def _single_score(self, ramp: RampWork, residual: ComplexArray) -> float:
         """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""
-        template = self.template_of(ramp)
+        template = ramp.chirp.template
         energy = float(np.vdot(template, template).real) / self.model.num_samples
         projections = self.grid.projections(template, residual)
         return float(np.max(np.abs(projections)) ** 2 / energy)
@@ -134,22 +137,14 @@ class InterferenceWorkspace:
         self, start_frequency: float, slope: float, residual: ComplexArray, noise_precision: float
     ) -> RampWork:
         """Begin with one component at zero delay, polished from the search grid."""
-        empty = RampWork(
-            float(start_frequency), float(slope), np.zeros(0, dtype=np.int64), np.zeros(0)
-        )
+        chirp = place_chirp(start_frequency, slope, self.model)
         if self.schedule.first_threshold_db is None:
-            return empty
-        bins = np.zeros(1, dtype=np.int64)
-        parameters = refine_chirp(
-            (empty.start_frequency, empty.slope),
-            self.model,
-            ChannelCost(self.grid, residual, bins, np.zeros(1), noise_precision),
-            max_steps=START_STEPS,
-        )
-        started = RampWork(*parameters, bins, np.zeros(1))
-        active = channel_posterior(
-            self.grid, self.template_of(started), residual, bins, np.zeros(1), noise_precision
-        )
+            return RampWork(chirp, np.zeros(0, dtype=np.int64), np.zeros(0))
+        bins, flat = np.zeros(1, dtype=np.int64), np.zeros(1)
+        cost = ChannelCost(self.grid, residual, bins, flat, noise_precision)
+        chirp = refine_chirp(chirp, self.model, cost, max_steps=START_STEPS)
+        started = RampWork(chirp, bins, flat)
+        active = self._posterior(started, residual, noise_precision)
         rho, omega_sq = active.flat_prior_moments(0)
         active.set_precision(0, converged_precision(rho, omega_sq))
         started.set_posterior(active)
@@ -161,11 +156,8 @@ class InterferenceWorkspace:
             if ramp is None:
                 continue
             self._refine(ramp, residual[p], noise_precision)
-            template = self.template_of(ramp)
-            active = channel_posterior(
-                self.grid, template, residual[p], ramp.bins, ramp.precisions, noise_precision
-            )
-            active = self._add_components(p, ramp, active, template, residual[p])
+            active = self._posterior(ramp, residual[p], noise_precision)
+            active = self._add_components(p, ramp, active, residual[p])
             active = self._update_components(p, ramp, active)
             ramp.set_posterior(active)
             if len(active) == 0:
@@ -185,49 +177,30 @@ class InterferenceWorkspace:
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
         """Covariance and mean (61)-(62) at the present parameters, and the signal."""
-        templates = self.templates()
         for p, ramp in enumerate(self.ramps):
             if ramp is not None:
-                active = channel_posterior(
-                    self.grid,
-                    templates[p],
-                    residual[p],
-                    ramp.bins,
-                    ramp.precisions,
-                    noise_precision,
-                )
-                ramp.set_posterior(active)
-        self._synthesize(templates)
+                ramp.set_posterior(self._posterior(ramp, residual[p], noise_precision))
+        self._synthesize()
 
-    def _synthesize(self, templates: dict[int, ComplexArray] | None = None) -> None:
-        templates = self.templates() if templates is None else templates
-        self.signal = np.zeros(self.model.shape, dtype=np.complex128)
-        for p, template in templates.items():
-            ramp = self.ramps[p]
-            if ramp is not None:
-                self.signal[p] = template * (self.grid.atoms(ramp.bins) @ ramp.amplitudes)
-
-    def templates(self) -> dict[int, ComplexArray]:
-        """Templates (N,) of the ramps that hold a burst."""
-        active = [(p, ramp) for p, ramp in enumerate(self.ramps) if ramp is not None]
-        if not active:
-            return {}
-        stacked = self.model.template(
-            np.array([ramp.start_frequency for _, ramp in active]),
-            np.array([ramp.slope for _, ramp in active]),
+    def _posterior(
+        self, ramp: RampWork, residual: ComplexArray, noise_precision: float
+    ) -> ActiveSet:
+        return channel_posterior(
+            self.grid, ramp.chirp.template, residual, ramp.bins, ramp.precisions, noise_precision
         )
-        return {p: template for (p, _), template in zip(active, stacked, strict=True)}
 
-    def template_of(self, ramp: RampWork) -> ComplexArray:
-        """Template (N,) of one ramp."""
-        stacked = self.model.template(np.array([ramp.start_frequency]), np.array([ramp.slope]))
-        return np.asarray(stacked[0])
+    def _synthesize(self) -> None:
+        self.signal = np.zeros(self.model.shape, dtype=np.complex128)
+        for p, ramp in enumerate(self.ramps):
+            if ramp is not None:
+                line = self.grid.atoms(ramp.bins) @ ramp.amplitudes
+                self.signal[p] = ramp.chirp.template * line
 
     def _refine(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
         if len(ramp.bins) == 0:
             return
-        ramp.start_frequency, ramp.slope = refine_chirp(
-            (ramp.start_frequency, ramp.slope),
+        ramp.chirp = refine_chirp(
+            ramp.chirp,
             self.model,
             ChannelCost(self.grid, residual, ramp.bins, ramp.precisions, noise_precision),
             max_steps=self.schedule.refinement_steps,
@@ -238,11 +211,10 @@ class InterferenceWorkspace:
         p: int,
         ramp: RampWork,
         active: ActiveSet,
-        template: ComplexArray,
         residual: ComplexArray,
     ) -> ActiveSet:
-        lags = self.grid.gram_lags(template)
-        projections = self.grid.projections(template, residual)
+        lags = self.grid.gram_lags(ramp.chirp.template)
+        projections = self.grid.projections(ramp.chirp.template, residual)
         energy = float(lags[0].real)
         every_bin = np.arange(self.grid.num_bins)
         for _ in range(self.schedule.channel_additions):

@@ -5,6 +5,8 @@ channel atom of ramp p is ``template * psi_k`` over the samples times the unit v
 ramps. So the object algorithm runs over both without knowing which is which.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import fft
 
@@ -48,7 +50,6 @@ class JointColumns:
         self.object_precisions = objects.precisions
         self.interference = interference
         self.noise_precision = noise_precision
-        self.templates = interference.templates()
         self.rebuild()
 
     def _ramps(self) -> list[tuple[int, RampWork]]:
@@ -78,7 +79,7 @@ class JointColumns:
         precisions = [np.zeros(0)]
         for p, ramp in self._ramps():
             atoms = self.interference.grid.atoms(ramp.bins)
-            beat.append((self.templates[p][:, None] * atoms).T)
+            beat.append((ramp.chirp.template[:, None] * atoms).T)
             doppler.append(np.tile(np.eye(num_ramps)[p], (len(ramp.bins), 1)))
             precisions.append(ramp.precisions)
         return Background(
@@ -122,14 +123,12 @@ class JointColumns:
     def _refine(self, p: int, ramp: RampWork) -> None:
         if len(ramp.bins) == 0:
             return
-        parameters = refine_chirp(
-            (ramp.start_frequency, ramp.slope),
+        ramp.chirp = refine_chirp(
+            ramp.chirp,
             self.interference.model,
             self.chirp_cost(p, ramp),
             max_steps=self.interference.schedule.refinement_steps,
         )
-        ramp.start_frequency, ramp.slope = parameters
-        self.templates[p] = self.interference.template_of(ramp)
         self.rebuild()
 
     def chirp_cost(self, p: int, ramp: RampWork) -> ChirpCost:
@@ -137,7 +136,7 @@ class JointColumns:
         return _JointCost(self, p, ramp)
 
     def _add_components(self, p: int, ramp: RampWork) -> None:
-        work, template = self.interference, self.templates[p]
+        work, template = self.interference, ramp.chirp.template
         lags = work.grid.gram_lags(template)
         projections = work.grid.projections(template, self.received[p])
         num_bins, energy = work.grid.num_bins, float(lags[0].real)
@@ -208,6 +207,7 @@ class _JointCost:
     def __init__(self, columns: JointColumns, p: int, ramp: RampWork) -> None:
         self.columns = columns
         self.ramp_index = p
+        self.ramp = ramp
         self.atoms = columns.interference.grid.atoms(ramp.bins)
 
     def value(self, template: ComplexArray) -> float:
@@ -234,7 +234,7 @@ class _JointCost:
         return columns.active.cost(), gradient, curvature
 
     def _place(self, template: ComplexArray) -> None:
-        self.columns.templates[self.ramp_index] = template
+        self.ramp.chirp = replace(self.ramp.chirp, template=template)
         self.columns.rebuild()
 
 

@@ -1,0 +1,40 @@
+# make demo   the running dashboard, in the browser
+# make test   everything that is checked: format, rules, types, tests
+# make bench  how long an iteration and a frame take
+PYTHON ?= python3
+BIN := .venv/bin
+# The matrices are small: a second thread of the linear algebra only costs time.
+export OMP_NUM_THREADS ?= 1
+
+.PHONY: demo test bench clean
+
+demo: .venv/.program
+	$(BIN)/vsep serve --show
+
+test: .venv/.checks
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	$(BIN)/python -m pytest
+
+bench: .venv/.checks
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only
+
+clean:
+	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
+
+# The stamps say what is installed; the checks need the program too.
+.venv/.program: pyproject.toml | .venv/bin/pip
+	$(BIN)/pip install --quiet --editable .
+	touch $@
+
+.venv/.checks: pyproject.toml | .venv/bin/pip
+	$(BIN)/pip install --quiet --editable '.[dev]'
+	touch $@ .venv/.program
+
+.venv/bin/pip:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+		|| { echo "vsep needs Python 3.11 or newer; set PYTHON=/path/to/python3"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' \
+		|| { echo "vsep needs Python's venv module: apt-get install python3-venv"; exit 1; }
+	$(PYTHON) -m venv .venv

@@ -1,0 +1,1 @@
+"""The application: dashboard and report; all numerics live in `vsep`."""

@@ -1,0 +1,386 @@
+"""The served dashboard in a headless browser: it streams, obeys, and asks for nothing outside."""
+
+import asyncio
+import json
+import shutil
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+LAUNCH = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
+PATIENCE_MS = 20_000
+# The bar is 1 s from the release of a slider to the first picture; it is printed. What is asserted
+# leaves room for a machine that runs other tests at the same time.
+FIRST_PICTURE_BAR_S, FIRST_PICTURE_SLACK_S = 1.0, 5.0
+
+pytestmark = [
+    pytest.mark.ui,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
+]
+
+
+@pytest.fixture(scope="session")
+def browser_type_launch_args(browser_type_launch_args):
+    """Use the system's browser."""
+    return {**browser_type_launch_args, "executable_path": CHROMIUM, "args": LAUNCH}
+
+
+@pytest.fixture(scope="session")
+def browser_context_args(browser_context_args):
+    """Use the screen that the layout is made for."""
+    return {**browser_context_args, "viewport": {"width": 1400, "height": 900}}
+
+
+@pytest.fixture(scope="module")
+def app_url():
+    """Serve the dashboard from a thread with its own event loop."""
+    from app.main import make_server
+
+    ready, box = threading.Event(), {}
+
+    def serve():
+        loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(loop)
+        server = make_server(port=0, address="127.0.0.1")
+        box.update(server=server, port=server.port)
+        server.io_loop.add_callback(ready.set)
+        server.start()
+        server.io_loop.start()
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    assert ready.wait(60)
+    yield f"http://127.0.0.1:{box['port']}/"
+    server = box["server"]
+    server.io_loop.add_callback(server.io_loop.stop)
+    thread.join(10)
+
+
+@pytest.fixture
+def watched(page, caplog):
+    """A page that fails its test on any outside request, console error or server error."""
+    outside, errors = [], []
+
+    def requested(request):
+        if not request.url.startswith(("http://127.0.0.1", "data:", "blob:")):
+            outside.append(request.url)
+
+    page.on("request", requested)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
+    yield page
+    server = [r.getMessage() for r in caplog.records if r.levelname in ("ERROR", "CRITICAL")]
+    assert (outside, errors, server) == ([], [], [])
+
+
+COUNT_DRAWN = """
+() => {
+  if (!window.drawn_at) {
+    window.drawn_at = []
+    for (const model of Bokeh.documents[0].all_models) {
+      if (model.name === "drawn") {
+        model.properties.data.change.connect(() => window.drawn_at.push(performance.now()))
+      }
+    }
+  }
+  return window.drawn_at
+}
+"""
+
+
+class Dashboard:
+    """What the tests do with the page."""
+
+    def __init__(self, page, url):
+        self.page, self.url = page, url
+
+    def open(self, query=""):
+        self.page.goto(self.url + query)
+        self.page.wait_for_selector("canvas", timeout=PATIENCE_MS)
+        self.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
+        return self
+
+    @property
+    def status(self):
+        return self.page.locator("[role=status]").first.inner_text()
+
+    @property
+    def iteration(self):
+        text = self.page.locator("span:has(> [role=status])").first.inner_text()
+        return int(text.split("iteration ")[1].split(" ")[0]) if "iteration " in text else 0
+
+    def until(self, condition, what):
+        deadline = time.monotonic() + PATIENCE_MS / 1000.0
+        while not condition():
+            assert time.monotonic() < deadline, f"waited in vain until {what}; {self.status}"
+            self.page.wait_for_timeout(30)
+
+    def until_status(self, *words):
+        self.until(lambda: self.status in words, f"it says {words}")
+
+    def button(self, name):
+        return self.page.get_by_role("button", name=name)
+
+    def slider(self, label):
+        """The range input of the slider with this label."""
+        return self.page.get_by_role("slider", name=label)
+
+    def press(self, label, key):
+        """Move a slider by the keyboard; the release commits it."""
+        self.slider(label).focus()
+        self.page.keyboard.press(key)
+
+    def drawn(self):
+        return self.page.evaluate(COUNT_DRAWN)
+
+    def choose(self, label, option):
+        self.page.get_by_label(label).first.click()
+        self.page.get_by_role("option", name=option).click()
+
+    def upload(self, name, content):
+        file = {"name": name, "mimeType": "application/octet-stream", "buffer": content}
+        self.page.locator("input[type=file]").set_input_files(file)
+
+
+@pytest.fixture
+def dashboard(watched, app_url):
+    """The dashboard, not yet opened."""
+    return Dashboard(watched, app_url)
+
+
+def test_it_runs_by_itself_to_the_end(dashboard):
+    dashboard.open().until_status("converged")
+    assert "object added at 12.0 m" in dashboard.page.locator("ol.log").inner_text()
+    assert dashboard.page.locator("table.components tbody tr.found").count() == 1
+    size = dashboard.page.evaluate(
+        "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
+    )
+    assert size == [1400, 900]
+
+
+def test_all_views_are_inside_of_the_screen(dashboard):
+    dashboard.open("?preset=simulation-2-b").until_status("converged")
+    boxes = dashboard.page.evaluate(
+        """() => Bokeh.documents[0].all_models
+            .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
+            .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
+            .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
+    )
+    assert len(boxes) == 8
+    for name, left, top, right, bottom in boxes:
+        assert (left >= 0, top >= 0, right <= 1400, bottom <= 900) == (True,) * 4, name
+        assert min(right - left, bottom - top) > 40, name
+
+
+def test_pause_holds_step_moves_and_run_goes_on(dashboard):
+    dashboard.open("?preset=simulation-2-a&speed=3")
+    dashboard.until(lambda: dashboard.iteration >= 2, "two iterations are shown")
+    dashboard.button("Pause").click()
+    dashboard.until_status("paused")
+    held = dashboard.iteration
+    dashboard.page.wait_for_timeout(900)
+    assert dashboard.iteration == held
+    dashboard.button("Step").click()
+    dashboard.until(lambda: dashboard.iteration == held + 1, "one step is done")
+    dashboard.button("Back").click()
+    dashboard.until(lambda: dashboard.iteration == held, "one step is taken back")
+    dashboard.button("Run").click()
+    dashboard.until_status("running")
+    dashboard.button("Reset").click()
+    dashboard.until(lambda: dashboard.iteration == 0, "it is reset")
+    assert dashboard.status == "ready"
+
+
+def test_scrubbing_shows_earlier_iterations(dashboard):
+    dashboard.open("?preset=simulation-2-a&speed=30").until_status("converged")
+    last = dashboard.iteration
+    dashboard.press("Iteration", "Home")
+    dashboard.until(lambda: dashboard.iteration == 0, "the first state is shown")
+    assert dashboard.status == "paused"
+    dashboard.press("Iteration", "ArrowRight")
+    dashboard.until(lambda: dashboard.iteration == 1, "iteration 1 is shown")
+    dashboard.press("Iteration", "End")
+    dashboard.until(lambda: dashboard.iteration == last, "the last iteration is shown")
+    assert dashboard.status == "converged"
+
+
+def test_a_slider_restarts_at_once_with_its_value(dashboard):
+    dashboard.open().until_status("converged")
+    seconds = []
+    for _ in range(5):
+        before = len(dashboard.drawn())
+        started = dashboard.page.evaluate("performance.now()")
+        dashboard.press("SNR", "ArrowRight")
+        dashboard.until(lambda before=before: len(dashboard.drawn()) > before, "a picture is drawn")
+        seconds.append((dashboard.drawn()[before] - started) / 1000.0)
+        dashboard.until_status("converged")
+    print(f"release to first picture: {np.median(seconds):.2f} s, worst {max(seconds):.2f} s")
+    print(f"bar: {FIRST_PICTURE_BAR_S} s")
+    assert max(seconds) < FIRST_PICTURE_SLACK_S
+    assert "snr=35" in dashboard.page.url
+    assert "SNR 35.0 dB in all" in dashboard.page.locator("body").inner_text()
+
+
+def test_updates_stream_to_the_page(dashboard):
+    # The literal schedule on a strong scene takes enough iterations to count.
+    dashboard.open("?snr=60&sir=-30&schedule=paper&speed=30&max_iterations=60")
+    dashboard.drawn()
+    dashboard.button("Reset").click()
+    dashboard.until(lambda: dashboard.iteration == 0, "it is reset")
+    before = len(dashboard.drawn())
+    dashboard.button("Run").click()
+    dashboard.until(
+        lambda: dashboard.status not in ("ready", "running", "paused"), "the run has ended"
+    )
+    times = np.array(dashboard.drawn()[before:]) / 1000.0
+    rate = (len(times) - 1) / (times[-1] - times[0])
+    print(f"{len(times)} pictures, {rate:.1f} a second; bar: 10")
+    assert len(times) > 5
+    assert rate > 3.0
+
+
+def test_a_link_reproduces_the_scene(dashboard):
+    dashboard.open("?preset=simulation-2-c&sir=-5&seed=42&filter=butterworth&order=6&speed=30")
+    dashboard.until_status("converged")
+    body = dashboard.page.locator("body").inner_text()
+    assert "SIR -5.0 dB in all" in body
+    table = dashboard.page.locator("table.components").inner_text()
+    dashboard.page.goto(dashboard.page.url)
+    dashboard.open(dashboard.page.url.removeprefix(dashboard.url)).until_status("converged")
+    assert dashboard.page.locator("table.components").inner_text() == table
+
+
+def test_bad_values_of_a_link_are_told_and_ignored(dashboard):
+    dashboard.open("?snr=loud&seed=5")
+    dashboard.page.get_by_text("snr is loud; it must be a number").wait_for(timeout=PATIENCE_MS)
+    dashboard.until_status("converged")
+    assert "seed=5" in dashboard.page.url
+    assert "loud" not in dashboard.page.url
+
+
+def test_another_preset_brings_its_views(dashboard):
+    dashboard.open("?speed=30").until_status("converged")
+    dashboard.choose("Preset", "b: 4 bursts")
+    dashboard.until(lambda: "10 objects" in dashboard.page.locator("body").inner_text(), "ten")
+    assert "preset=simulation-2-b" in dashboard.page.url
+    shown = dashboard.page.evaluate(
+        """() => Bokeh.documents[0].all_models
+            .filter((m) => m.name === "range-doppler-after" && Bokeh.index.find_one_by_id(m.id))
+            .map((m) => Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect().height)"""
+    )
+    assert shown[0] > 100
+
+
+def test_a_click_on_the_strip_selects_the_ramp(dashboard):
+    dashboard.open("?preset=simulation-2-b&speed=30").until_status("converged")
+    box = dashboard.page.evaluate(
+        """() => {
+          const m = Bokeh.documents[0].all_models.find((m) => m.name === "ramps")
+          const view = Bokeh.index.find_one_by_id(m.id)
+          const r = view.el.getBoundingClientRect(), f = view.frame.bbox
+          return [r.left + f.left, r.top + f.top, f.width, f.height]
+        }"""
+    )
+    left, top, width, height = box
+    dashboard.page.mouse.click(left + width * 4.5 / 16.0, top + height / 2.0)
+    title = """() => Bokeh.documents[0].all_models
+        .find((m) => m.name === "fast-time").title.text"""
+    dashboard.until(lambda: dashboard.page.evaluate(title) == "Fast time, ramp 4", "ramp 4 shows")
+    assert "ramp=4" in dashboard.page.url
+    assert dashboard.status == "converged"
+
+
+def test_zoom_survives_a_restart(dashboard):
+    dashboard.open("?speed=30").until_status("converged")
+    zoom = """() => {
+      const m = Bokeh.documents[0].all_models.find((m) => m.name === "delay")
+      m.x_range.setv({start: 5, end: 20})
+    }"""
+    read = """() => {
+      const m = Bokeh.documents[0].all_models.find((m) => m.name === "delay")
+      return [m.x_range.start, m.x_range.end]
+    }"""
+    dashboard.page.evaluate(zoom)
+    dashboard.page.wait_for_timeout(300)
+    dashboard.press("SIR", "ArrowLeft")
+    dashboard.until(lambda: "sir=-21" in dashboard.page.url, "the slider is taken")
+    dashboard.until_status("converged")
+    assert dashboard.page.evaluate(read) == [5, 20]
+
+
+def test_a_bad_file_is_told_and_the_session_goes_on(dashboard):
+    dashboard.open().until_status("converged")
+    dashboard.upload("notes.npz", b"this is no archive")
+    dashboard.page.get_by_text("notes.npz").last.wait_for(timeout=PATIENCE_MS)
+    assert dashboard.status == "converged"
+    dashboard.press("SNR", "ArrowLeft")
+    dashboard.until(lambda: "snr=29" in dashboard.page.url, "the slider is taken")
+    dashboard.until_status("converged")
+
+
+def test_a_frame_file_is_separated(dashboard, tmp_path, frame_arrays):
+    path = tmp_path / "mine.npz"
+    np.savez(path, **frame_arrays())
+    dashboard.open().until_status("converged")
+    dashboard.upload("mine.npz", path.read_bytes())
+    dashboard.until(
+        lambda: "preset=loaded-frame" in dashboard.page.url, "the loaded frame is the scene"
+    )
+    dashboard.until_status("converged")
+    assert dashboard.page.locator("table.components tbody tr").count() >= 1
+
+
+def test_what_cannot_be_simulated_is_told_and_the_session_goes_on(dashboard):
+    dashboard.open("?slope=10.0")
+    dashboard.page.get_by_text("slope").last.wait_for(timeout=PATIENCE_MS)
+    dashboard.press("Interferer slope", "ArrowLeft")
+    dashboard.until_status("converged")
+
+
+def test_every_control_has_a_name_and_words(dashboard):
+    dashboard.open("?preset=simulation-2-a").until_status("converged")
+    unnamed = dashboard.page.evaluate(
+        """() => {
+          const found = []
+          const walk = (root) => {
+            for (const el of root.querySelectorAll("*")) {
+              if (el.shadowRoot) walk(el.shadowRoot)
+              if (el.matches("input[type=range], button") && el.offsetParent !== null) {
+                const label = el.getAttribute("aria-label") || el.getAttribute("aria-labelledby")
+                if (!label && !el.textContent.trim() && !el.labels?.length) found.push(el.outerHTML)
+              }
+            }
+          }
+          walk(document)
+          return found
+        }"""
+    )
+    assert unnamed == []
+
+
+@pytest.mark.parametrize("suffix", [".html"])
+def test_the_report_opens_from_disk_without_a_request(watched, many_ramps, tmp_path, suffix):
+    from app.report import write_report
+    from vsep.files.frame import Frame
+
+    prepared = many_ramps.prepared
+    frame = Frame(
+        received=prepared.observation.received,
+        radar=prepared.backdrop.radar,
+        truth=prepared.observation.truth,
+    )
+    out = tmp_path / f"snapshot{suffix}"
+    write_report(frame, out, separator=prepared.estimator, settings={"seed": "7"})
+    requests = []
+    watched.on("request", lambda request: requests.append(request.url))
+    watched.context.set_offline(True)
+    # The fixture counts anything but the local server as outside; this page is a file.
+    watched.set_content(out.read_text(encoding="utf-8"))
+    watched.wait_for_selector("canvas", timeout=PATIENCE_MS)
+    assert json.dumps(requests) == "[]"
+    assert isinstance(watched.viewport_size, dict)
+    assert SimpleNamespace(**watched.viewport_size).width == 1400

@@ -1,0 +1,57 @@
+"""Fixtures that tests of several modules share: tiny radars and frames, and where things are."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from vsep.signal.radar import ChirpSequence
+
+# The same examples in every run: a failure on one machine is a failure on all.
+settings.register_profile("vsep", derandomize=True, deadline=None, max_examples=50)
+settings.load_profile("vsep")
+
+FrameArrays = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """Top of the checkout."""
+    return Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="session")
+def small_radar() -> ChirpSequence:
+    """Four ramps of 32 samples; the other values are those of Simulation II."""
+    return ChirpSequence(
+        start_frequency_hz=79e9,
+        slope_hz_per_s=1e13,
+        sample_rate_hz=5.1e6,
+        ramp_period_s=25e-6,
+        num_samples=32,
+        num_ramps=4,
+    )
+
+
+@pytest.fixture
+def frame_arrays() -> FrameArrays:
+    """Make the arrays of a valid frame file: one object in a little noise, 4 ramps x 32 samples."""
+
+    def make(**changes: Any) -> dict[str, Any]:
+        rng = np.random.default_rng(5)
+        ramp, sample = np.mgrid[:4, :32]
+        signal = np.exp(-2j * np.pi * (0.2 * sample + 0.1 * ramp))
+        noise = rng.normal(size=(4, 32)) + 1j * rng.normal(size=(4, 32))
+        arrays = {
+            "received": signal + 0.05 * noise,
+            "sample_rate_hz": 5.1e6,
+            "slope_hz_per_s": 1e13,
+            "start_frequency_hz": 79e9,
+            "ramp_period_s": 25e-6,
+        }
+        return {key: value for key, value in (arrays | changes).items() if value is not None}
+
+    return make

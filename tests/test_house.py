@@ -1,0 +1,165 @@
+"""The house rules that no tool checks: sizes, entries, what the README promises, what loads."""
+
+import argparse
+import fnmatch
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import vsep
+from app import assets
+from vsep import cli
+
+ROOT = Path(__file__).parents[1]
+TOP_LEVEL = {
+    ".ci",
+    ".gitignore",
+    "LICENSE",
+    "Makefile",
+    "README.md",
+    "app",
+    "assets",
+    "pyproject.toml",
+    "tests",
+    "vsep",
+}
+MAX_LINES = 400
+TEXT_SUFFIXES = {".py", ".md", ".toml", ".css", ".html", ".js", ".txt", ""}
+# Home and scratch folders of one machine, spelled so that this file does not match itself.
+MACHINE_PATH = re.compile(r"(?<![\w.])/(?:work|farm|tmp|root|home)" + "/[a-z.]")
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def own_files() -> list[str]:
+    """Every file of the project, without what .gitignore names."""
+    ignored = [".git", *(line.rstrip("/") for line in (ROOT / ".gitignore").read_text().split())]
+
+    def is_ignored(name: str) -> bool:
+        return any(fnmatch.fnmatch(name, pattern) for pattern in ignored)
+
+    names = []
+    for folder, folders, files in os.walk(ROOT):
+        folders[:] = [name for name in folders if not is_ignored(name)]
+        here = Path(folder).relative_to(ROOT)
+        names += [str(here / name) for name in files if not is_ignored(name)]
+    return names
+
+
+def python_sources() -> Iterator[Path]:
+    for package in ("vsep", "app"):
+        yield from (ROOT / package).rglob("*.py")
+
+
+def code_blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+
+
+def shell_lines(program: str) -> list[str]:
+    lines = [line for block in code_blocks("sh") for line in block.splitlines()]
+    return [line for line in lines if line.split()[:1] == [program]]
+
+
+def test_no_module_is_too_long_to_know() -> None:
+    lengths = {str(path): len(path.read_text().splitlines()) for path in python_sources()}
+    assert {path: length for path, length in lengths.items() if length > MAX_LINES} == {}
+
+
+def test_the_top_level_holds_what_belongs_there() -> None:
+    assert {Path(name).parts[0] for name in own_files()} <= TOP_LEVEL
+
+
+def test_no_file_names_a_place_on_one_machine() -> None:
+    texts = [ROOT / name for name in own_files() if Path(name).suffix in TEXT_SUFFIXES]
+    found = [
+        f"{path.name}: {match.group()}"
+        for path in texts
+        for match in MACHINE_PATH.finditer(path.read_text(encoding="utf-8"))
+    ]
+    assert found == []
+
+
+def test_the_page_fetches_nothing_from_outside() -> None:
+    fetched = re.compile(r"https?://[^ )\"']*\.(?:js|css|woff2?)|fonts\.googleapis|cdn\.")
+    for name in own_files():
+        path = ROOT / name
+        if path.suffix in {".py", ".css", ".html", ".js"} and "tests" not in path.parts:
+            assert not fetched.search(path.read_text(encoding="utf-8")), name
+
+
+@pytest.mark.parametrize("line", shell_lines("vsep"))
+def test_commands_of_the_readme_are_understood(line: str) -> None:
+    options = cli.build_parser().parse_args(shlex.split(line)[1:])
+    assert isinstance(options, argparse.Namespace)
+
+
+@pytest.mark.parametrize("line", shell_lines("make"))
+def test_targets_of_the_readme_exist(line: str) -> None:
+    target = line.split()[1]
+    assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize("block", code_blocks("python"), ids=["presets", "real frame"])
+def test_examples_of_the_readme_run(
+    block: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(ROOT)
+    exec(compile(block, "README.md", "exec"), {})
+    assert capsys.readouterr().out.count("\n") >= 2
+
+
+def test_links_of_the_readme_lead_somewhere() -> None:
+    links = re.findall(r"\]\((?!https?://)([^)#]+)\)", README)
+    assert links
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_public_names_exist() -> None:
+    assert [name for name in vsep.__all__ if not hasattr(vsep, name)] == []
+
+
+def test_every_shipped_folder_is_in_the_wheel() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    included = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    read = {
+        match.group(1)
+        for path in python_sources()
+        if path.name != "assets.py"
+        for match in re.finditer(r"\bpath\(\s*f?\"(\w+)/", path.read_text())
+    }
+    assert read
+    assert {f"assets/{folder}" for folder in read} <= set(included)
+    assert all(target.startswith("app/static/") for target in included.values())
+
+
+def test_an_asset_that_is_not_shipped_is_named() -> None:
+    with pytest.raises(FileNotFoundError, match=r"nothing\.npz"):
+        assets.path("frames/nothing.npz")
+
+
+def test_the_recording_ships_with_its_licence() -> None:
+    folder = assets.path("frames/openradar_doppler_example_1.npz").parent
+    notice = (folder / "NOTICE").read_text()
+    assert "PreSenseRadar" in notice
+    assert "openradar_doppler_example_1.npz" in notice
+    assert "Version 2.0, January 2004" in (folder / "LICENSE-APACHE").read_text()
+
+
+def test_help_loads_no_dashboard_and_no_plotting() -> None:
+    heavy = ("panel", "bokeh", "holoviews", "matplotlib", "param", "pandas", "app", "scipy.signal")
+    code = (
+        "import sys\nfrom vsep.cli import main\n"
+        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stderr.strip() == "[]"

@@ -1,0 +1,161 @@
+"""Cramer-Rao bound of the objects' frequencies in model (9), interference known or not.
+
+The mean of the received signal is ``Phi(zeta) alpha + U(theta) Psi(vartheta) beta``, its noise
+white with precision lambda. With J the derivatives of the mean by all real unknowns (beats,
+Dopplers, real and imaginary parts of alpha; per burst the chirp parameters and the real and
+imaginary parts of beta) the Fisher information is ``2 lambda Re{J^H J}``. The delays of the
+interference channel stay on their grid and are known: a common shift of them is a shift of the
+burst's start frequency, so nothing else would be identifiable.
+
+Deterministic: amplitudes are unknown constants without a prior.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+
+from vsep._arrays import ComplexArray, FloatArray, require_range
+from vsep.analysis.burst_model import Burst
+from vsep.signal.atoms import line_factors
+from vsep.signal.scene import GroundTruth
+from vsep.signal.template import SignalModel
+
+# A direction in parameter space that changes the signal by less than this share of what its
+# parameters could is not observable.
+_UNOBSERVABLE = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class DispersionBound:
+    """Smallest standard deviations that an unbiased estimator can have.
+
+    Attributes
+    ----------
+    beats : (L,) float
+        Cycles per sample.
+    dopplers : (L,) float
+        Cycles per ramp; infinite for a single ramp, where Doppler is not observable.
+    """
+
+    beats: FloatArray
+    dopplers: FloatArray
+
+    @property
+    def root_mean_crlb(self) -> float:
+        """Root of the mean over the objects of beat plus Doppler variance; NaN without objects."""
+        if len(self.beats) == 0:
+            return float("nan")
+        dopplers = np.where(np.isinf(self.dopplers), 0.0, self.dopplers)
+        return float(np.sqrt(np.mean(self.beats**2 + dopplers**2)))
+
+
+def single_line_bound(snr: float, num_samples: int) -> float:
+    """Root CRLB of the frequency of one line with unknown complex weight, in closed form.
+
+    Parameters
+    ----------
+    snr : float
+        (25), linear.
+    num_samples : int
+        N, at least 2.
+
+    Examples
+    --------
+    >>> f"{single_line_bound(1e3, 256):.3e}"
+    '4.816e-05'
+    """
+    require_range("snr", snr, 1e-300, 1e300)
+    require_range("num_samples", num_samples, 2, 2**31)
+    return math.sqrt(6.0 / (snr * (2.0 * math.pi) ** 2 * (num_samples**2 - 1)))
+
+
+def dispersion_bound(
+    truth: GroundTruth, model: SignalModel, bursts: Sequence[Burst] = ()
+) -> DispersionBound:
+    """Root CRLB of every object's beat and Doppler frequency.
+
+    Parameters
+    ----------
+    truth : GroundTruth
+        Objects and noise level.
+    model : SignalModel
+        Size, sampling and the *true* filter.
+    bursts : sequence of Burst
+        Bursts whose chirp parameters and weights are unknown too; none if the interference is
+        known or absent.
+
+    Returns
+    -------
+    DispersionBound
+        Infinite where the unknowns cannot be told apart.
+
+    Raises
+    ------
+    InputError
+        If the noise level is unknown.
+    """
+    require_range("noise_precision", truth.noise_precision, 1e-300, 1e300)
+    num_objects = len(truth.beats)
+    single = model.num_ramps == 1
+    unknown = np.full(num_objects, np.inf)
+    if num_objects == 0:
+        return DispersionBound(beats=unknown, dopplers=unknown)
+    atoms, moved = _object_columns(truth, model)
+    nuisance = np.concatenate([atoms, 1j * atoms, *[_burst_columns(b, model) for b in bursts]])
+    deviations = _marginal_deviations(nuisance, moved) / math.sqrt(2.0 * truth.noise_precision)
+    return DispersionBound(
+        beats=deviations[:num_objects],
+        dopplers=unknown if single else deviations[num_objects:],
+    )
+
+
+def _object_columns(truth: GroundTruth, model: SignalModel) -> tuple[ComplexArray, ComplexArray]:
+    """Atoms (L, PN), and derivatives of the mean by beats, then by Dopplers, (L or 2L, PN)."""
+    num_ramps, num_samples = model.shape
+    beat_lines = line_factors(truth.beats, num_samples)
+    doppler_lines = line_factors(truth.dopplers, num_ramps)
+    # Counted from the middle: the unknown phases absorb the difference, the columns stay apart.
+    samples = -2j * np.pi * (np.arange(num_samples) - 0.5 * (num_samples - 1))
+    ramps = -2j * np.pi * (np.arange(num_ramps) - 0.5 * (num_ramps - 1))
+    atoms = (doppler_lines[:, :, None] * beat_lines[:, None, :]).reshape(len(truth.beats), -1)
+    weighted = truth.amplitudes[:, None] * atoms
+    by_beat = weighted * np.tile(samples, num_ramps)
+    if num_ramps == 1:
+        return atoms, by_beat
+    return atoms, np.concatenate([by_beat, weighted * np.repeat(ramps, num_samples)])
+
+
+def _burst_columns(burst: Burst, model: SignalModel) -> ComplexArray:
+    """Differentiate the mean by theta and by the real and imaginary parts of beta, (2+2K, PN)."""
+    centre = -burst.start_frequency / burst.slope
+    template, slopes = model.template_jet(burst.start_frequency, burst.slope, centre)
+    lines = burst.lines(model.num_samples)
+    by_weight = template * lines
+    by_chirp = slopes * (burst.amplitudes @ lines)
+    columns = np.zeros((2 + 2 * len(lines), *model.shape), dtype=np.complex128)
+    columns[:, burst.ramp] = np.concatenate([by_chirp, by_weight, 1j * by_weight])
+    return columns.reshape(len(columns), -1)
+
+
+def _marginal_deviations(nuisance: ComplexArray, wanted: ComplexArray) -> FloatArray:
+    """Square roots of the diagonal of the wanted block of (J^T J)^-1, J real, one row a column.
+
+    With the wanted columns last in J = Q R, the lower right block of R is what is left of them
+    orthogonal to the nuisance columns; its inverse holds the answer. No J^T J is formed.
+    """
+    columns = np.concatenate([nuisance, wanted])
+    real = np.concatenate([columns.real, columns.imag], axis=1)
+    lengths = np.linalg.norm(real, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    triangle = qr((real / lengths[:, None]).T, mode="r", check_finite=False)[0]
+    rest = triangle[len(nuisance) : len(columns), len(nuisance) :]
+    _, strengths, directions = np.linalg.svd(rest)
+    seen = strengths > _UNOBSERVABLE
+    # An unobservable direction costs only the parameters that have a share in it.
+    hidden = np.any(np.abs(directions[~seen]) > _UNOBSERVABLE, axis=0)
+    spread = directions[seen] / strengths[seen, None]
+    deviations = np.linalg.norm(spread, axis=0) / lengths[len(nuisance) :]
+    return np.asarray(np.where(hidden, np.inf, deviations))

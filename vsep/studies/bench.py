@@ -1,0 +1,215 @@
+"""The scene of a trial: one frame with interference, the same frame without, and the bounds.
+
+Chosen here where the paper is open: the parameter sets of Simulation II are taken in turn, which
+is as random as drawing them and balances the points; the second interferer of a scene with two
+has a channel of its own, a slope difference 1.2 to 2 times that of the first, and crosses the band
+15 to 35 % of a ramp earlier or later.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vsep.analysis.burst_model import model_bursts
+from vsep.analysis.crlb import DispersionBound, dispersion_bound
+from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter
+from vsep.signal.presets import (
+    PresetOptions,
+    Scenario,
+    interferer_sequence,
+    preset,
+    simulate_preset,
+)
+from vsep.signal.scene import Channel, GroundTruth, Interferer, Observation, Scene
+from vsep.signal.simulate import simulate
+from vsep.signal.template import SignalModel
+from vsep.studies.study import Point, Trial
+
+_SETS = ("simulation-2-a", "simulation-2-b", "simulation-2-c")
+_SLOPE_FACTORS = (1.2, 2.0)
+_CROSSING_SHIFTS = (0.15, 0.35)  # in ramps
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Bench:
+    """What the methods of a trial are compared on.
+
+    Attributes
+    ----------
+    preset : str
+        Which scene of Table I, or the noise scene's name.
+    scenario : Scenario
+        Radar, scene and the *true* filter.
+    model : SignalModel
+        What the estimators assume: the preset's raised cosine.
+    interfered, clean : Observation
+        The frame with and without interference, on the same objects and noise.
+    """
+
+    preset: str
+    scenario: Scenario
+    model: SignalModel
+    interfered: Observation
+    clean: Observation
+
+    @property
+    def truth(self) -> GroundTruth:
+        """What the interfered frame is made of."""
+        truth = self.interfered.truth
+        assert truth is not None  # simulated
+        return truth
+
+    def bounds(self) -> tuple[DispersionBound, DispersionBound]:
+        """Cramer-Rao bounds with everything unknown, and with the interference known."""
+        true_model = replace(self.model, anti_aliasing_filter=self.scenario.anti_aliasing_filter)
+        bursts = model_bursts(
+            self.scenario.radar,
+            self.scenario.scene.interferers,
+            true_model,
+            self.truth.interference_signal,
+        )
+        known = dispersion_bound(self.truth, true_model)
+        unknown = dispersion_bound(self.truth, true_model, bursts) if bursts else known
+        return unknown, known
+
+
+def draw_bench(trial: Trial) -> Bench:
+    """Draw the scene of a trial and simulate its two frames.
+
+    Parameters
+    ----------
+    trial : Trial
+        Its randomness is `Trial.seed_sequence` alone: the first child draws the scene, the second
+        the noise, as `vsep.simulate_preset` does, the third a second interferer.
+
+    Returns
+    -------
+    Bench
+
+    Raises
+    ------
+    InputError
+        If a number of the point is out of range.
+    """
+    point = trial.point
+    if point.scene.startswith("noise"):
+        return _noise_bench(trial)
+    name = preset_name(point, trial.realization)
+    filtered = _true_filter(name, point)
+    options: PresetOptions = {"interferer_slope_hz_per_s": point.interferer_slope_hz_per_s}
+    scenario, interfered = simulate_preset(
+        name,
+        snr_db=point.snr_db,
+        sir_db=point.sir_db,
+        seed=trial.seed_sequence,
+        anti_aliasing_filter=filtered,
+        interference_model=point.interference_model,
+        **options,
+    )
+    _, clean = simulate_preset(
+        name,
+        snr_db=point.snr_db,
+        sir_db=point.sir_db,
+        seed=trial.seed_sequence,
+        interference=False,
+    )
+    if point.num_interferers == 2:
+        scenario, interfered = _with_second_interferer(name, scenario, trial)
+    return Bench(
+        preset=name,
+        scenario=scenario,
+        model=_assumed_model(name, scenario),
+        interfered=interfered,
+        clean=clean,
+    )
+
+
+def preset_name(point: Point, realization: int) -> str:
+    """Name the scene of Table I that a realisation shows.
+
+    Examples
+    --------
+    >>> point = Point(panel="5d-f", scene="simulation-2", snr_db=60.0, sir_db=0.0)
+    >>> preset_name(point, 4)
+    'simulation-2-b'
+    """
+    if point.scene == "simulation-2":
+        return _SETS[realization % len(_SETS)]
+    return point.scene
+
+
+def _true_filter(name: str, point: Point) -> AntiAliasingFilter | None:
+    """Butterworth filter with the half-amplitude frequency of the preset's; None: the preset's."""
+    if point.butterworth_order == 0:
+        return None
+    own = _preset_scenario(name).anti_aliasing_filter
+    return ButterworthFilter(cutoff_hz=own.cutoff_hz, order=point.butterworth_order)
+
+
+def _assumed_model(name: str, scenario: Scenario) -> SignalModel:
+    return SignalModel(
+        num_ramps=scenario.radar.num_ramps,
+        num_samples=scenario.radar.num_samples,
+        sample_rate_hz=scenario.radar.sample_rate_hz,
+        anti_aliasing_filter=_preset_scenario(name).anti_aliasing_filter,
+    )
+
+
+def _preset_scenario(name: str) -> Scenario:
+    """Return some scene of a preset, whose radar and filter are the same in all."""
+    return preset(name, snr_db=0.0, sir_db=0.0, rng=np.random.default_rng(0))
+
+
+def _noise_bench(trial: Trial) -> Bench:
+    """Noise alone, of the size of a preset's frame."""
+    name = "simulation-1" if trial.point.scene == "noise-1" else _SETS[0]
+    drawn = _preset_scenario(name)
+    none = np.zeros(0)
+    nothing = Channel(delays_s=none, dopplers_hz=none, weights=none.astype(np.complex128))
+    scenario = replace(
+        drawn, scene=Scene(objects=nothing, snr_db=trial.point.snr_db, sir_db=trial.point.sir_db)
+    )
+    observation = simulate(
+        scenario.radar,
+        scenario.scene,
+        anti_aliasing_filter=scenario.anti_aliasing_filter,
+        rng=np.random.default_rng(trial.seed_sequence.spawn(2)[1]),
+    )
+    return Bench(
+        preset=trial.point.scene,
+        scenario=scenario,
+        model=_assumed_model(name, scenario),
+        interfered=observation,
+        clean=observation,
+    )
+
+
+def _with_second_interferer(
+    name: str, scenario: Scenario, trial: Trial
+) -> tuple[Scenario, Observation]:
+    """Put a second burst into every interfered ramp; objects, first burst and noise stay."""
+    _, noise_seed, other_seed = trial.seed_sequence.spawn(3)
+    rng = np.random.default_rng(other_seed)
+    radar = scenario.radar
+    first = scenario.scene.interferers[0]
+    difference = first.sequence.slope_hz_per_s - radar.slope_hz_per_s
+    slope = radar.slope_hz_per_s + difference * rng.uniform(*_SLOPE_FACTORS)
+    ramp_s = radar.num_samples / radar.sample_rate_hz
+    shift_s = rng.choice([-1.0, 1.0]) * rng.uniform(*_CROSSING_SHIFTS) * ramp_s
+    # The course is k_I (T_p p - offset) + (k_I - k) t' + const.: this offset moves its crossing of
+    # zero by the wanted time.
+    offset_s = shift_s * (slope - radar.slope_hz_per_s) / slope
+    other = preset(name, snr_db=0.0, sir_db=0.0, rng=rng).scene.interferers[0]
+    second = Interferer(
+        sequence=interferer_sequence(name, slope_hz_per_s=slope, time_offset_s=offset_s),
+        channel=other.channel,
+    )
+    moved = replace(scenario, scene=replace(scenario.scene, interferers=(first, second)))
+    observation = simulate(
+        radar,
+        moved.scene,
+        anti_aliasing_filter=scenario.anti_aliasing_filter,
+        interference_model=trial.point.interference_model,
+        rng=np.random.default_rng(noise_seed),
+    )
+    return moved, observation

@@ -1,0 +1,194 @@
+"""Run the trials of a study: on local processes, or wherever `run_on_cluster` reaches.
+
+Every trial is a pure function, so the order in which trials finish, the number of workers and an
+interruption change nothing but the order of the rows.
+"""
+
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import threading
+from collections.abc import Collection, Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+from vsep._arrays import require_range
+from vsep.studies.cluster import run_on_cluster
+from vsep.studies.rows import (
+    RowKey,
+    append_rows,
+    read_rows,
+    repair,
+    require_same_study,
+    row_key,
+)
+from vsep.studies.study import Study, Trial
+from vsep.studies.trial import Row, failed_rows, run_trial
+
+# One linear-algebra thread a worker: more would fight over the cores, and could round otherwise.
+_SINGLE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+# Trials handed out ahead, per worker, so that none waits for work.
+_AHEAD = 3
+
+
+def record_study(
+    study: Study, path: str | Path, *, workers: int = 1, scheduler: str | None = None
+) -> Iterator[list[Row]]:
+    """Run what is missing of a study, append its rows to a file and yield them as they finish.
+
+    Closing the iterator stops the study; calling again resumes it with nothing lost or repeated.
+
+    Parameters
+    ----------
+    study : Study
+        What to run.
+    path : str or Path
+        JSON lines, made if need be.
+    workers : int
+        Local processes.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers are used in place of local processes.
+
+    Yields
+    ------
+    list of dict
+        The new rows of one trial.
+
+    Raises
+    ------
+    InputError
+        If the file holds something else, or the scheduler cannot be used.
+    OSError
+        If the file cannot be written.
+    """
+    require_range("workers", workers, 1, 4096)
+    trials = list(pending_trials(study, finished_keys(study, path)))
+    if not trials:
+        return
+    if scheduler is None:
+        results = run_on_processes(trials, workers=workers)
+    else:
+        results = run_on_cluster(trials, scheduler)
+    with open(path, "a", encoding="utf-8") as file:
+        for rows in results:
+            append_rows(file, rows)
+            yield rows
+
+
+def finished_keys(study: Study, path: str | Path) -> set[RowKey]:
+    """Return the keys of the rows a file holds, its torn last line removed; none if it is new."""
+    if not Path(path).exists():
+        return set()
+    rows = read_rows(path)
+    require_same_study(rows, study, path)
+    repair(path)
+    return {row_key(row) for row in rows}
+
+
+def pending_trials(study: Study, finished: Collection[RowKey]) -> Iterator[Trial]:
+    """Yield the trials that have rows missing, with the methods that are.
+
+    All points grow together: the first realisation of every point comes before the second.
+    """
+    for realization in range(study.realizations):
+        for index in study.point_indices:
+            trial = study.trial(index, realization)
+            missing = tuple(
+                method
+                for method in trial.methods
+                if (study.name, index, realization, method) not in finished
+            )
+            if missing:
+                yield replace(trial, methods=missing)
+
+
+def run_on_processes(trials: Iterable[Trial], *, workers: int) -> Iterator[list[Row]]:
+    """Run trials on local worker processes and yield their rows as they finish.
+
+    A trial that takes its process down with it is found by running the suspects one by one; it
+    becomes rows of status "failed", the others are run again.
+
+    Parameters
+    ----------
+    trials : iterable of Trial
+        Taken only as fast as they are worked on.
+    workers : int
+        Number of processes.
+
+    Yields
+    ------
+    list of dict
+        The rows of one trial.
+    """
+    waiting = iter(trials)
+    suspects = yield from _run_until_breakage(waiting, workers)
+    while suspects:
+        for trial in suspects:
+            if (yield from _run_until_breakage(iter([trial]), 1)):
+                yield failed_rows(trial, "the worker process ended abruptly")
+        suspects = yield from _run_until_breakage(waiting, workers)
+
+
+def _run_until_breakage(
+    waiting: Iterator[Trial], workers: int
+) -> Generator[list[Row], None, list[Trial]]:
+    """Run trials until there are no more, or a process died; return those that are unfinished."""
+    unfinished: dict[Trial, None] = {}
+    running: dict[Future[list[Row]], Trial] = {}
+    with _single_threaded(), _pool(workers) as pool:
+        try:
+            while True:
+                for trial in islice(waiting, workers * _AHEAD - len(running)):
+                    unfinished[trial] = None
+                    running[pool.submit(run_trial, trial)] = trial
+                if not running:
+                    return []
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                # Whole results first: a breakage ends all that runs at once.
+                for future in sorted(done, key=lambda one: one.exception() is not None):
+                    rows = future.result()
+                    del unfinished[running.pop(future)]
+                    yield rows
+        except BrokenProcessPool:
+            return list(unfinished)
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    # Spawned, not forked: a fork of a process with threads (a server, BLAS) may lock up.
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
+
+
+def _start_worker() -> None:
+    """Leave Ctrl-C to the parent, and end with it even if it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # this is a worker
+    multiprocessing.connection.wait([parent.sentinel])
+    os._exit(1)
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Have processes that start meanwhile load their libraries with one thread."""
+    before = {name: os.environ.get(name) for name in _SINGLE_THREAD}
+    os.environ.update(dict.fromkeys(_SINGLE_THREAD, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

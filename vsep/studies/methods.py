@@ -1,0 +1,76 @@
+"""What is compared: every registered estimator, and the run without interference.
+
+"no-interference" is the object-only estimator on the same objects and the same noise without the
+bursts. Paired with it, a method's cost is seen ten times sharper than in an average.
+"""
+
+from dataclasses import fields
+
+from vsep._arrays import InputError
+from vsep.inference.estimator import Estimator
+from vsep.inference.object_only import ObjectOnlySeparator
+from vsep.inference.estimators import ESTIMATORS
+from vsep.signal.template import SignalModel
+from vsep.studies.study import Point, TrialSettings
+
+NO_INTERFERENCE = "no-interference"
+
+
+def method_names() -> tuple[str, ...]:
+    """Return the names of all methods, the reference last."""
+    return (*ESTIMATORS, NO_INTERFERENCE)
+
+
+def require_methods(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names if there is at least one, all are known and none is given twice.
+
+    Raises
+    ------
+    InputError
+        Otherwise.
+
+    Examples
+    --------
+    >>> require_methods(("factorised", "no-interference"))
+    ('factorised', 'no-interference')
+    """
+    known = method_names()
+    for name in names:
+        if name not in known:
+            raise InputError(f"method is {name!r}; it must be one of {', '.join(known)}.")
+    if len(set(names)) != len(names) or not names:
+        listed = ", ".join(names) or "none"
+        raise InputError(f"The methods are {listed}; each must be named once, at least one.")
+    return names
+
+
+def make_estimator(
+    method: str, model: SignalModel, point: Point, settings: TrialSettings
+) -> Estimator:
+    """Return the estimator of a method, with the threshold of a point.
+
+    Parameters
+    ----------
+    method : str
+        One of `method_names`.
+    model : SignalModel
+        Size, sampling and *assumed* filter.
+    point : Point
+        Gives the threshold.
+    settings : TrialSettings
+        Give the schedule, to those that have one.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown or the threshold out of range.
+    """
+    require_methods((method,))
+    kind = ObjectOnlySeparator if method == NO_INTERFERENCE else ESTIMATORS[method]
+    options: dict[str, object] = {"object_threshold_db": point.object_threshold_db}
+    if point.false_alarm_rate is not None:
+        options["false_alarm_rate"] = point.false_alarm_rate
+    if "schedule" in {field.name for field in fields(kind)}:
+        options["schedule"] = settings.schedule
+    estimator: Estimator = kind(model=model, **options)  # type: ignore[arg-type]
+    return estimator

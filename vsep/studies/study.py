@@ -1,0 +1,202 @@
+"""Records of a study: its points, its settings, and one trial of it.
+
+A trial is all that `vsep.studies.trial.run_trial` needs: its result depends on nothing else, so it
+can be repeated alone, on any machine and in any order.
+"""
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from vsep._arrays import InputError, require_range
+from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
+from vsep.inference.schedule import schedule_by_name
+from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
+
+SceneName: TypeAlias = Literal["simulation-1", "simulation-2", "noise-1", "noise-2"]
+SCENE_NAMES: tuple[SceneName, ...] = get_args(SceneName)
+HIGHEST_SEED = 2**63 - 1
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Point:
+    """One point of a study: a family of scenes and the threshold they are searched with.
+
+    Parameters
+    ----------
+    panel : str
+        The part of the figure it belongs to, for example "3b".
+    scene : str
+        One of `SCENE_NAMES`. "simulation-2" takes its three parameter sets in turn; "noise-1" and
+        "noise-2" are frames of noise alone, of the sizes of Simulation I and II.
+    snr_db, sir_db : float
+        (25) and (26).
+    object_threshold_db, false_alarm_rate : float, optional
+        The object threshold, or the rate that sets it; without both the estimator's default rate.
+    butterworth_order : int
+        Order of the true filter; 0 is the raised cosine that the estimators assume.
+    interference_model : str
+        How the simulator makes the bursts.
+    num_interferers : int
+        1, or 2 for two bursts in every interfered ramp.
+    interferer_slope_hz_per_s : float, optional
+        Another slope k_I than that of Table I.
+    """
+
+    panel: str
+    scene: SceneName
+    snr_db: float
+    sir_db: float
+    object_threshold_db: float | None = None
+    false_alarm_rate: float | None = None
+    butterworth_order: int = 0
+    interference_model: InterferenceModel = "multiplicative"
+    num_interferers: int = 1
+    interferer_slope_hz_per_s: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the names and the counts; the simulator and the estimators check the rest."""
+        if self.scene not in SCENE_NAMES:
+            allowed = ", ".join(SCENE_NAMES)
+            raise InputError(f"scene is {self.scene!r}; it must be one of {allowed}.")
+        if self.interference_model not in INTERFERENCE_MODELS:
+            allowed = ", ".join(INTERFERENCE_MODELS)
+            raise InputError(
+                f"interference_model is {self.interference_model!r}; it must be one of {allowed}."
+            )
+        require_range("num_interferers", self.num_interferers, 1, 2)
+        require_range("butterworth_order", self.butterworth_order, 0, 16)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters by name, as they stand in a row."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TrialSettings:
+    """What all trials of a study have in common.
+
+    Parameters
+    ----------
+    seed : int
+        Of the study.
+    schedule : {"robust", "paper"}
+        Of the estimators that have one.
+    gospa_cutoff : float
+        In resolution cells; decides what is a miss and a false alarm.
+    gospa_order : float
+        p of GOSPA.
+    """
+
+    seed: int = 1
+    schedule: str = "robust"
+    gospa_cutoff: float = DEFAULT_CUTOFF
+    gospa_order: float = DEFAULT_ORDER
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        require_range("seed", self.seed, 0, HIGHEST_SEED)
+        schedule_by_name(self.schedule)
+        require_range("GOSPA cutoff", self.gospa_cutoff, 1e-6, 1e6, "cells")
+        require_range("GOSPA order", self.gospa_order, 1.0, 100.0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Trial:
+    """One realisation of one point, with the methods to run on it.
+
+    Parameters
+    ----------
+    study : str
+        Name of the study.
+    point_index : int
+        Position of the point in the study.
+    point : Point
+        The point itself.
+    realization : int
+        Number of the realisation, from 0.
+    methods : tuple of str
+        Names of `vsep.studies.methods`; every one sees the same scene and noise.
+    settings : TrialSettings
+        Common to the study.
+    """
+
+    study: str
+    point_index: int
+    point: Point
+    realization: int
+    methods: tuple[str, ...]
+    settings: TrialSettings
+
+    @property
+    def seed_sequence(self) -> np.random.SeedSequence:
+        """The randomness of this trial: a function of study seed, point and realisation."""
+        key = (self.point_index, self.realization)
+        return np.random.SeedSequence(self.settings.seed, spawn_key=key)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Study:
+    """A named set of points, with a number of realisations of each.
+
+    Parameters
+    ----------
+    name : str
+        As the command line spells it.
+    title : str
+        One line for a reader.
+    points : tuple of Point
+        Their order fixes their randomness: add new points at the end.
+    realizations : int
+        Per point.
+    methods : tuple of str
+        Names of `vsep.studies.methods`.
+    settings : TrialSettings
+        Seed, schedule, GOSPA.
+    selected : tuple of int, optional
+        Indices of the points to run; all by default.
+    """
+
+    name: str
+    title: str
+    points: tuple[Point, ...]
+    realizations: int
+    methods: tuple[str, ...]
+    settings: TrialSettings = field(default_factory=TrialSettings)
+    selected: tuple[int, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the number of realisations and the selection."""
+        require_range("realizations", self.realizations, 1, 10**9)
+        for index in self.selected or ():
+            require_range("point", index, 0, len(self.points) - 1)
+
+    @property
+    def point_indices(self) -> tuple[int, ...]:
+        """Indices of the points to run."""
+        return tuple(range(len(self.points))) if self.selected is None else self.selected
+
+    @property
+    def num_rows(self) -> int:
+        """Number of rows of the finished study."""
+        return len(self.point_indices) * self.realizations * len(self.methods)
+
+    def trial(self, point_index: int, realization: int) -> Trial:
+        """Return one trial, whether or not it is among those to run.
+
+        Raises
+        ------
+        InputError
+            If there is no such point, or the realisation is negative.
+        """
+        require_range("point", point_index, 0, len(self.points) - 1)
+        require_range("realization", realization, 0, 2**32 - 1)
+        return Trial(
+            study=self.name,
+            point_index=point_index,
+            point=self.points[point_index],
+            realization=realization,
+            methods=self.methods,
+            settings=self.settings,
+        )

@@ -1,0 +1,174 @@
+"""One trial: draw the scene, run every method on it, return one flat row for each.
+
+`run_trial` is a pure function at the top level of a module, so that any worker process of any
+machine can run it. What goes wrong inside becomes a row with its reason.
+"""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from vsep._arrays import FloatArray
+from vsep._version import __version__
+from vsep.analysis.metrics import FrameErrors, error_vector_magnitude, frame_errors, sinr_db
+from vsep.analysis.separability import separability
+from vsep.inference.run import run
+from vsep.inference.state import Solution
+from vsep.inference.uncertainty import dispersion_std
+from vsep.signal.scene import Observation
+from vsep.studies.bench import Bench, draw_bench
+from vsep.studies.methods import NO_INTERFERENCE, make_estimator
+from vsep.studies.study import Trial
+
+Row: TypeAlias = dict[str, Any]
+
+DONE, FAILED = "done", "failed"
+# Enough for paired differences of a thousandth of a standard deviation.
+_SIGNIFICANT_DIGITS = 7
+
+
+def run_trial(trial: Trial) -> list[Row]:
+    """Run all methods of a trial on its scene.
+
+    Parameters
+    ----------
+    trial : Trial
+        What to do.
+
+    Returns
+    -------
+    list of dict
+        One row per method, in their order; apart from ``seconds`` a function of the trial alone.
+        A row of status "failed" has a ``reason``, and no results.
+    """
+    try:
+        bench = draw_bench(trial)
+        shared = _scene_entries(bench)
+    except Exception as error:  # whatever it is, the study goes on and the row tells
+        return failed_rows(trial, _reason(error))
+    return [_run_method(trial, method, bench, shared) for method in trial.methods]
+
+
+def failed_rows(trial: Trial, reason: str) -> list[Row]:
+    """Return the rows of a trial that has no results."""
+    return [_failed_row(trial, method, reason) for method in trial.methods]
+
+
+def separate(trial: Trial, method: str, bench: Bench) -> tuple[Observation, Solution]:
+    """Run one method of a trial; return the frame it saw and what it made of it."""
+    observation = bench.clean if method == NO_INTERFERENCE else bench.interfered
+    estimator = make_estimator(method, bench.model, trial.point, trial.settings)
+    return observation, run(estimator, observation.received)
+
+
+def _run_method(trial: Trial, method: str, bench: Bench, shared: Row) -> Row:
+    try:
+        observation, solution = separate(trial, method, bench)
+        results = _result_entries(trial, bench, observation, solution)
+    except Exception as error:  # as above
+        return _failed_row(trial, method, _reason(error))
+    return {**_head(trial, method), "status": DONE, "reason": None, **shared, **results}
+
+
+def _reason(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
+def _failed_row(trial: Trial, method: str, reason: str) -> Row:
+    return {**_head(trial, method), "status": FAILED, "reason": reason}
+
+
+def _head(trial: Trial, method: str) -> Row:
+    """Everything that says which trial a row belongs to."""
+    settings = trial.settings
+    return {
+        "study": trial.study,
+        "point_index": trial.point_index,
+        "point": trial.point.parameters(),
+        "realization": trial.realization,
+        "method": method,
+        "seed": settings.seed,
+        "schedule": settings.schedule,
+        "gospa_cutoff": settings.gospa_cutoff,
+        "gospa_order": settings.gospa_order,
+        "version": __version__,
+    }
+
+
+def _scene_entries(bench: Bench) -> Row:
+    """What all methods of a trial share."""
+    truth = bench.truth
+    ratio = separability(
+        truth.beats, truth.dopplers, truth.amplitudes, truth.interference_signal
+    )
+    unknown, known = bench.bounds()
+    num_ramps, num_samples = bench.model.shape
+    return {
+        "preset": bench.preset,
+        "num_ramps": num_ramps,
+        "num_samples": num_samples,
+        "num_interfered_ramps": len({burst.ramp for burst in truth.bursts}),
+        "num_objects_true": len(truth.beats),
+        "root_crlb": _short(unknown.root_mean_crlb),
+        "root_crlb_known": _short(known.root_mean_crlb),
+        "separability_db": _short(ratio.whole_db),
+        "separability_weakest_db": _short(ratio.weakest_db),
+    }
+
+
+def _result_entries(
+    trial: Trial, bench: Bench, observation: Observation, solution: Solution
+) -> Row:
+    """Compare one solution with the truth."""
+    truth, objects, shape = bench.truth, solution.objects, bench.model.shape
+    settings = trial.settings
+    errors = frame_errors(
+        np.stack([truth.beats, truth.dopplers], axis=1),
+        np.stack([objects.beats, objects.dopplers], axis=1),
+        shape,
+        cutoff=settings.gospa_cutoff,
+        order=settings.gospa_order,
+    )
+    cleaned = observation.received - solution.state.interference_signal
+    exists = len(truth.beats) > 0
+    evm = error_vector_magnitude(truth.object_signal, cleaned, truth.beats, truth.dopplers)
+    return {
+        "num_objects": objects.num_components,
+        "misses": errors.misses,
+        "false_alarms": errors.false_alarms,
+        "errors": _short_list(errors.errors),
+        **_assigned_entries(errors, solution, shape),
+        "gospa": _short(errors.gospa.value),
+        "gospa_localisation": _short(errors.gospa.localisation),
+        "gospa_missed": errors.gospa.missed,
+        "gospa_false": errors.gospa.false,
+        "sinr_db": _short(sinr_db(truth.object_signal, cleaned)) if exists else float("nan"),
+        "evm": _short(evm),
+        "num_bursts": len(solution.state.interfered_ramps),
+        "iterations": solution.iterations,
+        "termination": solution.termination.name.lower(),
+        "seconds": round(solution.seconds, 6),
+    }
+
+
+def _assigned_entries(errors: FrameErrors, solution: Solution, shape: tuple[int, int]) -> Row:
+    """Signed errors and reported standard deviations of the assigned objects, truth by truth."""
+    found = errors.found_indices
+    std = dispersion_std(solution.objects, solution.state.noise_precision, shape)
+    entries = {
+        "assigned": errors.gospa.true_indices.tolist(),
+        "beat_errors": _short_list(errors.beat_errors),
+        "beat_stds": _short_list(std.beats[found]),
+    }
+    if shape[0] > 1:
+        entries["doppler_errors"] = _short_list(errors.doppler_errors)
+        entries["doppler_stds"] = _short_list(std.dopplers[found])
+    return entries
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{_SIGNIFICANT_DIGITS}g}")
+
+
+def _short_list(values: FloatArray) -> list[float]:
+    return [_short(value) for value in values.tolist()]
