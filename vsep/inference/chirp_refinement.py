@@ -18,6 +18,7 @@ from vsep.signal.template import SignalModel
 RIDGE = 1e-9  # relative, keeps the Newton step finite where the channel absorbs a parameter
 LONGEST_SHIFT = 0.1  # of the burst's length, one step
 LONGEST_STRETCH = 0.1  # of the slope, one step
+NO_GAIN = 1e-4  # nats of log evidence: a step that promises less is not tried
 HALVINGS = 5  # times a step is cut to a quarter before it is given up
 
 
@@ -171,6 +172,8 @@ def refine_chirp(
             abs(step[0]) / (2.0 * LONGEST_SHIFT * model.normalised_cutoff),
             abs(step[1]) / (LONGEST_STRETCH * abs(slope)),
         )
+        if gradient @ step < 2.0 * NO_GAIN:
+            break
         for _ in range(HALVINGS):
             trial = place_chirp(
                 start_frequency + step[0] - step[1] * reference, slope + step[1], model

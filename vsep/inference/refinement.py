@@ -22,6 +22,7 @@ from vsep.signal.atoms import (
     project,
 )
 
+NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
 MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
 
 
@@ -138,6 +139,8 @@ def refine_point(
     for _ in range(max_steps):
         step = _newton_step(current, free, shape)
         step *= min(1.0, float(np.min(longest / np.maximum(np.abs(step), 1e-300))))
+        if current.gradient @ step < 2.0 * NO_GAIN:
+            break
         for _ in range(4):
             trial_point = point + step
             trial = cost_jet(trial_point, precision, residual, others, other_factors)
@@ -147,8 +150,6 @@ def refine_point(
         else:
             return point
         point, current = trial_point, trial
-        if np.all(np.abs(step) * shape < 1e-7):
-            break
     return point
 
 
@@ -254,6 +255,8 @@ def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedCompon
         step = np.linalg.solve(curvature, gradient)
     except LinAlgError:
         return placed  # coincident components: nothing to gain from a joint step
+    if gradient @ step < 2.0 * NO_GAIN:
+        return placed
     moves = np.zeros((count, 2))
     moves[:, : len(step) // count] = step.reshape(-1, count).T
     longest = float(np.max(np.abs(moves) * np.array(shape[::-1])))

@@ -64,6 +64,11 @@ class ActiveSet:
 
     def refresh(self) -> None:
         """Recompute covariance and mean from the precision matrix, (58)-(59); O(K^3)."""
+        if len(self) == 0:
+            self.covariance = np.zeros((0, 0), dtype=np.complex128)
+            self.amplitudes = np.zeros(0, dtype=np.complex128)
+            self.log_determinant = 0.0
+            return
         precision_matrix = self.noise_precision * self.gram
         precision_matrix[np.diag_indices(len(self))] += self.precisions
         # LAPACK directly: for matrices this small its wrappers cost more than the algebra.
@@ -71,9 +76,10 @@ class ActiveSet:
         if failed:
             raise LinAlgError(f"the precision matrix is not positive definite at row {failed}")
         self.log_determinant = -2.0 * float(np.sum(np.log(np.diagonal(factor).real)))
-        inverse, _ = zpotri(factor, lower=False, overwrite_c=True)
-        upper = np.triu(inverse)
-        self.covariance = (upper + np.triu(inverse, 1).conj().T).conj()
+        # The upper half of the transposed inverse; zpotrf has cleaned the lower one.
+        upper, _ = zpotri(factor, lower=False, overwrite_c=True)
+        upper[np.diag_indices(len(self))] *= 0.5
+        self.covariance = upper.T + upper.conj()
         self.amplitudes = self.noise_precision * (self.covariance @ self.projections)
 
     def flat_prior_moments(self, index: int) -> tuple[float, float]:
