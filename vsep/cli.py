@@ -218,9 +218,10 @@ def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the estimator")
     group.add_argument(
         "--estimator",
-        choices=("factorised", "object-only"),
+        choices=("factorised", "joint", "object-only"),
         default="factorised",
-        help="objects and interference, or objects alone (default: factorised)",
+        help="objects and interference with separate posteriors or a joint one, or objects alone "
+        "(default: factorised)",
     )
     group.add_argument(
         "--schedule",

@@ -15,9 +15,8 @@ from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.results import as_json, result_line, separated_signals
 from vsep.inference.estimator import Estimator
-from vsep.inference.object_only import ObjectOnlySeparator
+from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
-from vsep.inference.separator import FactorisedSeparator
 from vsep.signal.filters import NoFilter
 from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
@@ -119,15 +118,9 @@ def _model_of(frame: Frame) -> SignalModel:
 
 def make_separator(options: argparse.Namespace, model: SignalModel) -> Estimator:
     """Make the estimator that the options of ``separate`` and ``report`` describe."""
-    if options.estimator == "object-only":
-        return ObjectOnlySeparator(
-            model=model,
-            false_alarm_rate=options.false_alarm_rate,
-            object_threshold_db=options.object_threshold_db,
-            max_iterations=options.max_iterations,
-        )
-    return FactorisedSeparator(
-        model=model,
+    return make_estimator(
+        options.estimator,
+        model,
         false_alarm_rate=options.false_alarm_rate,
         object_threshold_db=options.object_threshold_db,
         interference_threshold_db=options.interference_threshold_db,

@@ -1,11 +1,14 @@
 """The estimators by the names that users call them."""
 
-from typing import Final
+from dataclasses import fields
+from typing import Any, Final, TypedDict, Unpack
 
 from vsep._arrays import InputError
+from vsep.inference.estimator import Estimator
 from vsep.inference.joint import JointSeparator
 from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.separator import FactorisedSeparator
+from vsep.signal.template import SignalModel
 
 ESTIMATORS: Final[dict[str, type[FactorisedSeparator] | type[ObjectOnlySeparator]]] = {
     "factorised": FactorisedSeparator,
@@ -30,3 +33,38 @@ def estimator_by_name(name: str) -> type[FactorisedSeparator] | type[ObjectOnlyS
     if name not in ESTIMATORS:
         raise InputError(f"estimator is {name!r}; it must be one of {', '.join(ESTIMATORS)}.")
     return ESTIMATORS[name]
+
+
+class EstimatorSettings(TypedDict, total=False):
+    """Settings of the estimators; what is left out keeps its default."""
+
+    false_alarm_rate: float
+    object_threshold_db: float | None
+    interference_threshold_db: float | None
+    schedule: str
+    max_iterations: int
+
+
+def make_estimator(
+    name: str, model: SignalModel, **settings: Unpack[EstimatorSettings]
+) -> Estimator:
+    """Make the estimator of a name; settings that it does not have play no part.
+
+    Parameters
+    ----------
+    name : str
+        One of `ESTIMATORS`.
+    model : SignalModel
+        Size, sampling and assumed filter.
+    **settings
+        See `FactorisedSeparator`.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or a setting out of its range.
+    """
+    kind = estimator_by_name(name)
+    known = {field.name for field in fields(kind)}
+    used: dict[str, Any] = {key: value for key, value in settings.items() if key in known}
+    return kind(model=model, **used)
