@@ -228,3 +228,27 @@ def test_without_noise_the_run_still_ends():
     assert solution.termination in (Termination.CONVERGED, Termination.MAX_ITERATIONS)
     error = np.min(np.abs(solution.objects.beats - observation.truth.beats[0]))
     assert error < 1e-6
+
+
+def test_samples_that_nothing_explains_are_set_aside():
+    """Clicks 40 dB over the noise cost no object and make none.
+
+    They lie outside of the bursts, where no other source could take them up.
+    """
+    _, observation = simulate_preset("simulation-2-c", snr_db=60.0, sir_db=-10.0, seed=4)
+    received = observation.received.copy()
+    rng = np.random.default_rng(1)
+    clear = np.flatnonzero(~observation.truth.interfered_samples(1e-9))
+    places = rng.choice(clear, received.size // 100, replace=False)
+    level = 100.0 / np.sqrt(observation.truth.noise_precision)
+    received.ravel()[places] += level * np.exp(2j * np.pi * rng.uniform(size=len(places)))
+    separator = ESTIMATORS["robust"]
+    clean, clicked = run(separator, observation.received), run(separator, received)
+    assert clicked.objects.num_components == clean.objects.num_components
+    # One percent less data: the noise level is that of the other samples, within a few deviations.
+    assert clicked.state.noise_precision == pytest.approx(
+        clean.state.noise_precision, rel=4 / np.sqrt(received.size)
+    )
+    kept, num_used = separator.set_aside(received, clicked.state)
+    assert received.size - num_used == len(places)
+    assert np.all(kept.ravel()[places] != received.ravel()[places])

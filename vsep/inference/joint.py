@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from vsep._arrays import ComplexArray, from_db
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.joint_columns import JointColumns
-from vsep.inference.object_only import expected_error
 from vsep.inference.objects import ObjectWorkspace
 from vsep.inference.separator import FactorisedSeparator
 from vsep.inference.state import IterationInfo, SeparationState
@@ -28,10 +27,11 @@ class JointSeparator(FactorisedSeparator):
         searched = self.search_due(state)
         if searched:
             interference.search(received - state.object_signal, state.noise_precision)
+        received, num_used = self.set_aside(received, state)
         columns = JointColumns(received, state.objects, interference, state.noise_precision)
         columns.update()
 
-        noise_precision = _noise_precision(columns)
+        noise_precision = num_used / columns.expected_error()
         objects = ObjectWorkspace(
             state.objects,
             received,
@@ -43,18 +43,12 @@ class JointSeparator(FactorisedSeparator):
         objects.add_components(1)
         objects.update_components()
         columns = JointColumns(received, objects.components(), interference, noise_precision)
-        columns.noise_precision = _noise_precision(columns)
+        columns.noise_precision = num_used / columns.expected_error()
         columns.rebuild()
         columns.take_over()
         objects.active = columns.active
 
         active, noise_precision = columns.active, columns.noise_precision
         bound = weights_bound(active.amplitudes, active.covariance, active.precisions)
-        error = expected_error(columns.rest(), active.trace())
-        bound += noise_bound(received.size, noise_precision, error)
+        bound += noise_bound(num_used, noise_precision, columns.expected_error())
         return self.conclude(state, objects, interference, noise_precision, bound, searched)
-
-
-def _noise_precision(columns: JointColumns) -> float:
-    """Update (65) with the joint posterior."""
-    return columns.received.size / expected_error(columns.rest(), columns.active.trace())

@@ -14,6 +14,7 @@ from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.inference.channel import passive_ratios
 from vsep.inference.chirp_refinement import ChirpCost, refine_chirp, template_slopes
 from vsep.inference.interference import InterferenceWorkspace, RampWork
+from vsep.inference.object_only import expected_error
 from vsep.inference.objects import Background
 from vsep.inference.refinement import place_components
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
@@ -97,9 +98,10 @@ class JointColumns:
             self.rebuild()
             self._refine(p, ramp)
 
-    def rest(self) -> ComplexArray:
-        """(P, N) what no column explains."""
-        return self.received - synthesize(self.active.amplitudes, *self.factors)
+    def expected_error(self) -> float:
+        """Denominator of (65) with the joint posterior."""
+        rest = self.received - synthesize(self.active.amplitudes, *self.factors)
+        return expected_error(rest, self.active.trace())
 
     def take_over(self) -> None:
         """Hand every ramp its block of the posterior, and synthesize the interference."""

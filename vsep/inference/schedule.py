@@ -35,6 +35,9 @@ class Schedule:
         Whether beta is recomputed after the last refinement of theta in Algorithm 2.
     refinement_steps : int
         Newton steps of theta per call.
+    impute_from : int or None
+        Iteration (from 0) after which samples that no source explains are set aside; earlier it
+        would set aside bursts that are not modelled yet. None never.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Schedule:
     search_before_convergence: bool
     recompute_amplitudes: bool
     refinement_steps: int = 1
+    impute_from: int | None = None
 
     def search_due(self, iteration: int) -> bool:
         """Whether the ramps are searched for bursts in this iteration (counted from 0)."""
@@ -65,6 +69,7 @@ ROBUST: Final = Schedule(
     late_search_period=4,
     search_before_convergence=True,
     recompute_amplitudes=True,
+    impute_from=6,
 )
 
 PAPER: Final = Schedule(

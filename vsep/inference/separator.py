@@ -19,6 +19,8 @@ from vsep.inference.state import IterationInfo, ObjectComponents, SeparationStat
 from vsep.signal.atoms import gram, project
 from vsep.signal.template import SignalModel
 
+UNEXPLAINED = 20.0  # times the noise power: what a sample must exceed to be set aside
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FactorisedSeparator:
@@ -85,25 +87,26 @@ class FactorisedSeparator:
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
         interference = self.interference_workspace(state)
-        residual = received - state.object_signal
         searched = self.search_due(state)
         if searched:
-            interference.search(residual, state.noise_precision)
+            interference.search(received - state.object_signal, state.noise_precision)
+        received, num_used = self.set_aside(received, state)
+        residual = received - state.object_signal
         interference.update(residual, state.noise_precision)
 
         traces = _object_trace(state) + interference.trace
         error = expected_error(residual - interference.signal, traces)
         objects = update_objects(
             received - interference.signal,
-            replace(state, noise_precision=received.size / error),
+            replace(state, noise_precision=num_used / error),
             self.threshold_db,
         )
         residual = received - objects.signal
         traces = objects.active.trace() + interference.trace
         error = expected_error(residual - interference.signal, traces)
-        noise_precision = received.size / error
+        noise_precision = num_used / error
         interference.recompute(residual, noise_precision)
-        bound = _separation_bound(residual, objects, interference, noise_precision)
+        bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
         return self.conclude(state, objects, interference, noise_precision, bound, searched)
 
     def interference_workspace(self, state: SeparationState) -> InterferenceWorkspace:
@@ -115,6 +118,29 @@ class FactorisedSeparator:
         return InterferenceWorkspace(
             self.model, schedule, float(from_db(threshold_db)), state.interference
         )
+
+    def set_aside(self, received: ComplexArray, state: SeparationState) -> tuple[ComplexArray, int]:
+        """Replace samples that neither source explains by what both predict there.
+
+        Deviation: an interferer that switches on or off inside the band, a second burst in the
+        same ramp or a filter other than the assumed one leave samples far above the noise. They
+        count as missing: expectation-maximisation puts the prediction in their place.
+
+        Returns
+        -------
+        received : (P, N) complex
+            The frame to fit in this step.
+        num_used : int
+            Samples that count for the noise precision.
+        """
+        first = schedule_by_name(self.schedule).impute_from
+        if first is None or state.iteration < first:
+            return received, received.size
+        explained = state.object_signal + state.interference_signal
+        power = np.abs(received - explained) ** 2
+        # The median of noise power is ln 2 times its mean: one in 5e8 noise samples exceeds this.
+        unexplained = power > UNEXPLAINED / np.log(2.0) * np.median(power)
+        return np.where(unexplained, explained, received), int(np.sum(~unexplained))
 
     def search_due(self, state: SeparationState) -> bool:
         """Whether the next step searches every ramp for bursts."""
@@ -175,6 +201,7 @@ def _separation_bound(
     objects: ObjectWorkspace,
     interference: InterferenceWorkspace,
     noise_precision: float,
+    num_used: int,
 ) -> float:
     traces = objects.active.trace() + interference.trace
     error = expected_error(residual - interference.signal, traces)
@@ -183,7 +210,7 @@ def _separation_bound(
     for ramp in interference.ramps:
         if ramp is not None:
             bound += weights_bound(ramp.amplitudes, ramp.covariance, ramp.precisions)
-    return bound + noise_bound(residual.size, noise_precision, error)
+    return bound + noise_bound(num_used, noise_precision, error)
 
 
 def _separability_ratio_db(
