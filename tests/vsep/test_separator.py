@@ -230,25 +230,32 @@ def test_without_noise_the_run_still_ends():
     assert error < 1e-6
 
 
-def test_samples_that_nothing_explains_are_set_aside():
-    """Clicks 40 dB over the noise cost no object and make none.
-
-    They lie outside of the bursts, where no other source could take them up.
-    """
+def clicked_frame(level_db):
+    """Twenty clicks outside of the bursts, this far above the noise."""
     _, observation = simulate_preset("simulation-2-c", snr_db=60.0, sir_db=-10.0, seed=4)
-    received = observation.received.copy()
     rng = np.random.default_rng(1)
     clear = np.flatnonzero(~observation.truth.interfered_samples(1e-9))
-    places = rng.choice(clear, received.size // 100, replace=False)
-    level = 100.0 / np.sqrt(observation.truth.noise_precision)
-    received.ravel()[places] += level * np.exp(2j * np.pi * rng.uniform(size=len(places)))
-    separator = ESTIMATORS["robust"]
-    clean, clicked = run(separator, observation.received), run(separator, received)
-    assert clicked.objects.num_components == clean.objects.num_components
-    # One percent less data: the noise level is that of the other samples, within a few deviations.
-    assert clicked.state.noise_precision == pytest.approx(
-        clean.state.noise_precision, rel=4 / np.sqrt(received.size)
-    )
-    kept, num_used = separator.set_aside(received, clicked.state)
-    assert received.size - num_used == len(places)
-    assert np.all(kept.ravel()[places] != received.ravel()[places])
+    places = rng.choice(clear, 20, replace=False)
+    level = 10 ** (level_db / 20) / np.sqrt(observation.truth.noise_precision)
+    clicked = observation.received.copy()
+    clicked.ravel()[places] += level * np.exp(2j * np.pi * rng.uniform(size=20))
+    return clicked, np.sort(places)
+
+
+def test_exactly_the_samples_that_nothing_explains_are_set_aside(solution):
+    clicked, places = clicked_frame(40.0)
+    kept, num_used = ESTIMATORS["robust"].set_aside(clicked, solution.state)
+    np.testing.assert_array_equal(np.flatnonzero(kept.ravel() != clicked.ravel()), places)
+    assert num_used == clicked.size - len(places)
+    early = dataclasses.replace(solution.state, iteration=5)
+    untouched, num_used = ESTIMATORS["robust"].set_aside(clicked, early)
+    assert untouched is clicked
+    assert num_used == clicked.size
+
+
+def test_clicks_cost_no_object_and_make_none(solution):
+    clicked, _ = clicked_frame(40.0)
+    found = run(ESTIMATORS["robust"], clicked)
+    assert found.objects.num_components == solution.objects.num_components
+    offsets = np.abs(np.sort(found.objects.beats) - np.sort(solution.objects.beats))
+    assert np.max(offsets) * 128 < 0.25
