@@ -1,0 +1,292 @@
+"""The controls: widgets made from `Settings`, which they set when a slider is released.
+
+A widget never starts anything itself. It sets a setting; whoever watches the settings restarts the
+run or redraws the view.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import panel as pn
+import panel_material_ui as pmu
+
+from app.settings import FALSE_ALARM_RATES, LOADED_FRAME, PRESETS, REAL_FRAME, Settings
+
+_TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
+_SLIDER_MARGIN = (0, 22, 0, 18)
+_SELECT_MARGIN = (6, 16, 6, 16)
+_FILTER_LABELS = {
+    "Raised cosine": "raised_cosine",
+    "Butterworth": "butterworth",
+    "None": "none",
+    "Measured": "measured",
+}
+_MODEL_LABELS = {
+    "Multiplicative (12)": "multiplicative",
+    "Convolution (40)": "convolution",
+    "Convolution with ramp edges": "convolution-with-edges",
+}
+
+
+class Controls:
+    """All controls of the side bar; `settings` holds their state.
+
+    Parameters
+    ----------
+    settings : Settings
+        Read and set by the widgets.
+    load : callable
+        Takes name and content of a frame file that the user chose.
+    """
+
+    def __init__(self, settings: Settings, load: Callable[[str, bytes], None]) -> None:
+        self.settings = settings
+        self._load = load
+        self.widgets: dict[str, Any] = {}
+        self._make_scene()
+        self._make_filters()
+        self._make_estimator()
+        self.upload = pmu.FileInput(
+            label="Load a frame file (.npz)",
+            accept=".npz",
+            variant="outlined",
+            size="small",
+            description="A recorded frame: complex samples of all ramps with the radar's settings.",
+            sizing_mode="stretch_width",
+            margin=_SELECT_MARGIN,
+        )
+        self.upload.param.watch(self._uploaded, "value")
+        self.levels = pn.pane.HTML("", sizing_mode="stretch_width", margin=(2, 16, 2, 17))
+        self.threshold = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 0, 17))
+        settings.param.watch(
+            self._arrange,
+            [
+                "preset",
+                "filter_kind",
+                "assume_true_filter",
+                "assumed_kind",
+                "estimator",
+                "interference",
+            ],
+        )
+        self._arrange()
+
+    def layout(self) -> list[Any]:
+        """Return the side bar from top to bottom."""
+        pick = self.widgets
+        return [
+            _heading("Scene"),
+            pick["preset"],
+            pick["snr_db"],
+            pick["sir_db"],
+            self.levels,
+            pick["interferer_slope"],
+            pick["burst_shift"],
+            pick["interference_model"],
+            pn.Row(pick["seed"], pick["interference"], sizing_mode="stretch_width"),
+            _heading("Anti-aliasing filter"),
+            pick["filter_kind"],
+            pick["filter_cutoff"],
+            pick["filter_rolloff"],
+            pick["filter_order"],
+            pick["assume_true_filter"],
+            pick["assumed_kind"],
+            pick["assumed_cutoff"],
+            pick["assumed_rolloff"],
+            pick["assumed_order"],
+            _heading("Estimator"),
+            pn.Row(pick["estimator"], pick["schedule"], sizing_mode="stretch_width"),
+            pick["false_alarm_rate"],
+            self.threshold,
+            pick["max_iterations"],
+            self.upload,
+        ]
+
+    def _make_scene(self) -> None:
+        options = {ranges.label: name for name, ranges in PRESETS.items()}
+        preset = pmu.Select(
+            label="Preset",
+            options=options,
+            value=self.settings.preset,
+            description=Settings.param.preset.doc,
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self.widgets["preset"] = preset
+        preset.param.watch(self._preset_chosen, "value")
+        self.settings.param.watch(self._show_preset, "preset")
+        self._slider("snr_db", start=-10.0, end=90.0, step=1.0)
+        self._slider("sir_db", start=-50.0, end=40.0, step=1.0)
+        self._slider("interferer_slope", step=0.01, format="0.000")
+        self._slider("burst_shift", step=0.1)
+        self._select("interference_model", _MODEL_LABELS)
+        self._number("seed")
+        self._switch("interference")
+        self.widgets["seed"].param.update(sizing_mode=None, width=116)
+        self.widgets["interference"].margin = (8, 0, 0, 0)
+
+    def _make_filters(self) -> None:
+        self._select("filter_kind", dict(list(_FILTER_LABELS.items())[:3]))
+        self._switch("assume_true_filter")
+        self._select("assumed_kind", _FILTER_LABELS)
+        for which in ("filter", "assumed"):
+            self._slider(f"{which}_cutoff", step=0.005, format="0.000")
+            self._slider(f"{which}_rolloff", start=0.05, end=1.0, step=0.05)
+            self._slider(f"{which}_order", start=1, end=12, step=1)
+
+    def _make_estimator(self) -> None:
+        self._select("estimator", {"Factorised": "factorised", "Object-only": "object-only"})
+        self._select("schedule", {"Robust": "robust", "Paper": "paper"})
+        rates = sorted({*FALSE_ALARM_RATES, self.settings.false_alarm_rate})
+        parameter = Settings.param.false_alarm_rate
+        rate = pmu.DiscreteSlider(
+            label=parameter.label,
+            description=parameter.doc,
+            options=rates,
+            value=self.settings.false_alarm_rate,
+            margin=_SLIDER_MARGIN,
+            **_TIGHT,
+        )
+        self._bind("false_alarm_rate", rate, "value_throttled")
+        self._number("max_iterations")
+
+    def _slider(self, name: str, **options: Any) -> None:
+        parameter = Settings.param[name]
+        value = getattr(self.settings, name)
+        whole = isinstance(value, int)
+        options.setdefault("start", min(value, 0))
+        options.setdefault("end", value + 1)
+        kind = pmu.IntSlider if whole else pmu.FloatSlider
+        slider = kind(
+            label=parameter.label,
+            description=parameter.doc,
+            value=value,
+            margin=_SLIDER_MARGIN,
+            **_TIGHT,
+            **options,
+        )
+        self._bind(name, slider, "value_throttled")
+
+    def _select(self, name: str, options: dict[str, str]) -> None:
+        parameter = Settings.param[name]
+        select = pmu.Select(
+            label=parameter.label,
+            description=parameter.doc,
+            options=options,
+            value=getattr(self.settings, name),
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self._bind(name, select, "value")
+
+    def _number(self, name: str) -> None:
+        parameter = Settings.param[name]
+        lowest, highest = parameter.bounds
+        number = pmu.IntInput(
+            label=parameter.label,
+            description=parameter.doc,
+            start=lowest,
+            end=highest,
+            value=getattr(self.settings, name),
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self._bind(name, number, "value_throttled")
+
+    def _switch(self, name: str) -> None:
+        parameter = Settings.param[name]
+        switch = pmu.Switch(
+            label=parameter.label,
+            description=parameter.doc,
+            value=getattr(self.settings, name),
+            margin=(0, 12, 0, 18),
+            **_TIGHT,
+        )
+        self._bind(name, switch, "value")
+
+    def _bind(self, name: str, widget: Any, committed: str) -> None:
+        """Let the widget set the setting when the user commits, and show it in any case."""
+        self.widgets[name] = widget
+
+        def take(event: Any) -> None:
+            if event.new is not None:
+                self.settings.param.update(**{name: event.new})
+
+        def show(event: Any) -> None:
+            if widget.value != event.new:
+                widget.value = event.new
+
+        widget.param.watch(take, committed)
+        self.settings.param.watch(show, name)
+
+    def _preset_chosen(self, event: Any) -> None:
+        if event.new != self.settings.preset:
+            self.settings.choose_preset(event.new)
+
+    def _show_preset(self, event: Any) -> None:
+        select = self.widgets["preset"]
+        if event.new == LOADED_FRAME and LOADED_FRAME not in select.values:
+            select.options = {**select.options, "Loaded frame": LOADED_FRAME}
+        select.value = event.new
+
+    def _uploaded(self, event: Any) -> None:
+        if event.new:
+            self._load(self.upload.filename or "frame.npz", event.new)
+
+    def _arrange(self, *_: Any) -> None:
+        """Show what has a meaning for the scene, with its ranges."""
+        settings, pick = self.settings, self.widgets
+        ranges = PRESETS.get(settings.preset)
+        if ranges is not None:
+            shift = ranges.shift_range
+            for name, (start, end) in (
+                ("interferer_slope", ranges.slope_range),
+                ("filter_cutoff", ranges.cutoff_range),
+                ("assumed_cutoff", ranges.cutoff_range),
+                ("burst_shift", (-shift, shift)),
+            ):
+                pick[name].param.update(start=start, end=end, value=getattr(settings, name))
+        loaded, real = settings.preset == LOADED_FRAME, settings.preset == REAL_FRAME
+        pick["snr_db"].disabled = loaded or real
+        pick["seed"].disabled = loaded
+        for name in ("sir_db", "interferer_slope", "burst_shift", "interference_model"):
+            pick[name].disabled = loaded or not settings.interference
+        for name in (
+            "interference",
+            "filter_kind",
+            "filter_cutoff",
+            "filter_rolloff",
+            "filter_order",
+        ):
+            pick[name].disabled = loaded
+        pick["filter_rolloff"].visible = settings.filter_kind == "raised_cosine"
+        pick["filter_order"].visible = settings.filter_kind == "butterworth"
+        pick["filter_cutoff"].visible = settings.filter_kind != "none"
+        apart = not settings.assume_true_filter
+        pick["assumed_kind"].visible = apart
+        pick["assumed_cutoff"].visible = apart and settings.assumed_kind in (
+            "raised_cosine",
+            "butterworth",
+        )
+        pick["assumed_rolloff"].visible = apart and settings.assumed_kind == "raised_cosine"
+        pick["assumed_order"].visible = apart and settings.assumed_kind == "butterworth"
+        pick["schedule"].disabled = settings.estimator == "object-only"
+
+    def show_levels(self, text: str) -> None:
+        """Show SNR and SIR in both conventions."""
+        self.levels.object = f'<p style="font-size:11px;margin:0;opacity:.75">{text}</p>'
+
+    def offer_measured_filter(self, offered: bool) -> None:
+        """Show the measured filter only where a loaded frame brings one."""
+        kinds = dict(_FILTER_LABELS)
+        if not offered:
+            kinds.pop("Measured")
+        self.widgets["assumed_kind"].options = kinds
+
+
+def _heading(text: str) -> Any:
+    return pn.pane.HTML(
+        f'<h2 style="font-size:13px;font-weight:600;margin:0">{text}</h2>',
+        margin=(8, 16, 2, 16),
+        sizing_mode="stretch_width",
+    )

@@ -1,0 +1,65 @@
+"""Building blocks of the page: cards, panels, theme and style sheets."""
+
+from typing import Any
+
+import panel as pn
+
+from app.assets import path
+from app.views.progress import ProgressView
+
+
+def stylesheet(name: str) -> str:
+    """Return a style sheet of ``assets/css``."""
+    return path(f"css/{name}.css").read_text(encoding="utf-8")
+
+
+def theme() -> dict[str, Any]:
+    """Return the light and the dark theme; primary colours keep 4.5:1 against their page."""
+    typography = {"fontSize": 12.5, "button": {"textTransform": "none"}}
+    bar = {"styleOverrides": {"root": {"backgroundColor": "#0B3A5B", "color": "#FFFFFF"}}}
+    common = {"typography": typography, "components": {"MuiAppBar": bar}}
+    return {
+        "light": {"palette": {"primary": {"main": "#005F94"}}, **common},
+        "dark": {"palette": {"primary": {"main": "#56B4E9"}}, **common},
+    }
+
+
+def card(plot: Any, *, weight: int, height: int | None = None, look: str = "card") -> Any:
+    """Return a framed figure that takes its share of the free height, or a fixed one."""
+    flex = {"flex": f"{weight} 1 0"} if height is None else {"flex": f"0 0 {height}px"}
+    return pn.Column(
+        pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0),
+        margin=3,
+        sizing_mode="stretch_both",
+        styles={**flex, "min-height": "0", "min-width": "0"},
+        stylesheets=[stylesheet(look)],
+    )
+
+
+def panel(title: str, content: Any, *, weight: int) -> Any:
+    """Return a framed panel with a heading."""
+    heading = pn.pane.HTML(
+        f'<h2 style="font-size:12px;font-weight:600;margin:0">{title}</h2>', margin=(4, 8, 2, 8)
+    )
+    return pn.Column(
+        heading,
+        content,
+        margin=3,
+        sizing_mode="stretch_both",
+        styles={"flex": f"{weight} 1 0", "min-height": "0"},
+        stylesheets=[stylesheet("card")],
+    )
+
+
+def progress_card(view: ProgressView) -> Any:
+    """Return the three small curves in one frame."""
+    panes = [pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0) for plot in view.figures]
+    for pane, weight in zip(panes, (10, 10, 16), strict=True):
+        pane.styles = {"flex": f"{weight} 1 0", "min-height": "0"}
+    return pn.Column(
+        *panes,
+        margin=3,
+        sizing_mode="stretch_both",
+        styles={"flex": "11 1 0", "min-height": "0"},
+        stylesheets=[stylesheet("card")],
+    )

@@ -1,0 +1,207 @@
+"""Runs a session: jobs go to a pool of workers, the newest picture goes to the screen.
+
+Two tasks on the event loop. One takes the session's jobs to the pool, at the pace the user set. The
+other makes a picture whenever something changed, of whatever is newest by then, and hands it to the
+document; it waits until the browser has drawn the one before, so that a slow browser never falls
+behind. Nothing is queued: a new run replaces whatever is under way.
+"""
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Generic, TypeVar
+
+from app.picture import Picture
+from app.session import Job, JobKind, Opening, RunSession, Snapshot
+from vsep._arrays import InputError
+from vsep.inference.state import SeparationState, Step
+
+_LOG = logging.getLogger(__name__)
+
+SHORTEST_PERIOD_S = 1.0 / 30.0
+LONGEST_FLIGHT_S = 3.0
+RATE_WINDOW_S = 2.0
+
+PlanT = TypeVar("PlanT")
+OpeningT = TypeVar("OpeningT", bound=Opening)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crew(Generic[PlanT, OpeningT]):
+    """The three pieces of work, done by the pool.
+
+    Parameters
+    ----------
+    prepare : callable
+        Plan to prepared run; may raise `InputError` with a sentence for the user.
+    advance : callable
+        Prepared run and state to the next step.
+    compose : callable
+        Snapshot to picture.
+    """
+
+    prepare: Callable[[PlanT], OpeningT]
+    advance: Callable[[OpeningT, SeparationState], Step]
+    compose: Callable[[Snapshot[OpeningT]], Picture]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """Where results go.
+
+    Parameters
+    ----------
+    post : callable
+        Runs a function on the event loop with the document locked.
+    show : callable
+        Draws a picture; called with the document locked.
+    complain : callable
+        Tells the user one sentence; called with the document locked.
+    speed : callable
+        Iterations per second that the user wants.
+    watched : callable
+        Whether a browser is connected; nothing runs for a page that was closed.
+    """
+
+    post: Callable[[Callable[[], None]], Any]
+    show: Callable[[Picture], None]
+    complain: Callable[[str], None]
+    speed: Callable[[], float]
+    watched: Callable[[], bool]
+
+
+class FrameLoop(Generic[PlanT, OpeningT]):
+    """Drives one session; all methods are called on the event loop."""
+
+    def __init__(
+        self,
+        session: RunSession[PlanT, OpeningT],
+        crew: Crew[PlanT, OpeningT],
+        stage: Stage,
+        pool: Executor,
+    ) -> None:
+        self.session = session
+        self.shown = 0
+        self._crew, self._stage, self._pool = crew, stage, pool
+        self._command = asyncio.Event()
+        self._changed = asyncio.Event()
+        self._drawn = asyncio.Event()
+        self._drawn.set()
+        self._arrivals: deque[float] = deque(maxlen=256)
+        self._tasks: list[asyncio.Task[None]] = []
+
+    @property
+    def rate(self) -> float:
+        """Iterations per second over the last two seconds."""
+        now = time.monotonic()
+        while self._arrivals and now - self._arrivals[0] > RATE_WINDOW_S:
+            self._arrivals.popleft()
+        if len(self._arrivals) < 2:
+            return 0.0
+        return (len(self._arrivals) - 1) / max(self._arrivals[-1] - self._arrivals[0], 1e-3)
+
+    def start(self) -> None:
+        """Begin to work; the session may have a plan already."""
+        loop = asyncio.get_running_loop()
+        self._tasks = [loop.create_task(self._work()), loop.create_task(self._draw())]
+
+    def close(self) -> None:
+        """Stop for good."""
+        for task in self._tasks:
+            task.cancel()
+        self._tasks = []
+
+    def wake(self) -> None:
+        """Look at the session again: the user commanded something."""
+        self._arrivals.clear()
+        self._command.set()
+        self._changed.set()
+
+    def redraw(self) -> None:
+        """Make the picture again: a view setting changed."""
+        self._changed.set()
+
+    def acknowledged(self) -> None:
+        """Take note that the browser has drawn the last picture."""
+        self._drawn.set()
+
+    async def _in_pool(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._pool, function, *arguments)
+
+    async def _work(self) -> None:
+        due = 0.0
+        while True:
+            self._command.clear()
+            job = self.session.next_job()
+            if job is None or not self._stage.watched():
+                await self._command.wait()
+                continue
+            if await self._do(job):
+                self._changed.set()
+            if job.kind is JobKind.PREPARE:
+                due = time.monotonic()
+                continue
+            self._arrivals.append(time.monotonic())
+            due = max(due + 1.0 / self._stage.speed(), time.monotonic())
+            await _wait(self._command, due - time.monotonic())
+
+    async def _do(self, job: Job[PlanT, OpeningT]) -> bool:
+        """Do one job; whatever goes wrong becomes a sentence for the user."""
+        try:
+            if job.kind is JobKind.PREPARE:
+                return self.session.prepared(job, await self._in_pool(self._crew.prepare, job.plan))
+            if job.kind is JobKind.REPLAY:
+                return self.session.replayed(job)
+            step = await self._in_pool(self._crew.advance, job.opening, job.state)
+            return self.session.advanced(job, step)
+        except Exception as error:
+            if self.session.failed(job):
+                self._complain(error)
+            return True
+
+    async def _draw(self) -> None:
+        while True:
+            await self._changed.wait()
+            await _wait(self._drawn, LONGEST_FLIGHT_S)
+            self._changed.clear()
+            snapshot = self.session.snapshot()
+            if snapshot is None or not self._stage.watched():
+                continue
+            started = time.monotonic()
+            try:
+                picture = await self._in_pool(self._crew.compose, snapshot)
+            except Exception as error:
+                self._complain(error)
+                continue
+            if snapshot.run_number != self.session.run_number:
+                continue
+            self._drawn.clear()
+            self._stage.post(partial(self._show, picture))
+            await asyncio.sleep(max(0.0, started + SHORTEST_PERIOD_S - time.monotonic()))
+
+    def _show(self, picture: Picture) -> None:
+        if picture.run_number != self.session.run_number:
+            self._drawn.set()
+            return
+        self._stage.show(picture)
+        self.shown += 1
+
+    def _complain(self, error: Exception) -> None:
+        sentence = str(error)
+        if not isinstance(error, InputError):
+            _LOG.error("a step of a run failed", exc_info=error)
+            sentence = f"This iteration failed ({type(error).__name__}: {error})."
+        self._stage.post(lambda: self._stage.complain(sentence))
+
+
+async def _wait(event: asyncio.Event, seconds: float) -> None:
+    """Wait for an event, but not longer."""
+    if seconds > 0.0 and not event.is_set():
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(event.wait(), seconds)

@@ -1,0 +1,94 @@
+"""Components in display units: what the views mark on the range and velocity axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.backdrop import Backdrop
+from vsep._arrays import FloatArray, to_db
+from vsep.inference.state import ComponentEvent, EventKind, SeparationState, Step
+from vsep.signal.template import CHANNEL_GRID_FACTOR
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Marks:
+    """Components on the range axis and, where it applies, on the velocity axis.
+
+    Parameters
+    ----------
+    ranges_m, velocities_mps, levels_db, snr_db : (L,) float
+        Position, peak in the delay spectrum of one ramp, component SNR.
+    opacity : (L,) float
+        1 for what is there; falls with the age of a flash or of a pruned component.
+    """
+
+    ranges_m: FloatArray
+    velocities_mps: FloatArray
+    levels_db: FloatArray
+    snr_db: FloatArray
+    opacity: FloatArray
+
+
+def object_marks(backdrop: Backdrop, state: SeparationState) -> Marks:
+    """Return the estimated objects of a state."""
+    objects, radar = state.objects, backdrop.radar
+    return Marks(
+        ranges_m=radar.range_from_beat(objects.beats),
+        velocities_mps=radar.velocity_from_doppler(objects.dopplers),
+        levels_db=backdrop.level_db(np.abs(objects.amplitudes) ** 2 / radar.num_ramps),
+        snr_db=to_db(objects.component_snr),
+        opacity=np.ones(objects.num_components),
+    )
+
+
+def true_marks(backdrop: Backdrop) -> Marks:
+    """Return the true objects."""
+    true = backdrop.true_objects
+    return Marks(
+        ranges_m=true.ranges_m,
+        velocities_mps=true.velocities_mps,
+        levels_db=true.levels_db,
+        snr_db=true.snr_db,
+        opacity=np.ones(len(true.ranges_m)),
+    )
+
+
+def event_marks(backdrop: Backdrop, steps: Sequence[Step], kind: EventKind, lifetime: int) -> Marks:
+    """Return the events of one kind in the last `lifetime` steps; the newest is opaque."""
+    events: list[ComponentEvent] = []
+    opacity: list[float] = []
+    for age, step in enumerate(reversed(steps[-lifetime:])):
+        recent = [event for event in step.info.events if event.kind is kind]
+        events.extend(recent)
+        opacity.extend([1.0 - age / lifetime] * len(recent))
+    radar = backdrop.radar
+    snr_db = np.array([event.snr_db for event in events], dtype=np.float64)
+    noise_db = -to_db(steps[-1].state.noise_precision * backdrop.reference_power) if steps else 0.0
+    return Marks(
+        ranges_m=radar.range_from_beat(np.array([event.beat for event in events])),
+        velocities_mps=radar.velocity_from_doppler(np.array([event.doppler for event in events])),
+        levels_db=snr_db + noise_db - to_db(radar.num_ramps),
+        snr_db=snr_db,
+        opacity=np.array(opacity),
+    )
+
+
+def channel_marks(backdrop: Backdrop, state: SeparationState, ramp: int) -> Marks:
+    """Return the channel components of a ramp; a bin is read as the beat of an object."""
+    burst, radar = state.interference[ramp], backdrop.radar
+    if burst is None:
+        empty = np.zeros(0)
+        return Marks(
+            ranges_m=empty, velocities_mps=empty, levels_db=empty, snr_db=empty, opacity=empty
+        )
+    bins_per_cycle = CHANNEL_GRID_FACTOR * radar.num_samples
+    variance = np.real(np.diagonal(burst.covariance))
+    count = burst.num_components
+    return Marks(
+        ranges_m=radar.range_from_beat(burst.active_bins / bins_per_cycle),
+        velocities_mps=np.zeros(count),
+        levels_db=backdrop.level_db(np.abs(burst.amplitudes) ** 2 / radar.num_samples),
+        snr_db=to_db(np.abs(burst.amplitudes) ** 2 / variance),
+        opacity=np.ones(count),
+    )

@@ -1,0 +1,273 @@
+"""The page: three views, what is beside them, and the session behind it."""
+
+import io
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import partial
+from typing import Any
+
+import panel as pn
+import panel_material_ui as pmu
+from bokeh.models import ColumnDataSource, CustomJS, Span
+
+from app.address import QUERY_NAMES, parse_query
+from app.controls import Controls
+from app.layout import card, panel, progress_card, stylesheet, theme
+from app.loop import Crew, FrameLoop, Stage
+from app.picture import Picture
+from app.session import Phase, RunSession
+from app.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
+from app.transport import Transport
+from app.views.progress import ProgressView
+from app.views.ramps import RampStrip
+from app.views.range_doppler import RangeDopplerView
+from app.views.signals import DelayView, FastTimeView
+from app.views.style import Axis
+from app.views.tables import log_html, table_html
+from app.work import Prepared, advance, compose, prepare
+from vsep._arrays import InputError
+from vsep.files.frame import Frame, read_frame
+
+TITLE = "vsep: objects out of interference"
+SIDE_PERIOD_S = 0.4
+SHOWN_LINES = 60
+
+
+class Dashboard:
+    """One user's dashboard.
+
+    Parameters
+    ----------
+    pool : Executor
+        Does the work of all sessions.
+    query : mapping
+        Decoded query of the page's address.
+    post : callable
+        Runs a function on the event loop with the document locked.
+    watched : callable
+        Whether a browser is connected.
+    """
+
+    def __init__(
+        self,
+        pool: Executor,
+        query: dict[str, Any],
+        post: Callable[[Callable[[], None]], Any],
+        watched: Callable[[], bool],
+    ) -> None:
+        values, self._complaints = parse_query(query)
+        self.settings = Settings(**values)
+        self._frame: Frame | None = None
+        self._side_drawn = 0.0
+        self._make_views()
+        self.controls = Controls(self.settings, self.load)
+        self.session: RunSession[Plan, Prepared] = RunSession()
+        self.loop = FrameLoop(
+            self.session,
+            Crew(prepare=self._prepare, advance=advance, compose=self._compose),
+            Stage(
+                post=post,
+                show=self.show,
+                complain=self.complain,
+                speed=lambda: float(self.settings.speed),
+                watched=watched,
+            ),
+            pool,
+        )
+        self.transport = Transport(self.settings, self.session, self.loop.wake)
+        self.settings.param.watch(self._scene_changed, list(PLAN_NAMES))
+        self.settings.param.watch(self._view_changed, list(VIEW_NAMES))
+
+    def _make_views(self) -> None:
+        range_axis = Axis()
+        crosshair = Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
+        self.fast_time = FastTimeView()
+        self.delay = DelayView(range_axis, crosshair)
+        self.maps = RangeDopplerView(range_axis, crosshair)
+        self.ramps = RampStrip(self._ramp_selected)
+        self.progress = ProgressView()
+        self.table = pn.pane.HTML(
+            "", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")]
+        )
+        self.log = pn.pane.HTML("", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")])
+        self._drawn = ColumnDataSource({"number": [0]}, name="drawn")
+        self._drawn.on_change("data", self._acknowledged)
+        self.fast_time.source.js_on_change(
+            "data",
+            CustomJS(
+                args={"drawn": self._drawn},
+                code="""
+const number = drawn.data.number[0] + 1
+requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }, 0))
+""",
+            ),
+        )
+
+    def page(self) -> Any:
+        """Return the whole page."""
+        rows = [
+            card(self.ramps.figure, weight=0, height=62, look="strip"),
+            card(self.fast_time.figure, weight=10),
+            card(self.delay.figure, weight=11),
+        ]
+        self._strip = rows[0]
+        self._map_row = pn.Row(
+            card(self.maps.before, weight=1, look="strip"),
+            card(self.maps.after, weight=1, look="strip"),
+            sizing_mode="stretch_both",
+            margin=0,
+            styles={"flex": "13 1 0", "min-height": "0"},
+            stylesheets=[stylesheet("maps")],
+        )
+        views = pn.Column(
+            *rows,
+            self._map_row,
+            margin=0,
+            stylesheets=[stylesheet("column")],
+            sizing_mode="stretch_both",
+            styles={"flex": "17 1 0", "min-width": "0", "min-height": "0"},
+        )
+        side = pn.Column(
+            panel("Objects: estimate ± standard deviation, and truth", self.table, weight=10),
+            panel("Events", self.log, weight=6),
+            progress_card(self.progress),
+            margin=0,
+            stylesheets=[stylesheet("column")],
+            sizing_mode="stretch_both",
+            styles={"flex": "10.5 1 0", "min-width": "0", "min-height": "0"},
+        )
+        body = pn.Row(
+            views,
+            side,
+            margin=0,
+            sizing_mode="stretch_both",
+            styles={"flex": "1 1 0", "min-height": "0"},
+            stylesheets=[stylesheet("body")],
+        )
+        main = pn.Column(
+            pn.pane.HTML(
+                f'<h1 class="unseen">{TITLE}</h1>',
+                margin=0,
+                height=0,
+                sizing_mode="stretch_width",
+                stylesheets=[stylesheet("tables")],
+            ),
+            self.transport.layout(stylesheet("transport")),
+            body,
+            margin=0,
+            sizing_mode="stretch_width",
+            stylesheets=[stylesheet("main")],
+        )
+        return pmu.Page(
+            title=TITLE,
+            sidebar_width=292,
+            sidebar_resizable=False,
+            sidebar_variant="persistent",
+            busy_indicator=None,
+            header=[pn.HSpacer(), self.transport.status],
+            sidebar=self.controls.layout(),
+            main=[main],
+            theme_config=theme(),
+            meta_description="Variational separation of radar objects and interference, live.",
+        )
+
+    def start(self) -> None:
+        """Begin the first run; called when the page has been drawn."""
+        synchronise(self)
+        for complaint in self._complaints:
+            self.complain(complaint)
+        self.loop.start()
+        self.session.restart(self.settings.plan())
+        self.loop.wake()
+
+    def load(self, name: str, content: bytes) -> None:
+        """Take a frame file; a bad one becomes a notification and nothing else changes."""
+        try:
+            self._frame = read_frame(io.BytesIO(content), name=name)
+        except InputError as error:
+            self.complain(str(error))
+            return
+        brought = self._frame.anti_aliasing_filter
+        self.controls.offer_measured_filter(brought is not None and brought.kind == "measured")
+        if self.settings.preset == LOADED_FRAME:
+            self._scene_changed()
+        else:
+            self.settings.choose_preset(LOADED_FRAME)
+
+    def show(self, picture: Picture) -> None:
+        """Draw a picture on all views; called with the document locked."""
+        several = picture.backdrop.radar.num_ramps > 1
+        with pn.io.hold():
+            self._map_row.visible = self._strip.visible = several
+            self.delay.update(picture)
+            if several:
+                self.maps.update(picture)
+                self.ramps.update(picture)
+            if self._is_time_for_the_side(picture):
+                self.progress.update(picture)
+                self.log.object = log_html(picture.log[-SHOWN_LINES:])
+                self.table.object = table_html(picture.table, moving=several)
+                self.controls.show_levels(picture.backdrop.levels_text)
+            self.transport.show(picture, self.loop.rate)
+            self.fast_time.update(picture)
+
+    def _is_time_for_the_side(self, picture: Picture) -> bool:
+        """Whether to draw what is beside the views: less often, for it costs the browser most.
+
+        The last picture before a halt and the first of a run always have it.
+        """
+        now = time.monotonic()
+        running = self.session.phase is Phase.RUNNING
+        if running and picture.iteration > 0 and now - self._side_drawn < SIDE_PERIOD_S:
+            return False
+        self._side_drawn = now
+        return True
+
+    def complain(self, sentence: str) -> None:
+        """Notify the user of what cannot be done."""
+        if pn.state.notifications is not None:
+            pn.state.notifications.error(sentence, duration=8000)
+        self.transport.refresh(self.loop.rate)
+
+    def _prepare(self, plan: Plan) -> Prepared:
+        return prepare(plan, self._frame)
+
+    def _compose(self, snapshot: Any) -> Picture:
+        return compose(snapshot, self.settings.ramp, self.settings.fast_time)
+
+    def _scene_changed(self, *_: Any) -> None:
+        self.session.restart(self.settings.plan())
+        self.loop.wake()
+
+    def _view_changed(self, *_: Any) -> None:
+        self.loop.redraw()
+
+    def _ramp_selected(self, ramp: int) -> None:
+        self.settings.ramp = ramp
+
+    def _acknowledged(self, attr: str, old: Any, new: Any) -> None:
+        del attr, old, new
+        self.loop.acknowledged()
+
+
+def synchronise(dashboard: Dashboard) -> None:
+    """Keep the address of the page in step with the settings, from now on.
+
+    The browser's own address wins while a page is loading, so this comes after.
+    """
+    location = pn.state.location
+    if location is None:
+        return
+    location.search = ""
+    location.sync(
+        dashboard.settings,
+        dict(QUERY_NAMES),
+        on_error=partial(_complain_of, dashboard),
+    )
+
+
+def _complain_of(dashboard: Dashboard, values: dict[str, Any]) -> None:
+    query = {QUERY_NAMES[name]: value for name, value in values.items()}
+    for complaint in parse_query(query)[1]:
+        dashboard.complain(complaint)

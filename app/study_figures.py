@@ -1,0 +1,194 @@
+"""The figure of a study: HTML that opens from disk, or PNG and SVG for print.
+
+Everything that is drawn was computed by `vsep.studies`; a row of panels shares one title.
+"""
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bokeh.embed import file_html
+from bokeh.layouts import column, row
+from bokeh.models import ColumnDataSource, Div, HoverTool, Legend
+from bokeh.plotting import figure
+from bokeh.resources import INLINE
+
+from app.study_print import write_print
+from app.study_style import DASHES, colour, marker
+from vsep._arrays import InputError
+from vsep.studies.example import example_panels
+from vsep.studies.figures import study_panels
+from vsep.studies.panels import AnyPanel, Box, BoxPanel, Panel, Series
+from vsep.studies.trial import Row
+
+SUFFIXES = (".html", ".png", ".svg")
+WIDTH, HEIGHT = 400, 330
+_FONT_SIZE = "11px"
+
+
+def write_study_figure(rows: Sequence[Row], out: Path) -> None:
+    """Draw the rows of one or several studies into a file.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        As `vsep study run` writes them.
+    out : Path
+        File to write, ``.html``, ``.png`` or ``.svg``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one, or nothing in the rows can be drawn.
+    OSError
+        If the file cannot be written.
+    """
+    suffix = out.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"The figure {out.name!r} must end in .html, .png or .svg.")
+    panels = figure_panels(rows)
+    if suffix == ".html":
+        title = f"vsep: {', '.join(dict.fromkeys(row['study'] for row in rows))}"
+        out.write_text(figure_html(panels, title=title), encoding="utf-8")
+    else:
+        write_print(panels, out, suffix=suffix)
+
+
+def figure_panels(rows: Sequence[Row]) -> list[AnyPanel]:
+    """Return the panels of rows, examples first; `InputError` if there is none."""
+    panels: list[AnyPanel] = [*example_panels(rows), *study_panels(rows)]
+    if not panels:
+        raise InputError("The rows hold no finished trial of a known study; run one first.")
+    return panels
+
+
+def figure_html(panels: Sequence[AnyPanel], *, title: str) -> str:
+    """Return the panels as one HTML document that asks for nothing else."""
+    rows: list[Any] = []
+    for name, members in groupby(panels, key=lambda panel: panel.title):
+        own = list(members)
+        rows.append(Div(text=f"<b>{name}</b>"))
+        rows.append(row([draw_panel(panel) for panel in own]))
+        notes = dict.fromkeys(panel.note for panel in own if panel.note)
+        rows.append(Div(text="; ".join(notes), styles={"color": "#555", "font-size": "11px"}))
+    document: str = file_html(column(rows), resources=INLINE, title=title)
+    return document
+
+
+def draw_panel(panel: AnyPanel) -> figure:
+    """Draw one panel as a Bokeh figure."""
+    return _draw_boxes(panel) if isinstance(panel, BoxPanel) else _draw_curves(panel)
+
+
+def _dressed(plot: figure, y_label: str) -> figure:
+    plot.yaxis.axis_label = y_label
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    for axis in plot.axis:
+        axis.axis_label_text_font_size = _FONT_SIZE
+        axis.axis_label_text_font_style = "normal"
+        axis.minor_tick_line_color = None
+    plot.grid.grid_line_alpha = 0.4
+    return plot
+
+
+def _draw_curves(panel: Panel) -> figure:
+    plot = figure(
+        width=WIDTH,
+        height=HEIGHT,
+        x_axis_label=panel.x_label,
+        x_axis_type="log" if panel.log_x else "linear",
+        y_axis_type="log" if panel.log_y else "linear",
+        tools="box_zoom,pan,wheel_zoom,reset,save",
+    )
+    entries = []
+    for series in panel.series:
+        entries.append((series.label, _draw_series(plot, series, log_y=panel.log_y)))
+    legend = Legend(
+        items=entries,
+        ncols=2,
+        click_policy="hide",
+        label_text_font_size="10px",
+        border_line_color=None,
+        padding=2,
+        spacing=0,
+        margin=0,
+        glyph_height=14,
+        label_height=14,
+    )
+    plot.add_layout(legend, "below")
+    return _dressed(plot, panel.y_label)
+
+
+def _draw_series(plot: figure, series: Series, *, log_y: bool) -> list[Any]:
+    values = {"x": series.x, "y": series.y, "low": series.low, "high": series.high}
+    if log_y:
+        # A logarithm has no place for zero; the point is left out, not moved.
+        for name in ("y", "low", "high"):
+            values[name] = np.where(values[name] > 0.0, values[name], np.nan)
+    source = ColumnDataSource(values)
+    shade, dash = colour(series.role), DASHES[series.variant % len(DASHES)]
+    if series.kind == "crosses":
+        return [plot.scatter("x", "y", source=source, marker="x", size=9, color=shade)]
+    if series.kind == "stems":
+        floor = float(np.min(series.y)) - 3.0 if len(series.y) else 0.0
+        stems = plot.segment("x", floor, "x", "y", source=source, color=shade, alpha=0.5)
+        heads = plot.scatter("x", "y", source=source, size=7, line_color=shade, fill_color=None)
+        return [stems, heads]
+    if series.kind == "dashed":
+        drawn = [plot.line("x", "y", source=source, color=shade, line_dash="dashed")]
+        if np.any(np.isfinite(series.low)):
+            drawn.append(plot.varea("x", "low", "high", source=source, color=shade, alpha=0.12))
+        return drawn
+    line = plot.line("x", "y", source=source, color=shade, line_dash=dash, line_width=1.6)
+    if series.kind == "line":
+        return [line]
+    bars = plot.segment("x", "low", "x", "high", source=source, color=shade, alpha=0.7)
+    heads = plot.scatter("x", "y", source=source, marker=marker(series.role), size=6, color=shade)
+    tips = [("", series.label), ("x", "@x"), ("value", "@y"), ("interval", "@low to @high")]
+    plot.add_tools(HoverTool(renderers=[heads], tooltips=tips))
+    return [line, bars, heads]
+
+
+def _draw_boxes(panel: BoxPanel) -> figure:
+    plot = figure(
+        width=WIDTH,
+        height=HEIGHT,
+        x_range=[box.role for box in panel.boxes],
+        y_axis_type="log" if panel.log_y else "linear",
+        tools="box_zoom,pan,wheel_zoom,reset,save",
+    )
+    for box in panel.boxes:
+        _draw_box(plot, box)
+    plot.xaxis.major_label_orientation = 0.5
+    return _dressed(plot, panel.y_label)
+
+
+def _draw_box(plot: figure, box: Box) -> None:
+    shade = colour(box.role)
+    plot.segment(
+        [box.role] * 2, [box.low, box.third], [box.role] * 2, [box.first, box.high], color=shade
+    )
+    plot.vbar(
+        x=[box.role],
+        width=0.6,
+        bottom=[box.first],
+        top=[box.third],
+        fill_color=shade,
+        fill_alpha=0.25,
+        line_color=shade,
+    )
+    plot.rect(x=[box.role], y=[box.middle], width=0.6, height=0, line_color=shade, line_width=3)
+    if box.outliers:
+        names = [box.role] * len(box.outliers)
+        plot.scatter(names, list(box.outliers), marker="cross", color=shade, size=6)
+        plot.text(
+            x=[box.role],
+            y=[max(box.outliers)],
+            text=[str(len(box.outliers))],
+            y_offset=-4,
+            text_align="center",
+            text_font_size="10px",
+        )

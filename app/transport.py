@@ -1,0 +1,149 @@
+"""Run, pause, step, step back, reset, speed and the slider over all iterations so far."""
+
+from collections.abc import Callable
+from typing import Any
+
+import panel as pn
+import panel_material_ui as pmu
+
+from app.picture import Picture
+from app.session import Phase, RunSession
+from app.settings import Settings
+from vsep.inference.state import Termination
+
+_BUTTONS = (
+    ("run", "Run", "play_arrow", "contained", "Run: go on with the iterations."),
+    ("pause", "Pause", "pause", "outlined", "Pause after the iteration under way."),
+    ("step_back", "Back", "skip_previous", "outlined", "Back: show the iteration before."),
+    ("step", "Step", "skip_next", "outlined", "Step: compute or show one iteration."),
+    ("reset", "Reset", "replay", "outlined", "Reset to iteration 0 of the same scene."),
+)
+_STATE_WORDS = {
+    Termination.CONVERGED: "converged",
+    Termination.MAX_ITERATIONS: "stopped at the largest number of iterations",
+    Termination.NONFINITE: "stopped, no finite value",
+}
+
+
+class Transport:
+    """The row above the views, and the status in the header."""
+
+    def __init__(
+        self, settings: Settings, session: RunSession[Any, Any], wake: Callable[[], None]
+    ) -> None:
+        self._settings, self._session, self._wake = settings, session, wake
+        self._showing = False
+        self.status = pn.pane.HTML("", margin=(0, 12), styles={"color": "white"})
+        self.buttons = {name: self._button(name, *rest) for name, *rest in _BUTTONS}
+        self.scrub = pmu.IntSlider(
+            label="Iteration",
+            start=0,
+            end=1,
+            value=0,
+            size="small",
+            description="Look at any iteration so far; this pauses the run.",
+            sizing_mode="stretch_width",
+            margin=(0, 18),
+        )
+        self.scrub.param.watch(self._scrubbed, "value")
+        self.speed = pmu.IntSlider(
+            label="Speed [iterations/s]",
+            start=1,
+            end=30,
+            value=settings.speed,
+            size="small",
+            description=Settings.param.speed.doc,
+            width=178,
+            margin=(0, 14),
+        )
+        self.speed.param.watch(self._speed_set, "value_throttled")
+        self.mode = pmu.Select(
+            label="Fast time shows",
+            options={"Level": "level", "Real part": "real"},
+            value=settings.fast_time,
+            size="small",
+            description=Settings.param.fast_time.doc,
+            width=130,
+            margin=(7, 4, 0, 4),
+        )
+        self.mode.param.watch(self._mode_set, "value")
+        settings.param.watch(self._show_settings, ["speed", "fast_time"])
+
+    def layout(self, stylesheet: str) -> Any:
+        """Return the row."""
+        return pn.Row(
+            *self.buttons.values(),
+            self.speed,
+            self.scrub,
+            self.mode,
+            sizing_mode="stretch_width",
+            styles={"min-height": "52px"},
+            margin=(2, 3, 0, 3),
+            align="center",
+            stylesheets=[stylesheet],
+        )
+
+    def show(self, picture: Picture, rate: float) -> None:
+        """Show where the run is; called with the document locked."""
+        self._showing = True
+        self.scrub.param.update(
+            end=max(picture.num_iterations, 1), value=min(picture.iteration, picture.num_iterations)
+        )
+        self._showing = False
+        self.refresh(rate, picture)
+
+    def refresh(self, rate: float, picture: Picture | None = None) -> None:
+        """Show the state of the session."""
+        session, phase = self._session, self._session.phase
+        ready = session.opening is not None
+        over = phase is Phase.FINISHED
+        self.buttons["run"].disabled = not ready or over or phase is Phase.RUNNING
+        self.buttons["pause"].disabled = phase is not Phase.RUNNING
+        self.buttons["step"].disabled = not ready or over or phase is Phase.RUNNING
+        self.buttons["step_back"].disabled = not ready or session.cursor == 0
+        self.buttons["reset"].disabled = not ready
+        self.status.object = _status_html(phase, picture, rate)
+
+    def _button(self, name: str, label: str, icon: str, variant: str, text: str) -> Any:
+        button = pmu.Button(
+            label=label, icon=icon, variant=variant, size="small", description=text, margin=(9, 3)
+        )
+        button.on_click(lambda _: self._command(name))
+        return button
+
+    def _command(self, name: str) -> None:
+        getattr(self._session, name)()
+        self._wake()
+
+    def _scrubbed(self, event: Any) -> None:
+        if not self._showing and event.new != self._session.cursor:
+            self._session.scrub(int(event.new))
+            self._wake()
+
+    def _speed_set(self, event: Any) -> None:
+        if event.new is not None:
+            self._settings.speed = event.new
+            self._wake()
+
+    def _mode_set(self, event: Any) -> None:
+        self._settings.fast_time = event.new
+
+    def _show_settings(self, *_: Any) -> None:
+        self.speed.value = self._settings.speed
+        self.mode.value = self._settings.fast_time
+
+
+def _status_html(phase: Phase, picture: Picture | None, rate: float) -> str:
+    words = phase.value
+    counts = ""
+    if picture is not None:
+        words = _STATE_WORDS.get(picture.termination, words)
+        found = len(picture.objects.ranges_m)
+        noun = "object" if found == 1 else "objects"
+        counts = f"iteration {picture.iteration} of {picture.num_iterations} · {found} {noun}"
+        if phase is Phase.RUNNING and rate > 0.0:
+            counts += f" · {rate:.1f} iterations/s"
+    return (
+        f'<span style="font-size:13px;white-space:nowrap"><strong role="status">{words}</strong>'
+        f"&nbsp; {counts}</span>"
+    )

@@ -1,0 +1,176 @@
+"""Range-Doppler map before and after cancellation, with true and estimated components."""
+
+from typing import Any
+
+import numpy as np
+from bokeh.models import (
+    BasicTicker,
+    ColorBar,
+    ColumnDataSource,
+    CrosshairTool,
+    HoverTool,
+    LinearColorMapper,
+    Span,
+)
+from bokeh.plotting import figure
+
+from app.marks import Marks
+from app.picture import Picture
+from app.views.style import COLOURS, LABEL_SIZE, MAP_PALETTE, Axis, plain_figure, put
+
+SMALLEST_MARK, LARGEST_MARK = 6.0, 18.0
+LOUDEST_MARK_DB = 50.0
+_COLUMNS = ("range", "velocity", "snr", "size", "opacity")
+
+
+def mark_sizes(snr_db: "np.ndarray[Any, np.dtype[np.float64]]") -> Any:
+    """Marker diameter in pixels that grows with the component SNR."""
+    share = np.clip(np.nan_to_num(snr_db) / LOUDEST_MARK_DB, 0.0, 1.0)
+    return SMALLEST_MARK + (LARGEST_MARK - SMALLEST_MARK) * share
+
+
+def _columns(marks: Marks) -> dict[str, Any]:
+    return {
+        "range": marks.ranges_m,
+        "velocity": marks.velocities_mps,
+        "snr": marks.snr_db,
+        "size": mark_sizes(marks.snr_db),
+        "opacity": marks.opacity,
+    }
+
+
+class RangeDopplerView:
+    """Two maps with common axes; the range axis is that of the delay view."""
+
+    def __init__(self, x_axis: Axis, crosshair: Span) -> None:
+        self._x, self._y = x_axis, Axis()
+        self._images = {name: ColumnDataSource(self._image()) for name in ("before", "after")}
+        self._marks = {
+            name: ColumnDataSource({column: [] for column in _COLUMNS})
+            for name in ("true_objects", "objects", "added", "pruned")
+        }
+        self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
+        self._drawn_before: Any = None
+        self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
+        self.after = self._figure("after", "Range-Doppler, bursts cancelled", "")
+        self.after.add_layout(
+            ColorBar(
+                color_mapper=self._scale,
+                width=8,
+                padding=2,
+                title="dB",
+                title_text_font_size=LABEL_SIZE,
+                major_label_text_font_size=LABEL_SIZE,
+                ticker=BasicTicker(desired_num_ticks=5),
+                background_fill_color=None,
+            ),
+            "right",
+        )
+        for plot in (self.before, self.after):
+            self._mark(plot)
+            plot.add_tools(CrosshairTool(overlay=crosshair))
+
+    @staticmethod
+    def _image() -> dict[str, Any]:
+        return {"image": [np.zeros((2, 2), np.uint8)], "x": [0], "y": [0], "dw": [1], "dh": [1]}
+
+    def _figure(self, name: str, title: str, y_label: str) -> figure:
+        plot = plain_figure(
+            title=title,
+            x_label="range [m]",
+            y_label=y_label,
+            x_axis=self._x,
+            y_axis=self._y,
+            name=f"range-doppler-{name}",
+        )
+        plot.image(
+            "image",
+            x="x",
+            y="y",
+            dw="dw",
+            dh="dh",
+            source=self._images[name],
+            color_mapper=LinearColorMapper(palette=MAP_PALETTE, low=0, high=255),
+        )
+        plot.grid.visible = False
+        return plot
+
+    def _mark(self, plot: figure) -> None:
+        marks = self._marks
+        for colour, width in (("black", 3.0), ("white", 1.4)):
+            estimates = plot.scatter(
+                "range",
+                "velocity",
+                source=marks["objects"],
+                marker="circle",
+                size="size",
+                fill_color=None,
+                line_color=colour,
+                line_width=width,
+            )
+        for colour, width in (("black", 3.5), (COLOURS["true"], 1.8)):
+            truth = plot.scatter(
+                "range",
+                "velocity",
+                source=marks["true_objects"],
+                marker="cross",
+                size=11,
+                line_color=colour,
+                line_width=width,
+            )
+        plot.scatter(
+            "range",
+            "velocity",
+            source=marks["added"],
+            marker="circle",
+            size=30,
+            fill_color="white",
+            fill_alpha="opacity",
+            line_color="white",
+            line_alpha="opacity",
+        )
+        plot.scatter(
+            "range",
+            "velocity",
+            source=marks["pruned"],
+            marker="x",
+            size=16,
+            line_color="white",
+            line_width=2.5,
+            line_alpha="opacity",
+        )
+        for label, renderer in (("estimate", estimates), ("true object", truth)):
+            plot.add_tools(
+                HoverTool(
+                    renderers=[renderer],
+                    tooltips=[
+                        (label, "@range{0.00} m, @velocity{+0.00} m/s"),
+                        ("component SNR", "@snr{0.0} dB"),
+                    ],
+                )
+            )
+
+    def update(self, picture: Picture) -> None:
+        """Draw another picture; the map before cancellation is sent once a scene."""
+        backdrop = picture.backdrop
+        box = _box(backdrop.map_ranges_m, backdrop.map_velocities_mps)
+        if self._drawn_before is not backdrop.map_before:
+            self._drawn_before = backdrop.map_before
+            full = (box["y"][0], box["y"][0] + box["dh"][0])
+            self._y.set(backdrop.shown_velocities_mps or full, full=full)
+            low, high = backdrop.map_limits_db
+            self._scale.update(low=low, high=high)
+            self._images["before"].data = {"image": [backdrop.map_before], **box}
+        self._images["after"].data = {"image": [picture.map_after], **box}
+        for name, source in self._marks.items():
+            put(source, _columns(getattr(picture, name)))
+
+
+def _box(ranges_m: Any, velocities_mps: Any) -> dict[str, list[float]]:
+    """Place of an image whose pixels are centred on the axes' values."""
+    box: dict[str, list[float]] = {}
+    for start, size, values in (("x", "dw", ranges_m), ("y", "dh", velocities_mps)):
+        spacing = float(values[1] - values[0]) if len(values) > 1 else 1.0
+        box[start] = [float(values[0]) - spacing / 2.0]
+        box[size] = [spacing * len(values)]
+    return box

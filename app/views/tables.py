@@ -1,0 +1,75 @@
+"""Component table and event log as plain HTML, for the page and the report alike."""
+
+import math
+from collections.abc import Sequence
+from html import escape
+
+from app.words import LogLine, TableRow
+
+MISSING = "\u2013"
+
+
+def log_html(lines: Sequence[LogLine]) -> str:
+    """Return the event log as a list, newest line first."""
+    if not lines:
+        return '<p class="empty">Nothing has happened yet.</p>'
+    items = "".join(
+        f'<li class="{escape(line.kind)}"><span class="iteration">iteration '
+        f"{line.iteration}:</span> {escape(line.text)}</li>"
+        for line in reversed(lines)
+    )
+    return f'<ol class="log" reversed>{items}</ol>'
+
+
+def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
+    """Return the component table; velocity columns only where there are several ramps."""
+    head = "<th>id</th><th>range [m] ± [mm]</th><th>truth</th>"
+    if moving:
+        head += "<th>velocity [m/s]</th><th>truth</th>"
+    head += "<th>SNR [dB]</th><th>truth</th>"
+    body = "".join(_row(row, moving=moving) for row in rows)
+    if not rows:
+        columns = 7 if moving else 5
+        body = f'<tr><td class="empty" colspan="{columns}">No object yet.</td></tr>'
+    return f'<table class="components"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+
+
+def _row(row: TableRow, *, moving: bool) -> str:
+    if row.component_id is None:
+        kind = "missed"
+    else:
+        kind = "extra" if row.true_range_m is None else "found"
+    cells = [
+        MISSING if row.component_id is None else str(row.component_id),
+        _number(row.range_m, row.range_std_m, scale=1e3),
+        _number(row.true_range_m),
+    ]
+    if moving:
+        cells += [
+            _number(row.velocity_mps, row.velocity_std_mps, digits=2),
+            _number(row.true_velocity_mps, digits=2),
+        ]
+    cells += [_number(row.snr_db, digits=1), _number(row.true_snr_db, digits=1)]
+    return f'<tr class="{kind}">' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
+
+def value_text(value: float | None, digits: int) -> str:
+    """Return a number, or a dash where there is none."""
+    if value is None or math.isnan(value):
+        return MISSING
+    return f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def deviation_text(std: float | None, digits: int, scale: float = 1.0) -> str:
+    """Return a standard deviation in units of 1/`scale`, or nothing where there is none."""
+    if std is None or math.isnan(std):
+        return ""
+    return f"{std:.{digits}f}" if scale == 1.0 else f"{std * scale:.1f}"
+
+
+def _number(
+    value: float | None, std: float | None = None, *, digits: int = 3, scale: float = 1.0
+) -> str:
+    deviation = deviation_text(std, digits, scale)
+    spread = f'<span class="std"> ± {deviation}</span>' if deviation else ""
+    return value_text(value, digits) + spread

@@ -1,0 +1,244 @@
+"""The work of a run, as pure top-level functions that any thread or process may do.
+
+`prepare` makes the scene of a plan and the estimator's first state, `advance` computes one step,
+`compose` makes the picture of a snapshot.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from app.assets import path
+from app.backdrop import Backdrop, make_backdrop
+from app.picture import Picture, make_picture
+from app.session import Snapshot
+from app.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Plan
+from vsep._arrays import InputError
+from vsep.files.frame import Frame, read_frame
+from vsep.inference.estimator import Estimator
+from vsep.inference.object_only import ObjectOnlySeparator
+from vsep.inference.run import guarded_step
+from vsep.inference.separator import FactorisedSeparator
+from vsep.inference.state import SeparationState, Step
+from vsep.signal.filters import (
+    AntiAliasingFilter,
+    ButterworthFilter,
+    NoFilter,
+    RaisedCosineFilter,
+)
+from vsep.signal.presets import simulate_preset
+from vsep.signal.radar import ChirpSequence, InterfererSequence
+from vsep.signal.scene import Channel, Interferer, Observation
+from vsep.signal.simulate import add_interference
+from vsep.signal.template import SignalModel
+
+REAL_FRAME_FILE = "frames/openradar_doppler_example_1.npz"
+# The other radar of the real frame hits every fourth ramp, and its crossing drifts through the
+# ramp by this share of its length from the first ramp of the frame to the last.
+REAL_FRAME_EVERY = 4
+REAL_FRAME_DRIFT = 0.3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Prepared:
+    """A run that is ready for its first step.
+
+    Parameters
+    ----------
+    plan : Plan
+        What it was made from.
+    estimator : Estimator
+        With its settings.
+    observation : Observation
+        The frame and, where known, its truth; the estimator sees the frame only.
+    initial_state : SeparationState
+        State of iteration 0.
+    backdrop : Backdrop
+        What all its pictures share.
+    """
+
+    plan: Plan
+    estimator: Estimator
+    observation: Observation
+    initial_state: SeparationState
+    backdrop: Backdrop
+
+
+@lru_cache(maxsize=1)
+def real_frame() -> Frame:
+    """Return the recorded frame that comes with the program."""
+    return read_frame(path(REAL_FRAME_FILE))
+
+
+def prepare(plan: Plan, loaded: Frame | None = None) -> Prepared:
+    """Make the scene of a plan and the estimator's first state.
+
+    Parameters
+    ----------
+    plan : Plan
+        What determines the run.
+    loaded : Frame or None
+        The frame the user loaded.
+
+    Raises
+    ------
+    InputError
+        If the plan cannot be carried out; the message is for the user.
+    """
+    true_filter = make_filter(
+        plan.filter_kind, plan.filter_cutoff, plan.filter_rolloff, plan.filter_order
+    )
+    measured: AntiAliasingFilter | None = None
+    if plan.preset == LOADED_FRAME:
+        if loaded is None:
+            raise InputError("No frame is loaded; choose a preset or load a frame file.")
+        radar = loaded.radar
+        observation = Observation(received=loaded.received, truth=loaded.truth)
+        true_filter = measured = loaded.assumed_filter
+        title = loaded.name
+    elif plan.preset == REAL_FRAME:
+        radar, observation = _real_frame_with_bursts(plan, true_filter)
+        title = PRESETS[plan.preset].label
+    else:
+        radar, observation = _simulation(plan, true_filter)
+        title = PRESETS[plan.preset].label
+    estimator = make_estimator(plan, radar, _assumed_filter(plan, true_filter, measured))
+    return Prepared(
+        plan=plan,
+        estimator=estimator,
+        observation=observation,
+        initial_state=estimator.init(observation.received),
+        backdrop=make_backdrop(radar, observation, title=title),
+    )
+
+
+def advance(prepared: Prepared, state: SeparationState) -> Step:
+    """Compute the step that follows `state`."""
+    return guarded_step(prepared.estimator, prepared.observation.received, state)
+
+
+def compose(snapshot: Snapshot[Prepared], ramp: int, fast_time_mode: str) -> Picture:
+    """Make the picture of a snapshot."""
+    return make_picture(
+        snapshot.opening.backdrop,
+        snapshot.opening.initial_state,
+        snapshot.steps,
+        ramp=ramp,
+        fast_time_mode=fast_time_mode,
+        run_number=snapshot.run_number,
+        num_iterations=snapshot.num_steps,
+    )
+
+
+def make_filter(kind: str, cutoff_mhz: float, rolloff: float, order: int) -> AntiAliasingFilter:
+    """Return a filter from the units of the controls."""
+    if kind == "butterworth":
+        return ButterworthFilter(cutoff_hz=cutoff_mhz * 1e6, order=order)
+    if kind == "none":
+        return NoFilter()
+    return RaisedCosineFilter(cutoff_hz=cutoff_mhz * 1e6, rolloff=rolloff)
+
+
+def _assumed_filter(
+    plan: Plan, true_filter: AntiAliasingFilter, measured: AntiAliasingFilter | None
+) -> AntiAliasingFilter:
+    if plan.assume_true_filter:
+        return true_filter
+    if plan.assumed_kind != "measured":
+        return make_filter(
+            plan.assumed_kind, plan.assumed_cutoff, plan.assumed_rolloff, plan.assumed_order
+        )
+    if measured is None or measured.kind != "measured":
+        raise InputError(
+            "The assumed filter is measured, but no loaded frame brings one; choose another kind."
+        )
+    return measured
+
+
+def make_estimator(
+    plan: Plan, radar: ChirpSequence, anti_aliasing_filter: AntiAliasingFilter
+) -> Estimator:
+    """Return the estimator of a plan."""
+    model = SignalModel(
+        num_ramps=radar.num_ramps,
+        num_samples=radar.num_samples,
+        sample_rate_hz=radar.sample_rate_hz,
+        anti_aliasing_filter=anti_aliasing_filter,
+    )
+    if plan.estimator == "object-only":
+        return ObjectOnlySeparator(
+            model=model,
+            false_alarm_rate=plan.false_alarm_rate,
+            max_iterations=plan.max_iterations,
+        )
+    return FactorisedSeparator(
+        model=model,
+        false_alarm_rate=plan.false_alarm_rate,
+        schedule=plan.schedule,
+        max_iterations=plan.max_iterations,
+    )
+
+
+def _simulation(plan: Plan, true_filter: AntiAliasingFilter) -> tuple[ChirpSequence, Observation]:
+    slope = plan.interferer_slope * 1e12
+    scenario, observation = simulate_preset(
+        plan.preset,
+        snr_db=plan.snr_db,
+        sir_db=plan.sir_db,
+        seed=plan.seed,
+        interference=plan.interference,
+        interferer_slope_hz_per_s=slope,
+        time_offset_s=_time_offset(plan.burst_shift, slope, PRESETS[plan.preset].victim_slope),
+        anti_aliasing_filter=true_filter,
+        interference_model=plan.interference_model,
+    )
+    return scenario.radar, observation
+
+
+def _time_offset(shift_us: float, slope_hz_per_s: float, victim_slope: float) -> float:
+    """Delay of the other radar in s that moves its crossing by `shift_us` inside the ramp."""
+    return shift_us * 1e-6 * (slope_hz_per_s - victim_slope * 1e12) / slope_hz_per_s
+
+
+def _real_frame_with_bursts(
+    plan: Plan, true_filter: AntiAliasingFilter
+) -> tuple[ChirpSequence, Observation]:
+    frame = real_frame()
+    if not plan.interference:
+        return frame.radar, Observation(received=frame.received, truth=frame.truth)
+    observation = add_interference(
+        frame.radar,
+        frame.received,
+        (_crossing_interferer(frame.radar, plan),),
+        sir_db=plan.sir_db,
+        anti_aliasing_filter=true_filter,
+        interference_model=plan.interference_model,
+    )
+    return frame.radar, observation
+
+
+def _crossing_interferer(radar: ChirpSequence, plan: Plan) -> Interferer:
+    """Another radar that crosses every fourth ramp near its middle, with a drift."""
+    slope = plan.interferer_slope * 1e12
+    difference = slope - radar.slope_hz_per_s
+    ramp_s = radar.num_samples / radar.sample_rate_hz
+    crossing_s = ramp_s / 2.0 + plan.burst_shift * 1e-6
+    hits = -(-radar.num_ramps // REAL_FRAME_EVERY)
+    drift_s = REAL_FRAME_DRIFT * ramp_s * difference / slope
+    phase = 2.0 * np.pi * np.random.default_rng(plan.seed).random()
+    return Interferer(
+        sequence=InterfererSequence(
+            start_frequency_hz=radar.start_frequency_hz - difference * crossing_s,
+            slope_hz_per_s=slope,
+            ramp_duration_s=ramp_s,
+            ramp_period_s=REAL_FRAME_EVERY * radar.ramp_period_s + drift_s / hits,
+            num_ramps=hits,
+            time_offset_s=-drift_s / 2.0,
+        ),
+        channel=Channel(
+            delays_s=np.zeros(1),
+            dopplers_hz=np.zeros(1),
+            weights=np.exp(1j * np.array([phase])),
+        ),
+    )
