@@ -26,12 +26,14 @@ LEAST_OVERLAP = 0.25  # share of the burst's energy that must lie inside the ram
 class ChirpCandidates:
     """Best single chirp of each ramp: arrays of length P.
 
-    ``score`` is ``|a^H r|^2 / ||a||^2``, the SNR times 1/lambda.
+    ``score`` is ``|a^H r|^2 / ||a||^2``, the SNR times 1/lambda; ``tone_score`` is the same for the
+    best single tone, which is what an object not modelled yet looks like.
     """
 
     start_frequency: FloatArray
     slope: FloatArray
     score: FloatArray
+    tone_score: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,4 +111,5 @@ def find_single_chirps(residual: ComplexArray, model: SignalModel) -> ChirpCandi
         slope = bank.slopes[row]
         found.append((-slope * bank.centres[column], slope, score[row, column]))
     start_frequency, slope, score = np.array(found).T
-    return ChirpCandidates(start_frequency.copy(), slope.copy(), score.copy())
+    tones = np.abs(fft.fft(residual, 2 * model.num_samples, axis=1)) ** 2 / model.num_samples
+    return ChirpCandidates(start_frequency.copy(), slope.copy(), score.copy(), tones.max(axis=1))

@@ -106,25 +106,29 @@ class InterferenceWorkspace:
         found = find_single_chirps(residual, self.model)
         for p in range(self.model.num_ramps):
             ratio = noise_precision * float(found.score[p])
-            current = self.ramps[p]
-            if self.schedule.first_threshold_db is None or (
-                current is None and ratio > self.first_threshold
-            ):
-                kind = EventKind.CHIRP_STARTED
-            elif current is None:
+            confirmed = ratio > self.first_threshold and found.score[p] > found.tone_score[p]
+            kind = self._verdict(self.ramps[p], float(found.score[p]), confirmed, residual[p])
+            if kind is None:
                 continue
-            elif ratio <= self.first_threshold:
-                self.ramps[p] = None
-                self.record(EventKind.CHIRP_DROPPED, p, ratio, self.first_threshold)
-                continue
-            elif found.score[p] > CLEARLY_BETTER * self._single_score(current, residual[p]):
-                kind = EventKind.CHIRP_RESTARTED
-            else:
-                continue
-            self.ramps[p] = self._started(
-                found.start_frequency[p], found.slope[p], residual[p], noise_precision
-            )
+            self.ramps[p] = None
+            if kind is not EventKind.CHIRP_DROPPED:
+                self.ramps[p] = self._started(
+                    found.start_frequency[p], found.slope[p], residual[p], noise_precision
+                )
             self.record(kind, p, ratio, self.first_threshold)
+
+    def _verdict(
+        self, current: RampWork | None, score: float, confirmed: bool, residual: ComplexArray
+    ) -> EventKind | None:
+        """Tell what a search means for a ramp; None if all stays as it is."""
+        if self.schedule.first_threshold_db is None:
+            return EventKind.CHIRP_STARTED
+        if current is None:
+            return EventKind.CHIRP_STARTED if confirmed else None
+        if not confirmed:
+            return EventKind.CHIRP_DROPPED
+        better = score > CLEARLY_BETTER * self._single_score(current, residual)
+        return EventKind.CHIRP_RESTARTED if better else None
 
     def _single_score(self, ramp: RampWork, residual: ComplexArray) -> float:
         """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""

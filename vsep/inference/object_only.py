@@ -9,6 +9,7 @@ from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
 from vsep.inference.objects import ObjectWorkspace, no_objects
 from vsep.inference.sbl import threshold_from_false_alarm_rate
+from vsep.inference.schedule import ROBUST
 from vsep.inference.state import IterationInfo, SeparationState, Termination
 from vsep.signal.template import SignalModel
 
@@ -72,7 +73,7 @@ class ObjectOnlySeparator:
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One iteration of Algorithm 3 on the received signal itself."""
-        objects = update_objects(received, state, self.threshold_db)
+        objects = update_objects(received, state, self.threshold_db, ROBUST.object_additions)
         object_signal = objects.signal
         error = expected_error(received - object_signal, objects.active.trace())
         noise_precision = received.size / error
@@ -102,9 +103,9 @@ class ObjectOnlySeparator:
 
 
 def update_objects(
-    residual: ComplexArray, state: SeparationState, threshold_db: float
+    residual: ComplexArray, state: SeparationState, threshold_db: float, max_additions: int
 ) -> ObjectWorkspace:
-    """Run Algorithm 3 on a residual: at most one new component, then every component in turn."""
+    """Run Algorithm 3 on a residual: new components first, then every component in turn."""
     workspace = ObjectWorkspace(
         state.objects,
         residual,
@@ -112,7 +113,7 @@ def update_objects(
         threshold=float(from_db(threshold_db)),
         next_id=state.next_component_id,
     )
-    workspace.add_components(1)
+    workspace.add_components(max_additions)
     workspace.update_components()
     return workspace
 

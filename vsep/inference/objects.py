@@ -13,6 +13,7 @@ from vsep.signal.atoms import Factors, line_factors, project, synthesize
 
 NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
 CANDIDATE_PEAKS = 3  # grid peaks tried when the highest one runs into an existing component
+ADDITION_WINDOW = 0.25  # of the first candidate's ratio: what a further one of the step must reach
 ABSORBED_SHARE = 0.05  # 1/rho below this share of lambda: the others already explain the atom
 
 
@@ -22,6 +23,19 @@ class Background:
 
     factors: Factors
     precisions: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A place (2,) where a new component might be, with its activation ratio and precision.
+
+    ``absorbed`` says that the components already there explain its atom almost completely.
+    """
+
+    point: FloatArray
+    ratio: float
+    precision: float
+    absorbed: bool
 
 
 class ObjectWorkspace:
@@ -92,14 +106,28 @@ class ObjectWorkspace:
         )
 
     def add_components(self, max_additions: int) -> None:
-        """Add up to `max_additions` new components while candidates pass the threshold."""
-        for _ in range(max_additions):
-            if not self._add_best_candidate():
-                return
-            self.active.refresh()
+        """Add up to `max_additions` new components, the strongest candidate first.
 
-    def _add_best_candidate(self) -> bool:
-        best_ratio, best_point = 0.0, np.zeros(2)
+        Further ones must come close to the first in strength: a much weaker candidate may be a side
+        lobe or a piece of a burst that the next iteration explains.
+        """
+        weakest = self.threshold
+        for number in range(max_additions):
+            candidate = self._best_candidate()
+            if candidate.absorbed or candidate.ratio <= weakest:
+                if number == 0:
+                    self._record(EventKind.OBJECT_REJECTED, candidate.ratio, -1, candidate.point)
+                return
+            weakest = max(weakest, ADDITION_WINDOW * candidate.ratio)
+            self._insert(len(self.ids), candidate.point, candidate.precision)
+            self.active.refresh()
+            self.ids = np.append(self.ids, self.next_id)
+            self._record(EventKind.OBJECT_ADDED, candidate.ratio, self.next_id, candidate.point)
+            self.next_id += 1
+
+    def _best_candidate(self) -> Candidate:
+        """Return the first usable of the highest grid peaks, refined if that stays clear."""
+        best = Candidate(np.zeros(2), 0.0, 0.0, absorbed=True)
         for peak in self._grid_peaks():
             refined = refine_point(
                 peak,
@@ -110,19 +138,19 @@ class ObjectWorkspace:
                 max_steps=NEW_COMPONENT_STEPS,
             )
             for point in (wrap_frequency(refined), peak):
-                rho, omega_sq = self._moments_at(point)
-                ratio = activation_ratio(rho, omega_sq)
-                absorbed = 1.0 / rho < ABSORBED_SHARE * self.active.noise_precision
-                if ratio > self.threshold and not absorbed:
-                    self._insert(len(self.ids), point, converged_precision(rho, omega_sq))
-                    self.ids = np.append(self.ids, self.next_id)
-                    self._record(EventKind.OBJECT_ADDED, ratio, self.next_id, point)
-                    self.next_id += 1
-                    return True
-                if ratio > best_ratio:
-                    best_ratio, best_point = ratio, point
-        self._record(EventKind.OBJECT_REJECTED, best_ratio, -1, best_point)
-        return False
+                candidate = self._candidate_at(point)
+                if candidate.ratio > self.threshold and not candidate.absorbed:
+                    return candidate
+                if candidate.ratio > best.ratio:
+                    best = candidate
+        return best
+
+    def _candidate_at(self, point: FloatArray) -> Candidate:
+        rho, omega_sq = self._moments_at(point)
+        ratio = activation_ratio(rho, omega_sq)
+        precision = converged_precision(rho, omega_sq) if ratio > 1.0 else np.inf
+        absorbed = 1.0 / rho < ABSORBED_SHARE * self.active.noise_precision
+        return Candidate(point, ratio, precision, absorbed=absorbed)
 
     def _grid_peaks(self) -> list[FloatArray]:
         """Highest local maxima of |q|^2 on a grid of half a cell."""

@@ -8,7 +8,7 @@ from vsep._arrays import InputError
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Schedule:
-    """Order and limits of the updates of the interference source.
+    """Order and limits of the updates.
 
     Parameters
     ----------
@@ -24,6 +24,8 @@ class Schedule:
         a margin components close to the threshold come and go for ever.
     channel_additions : int
         Channel components added per ramp and iteration at most.
+    object_additions : int
+        Object components added per iteration at most.
     early_search : tuple of int
         Iterations in which every ramp is searched for a single chirp; what disagrees with the
         search is dropped or restarted.
@@ -45,6 +47,7 @@ class Schedule:
     first_threshold_db: float | None
     prune_margin_db: float
     channel_additions: int
+    object_additions: int
     early_search: tuple[int, ...]
     late_search_period: int | None
     search_before_convergence: bool
@@ -65,6 +68,7 @@ ROBUST: Final = Schedule(
     first_threshold_db=13.0,
     prune_margin_db=1.0,
     channel_additions=4,
+    object_additions=4,
     early_search=(0, 2, 4, 6, 8, 10, 12),
     late_search_period=4,
     search_before_convergence=True,
@@ -78,6 +82,7 @@ PAPER: Final = Schedule(
     first_threshold_db=None,
     prune_margin_db=0.0,
     channel_additions=1,
+    object_additions=1,
     early_search=(0,),
     late_search_period=None,
     search_before_convergence=False,

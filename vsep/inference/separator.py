@@ -100,6 +100,7 @@ class FactorisedSeparator:
             received - interference.signal,
             replace(state, noise_precision=num_used / error),
             self.threshold_db,
+            interference.schedule.object_additions,
         )
         residual = received - objects.signal
         traces = objects.active.trace() + interference.trace

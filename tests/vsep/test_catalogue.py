@@ -1,0 +1,79 @@
+import pytest
+
+from vsep import InputError
+from vsep.studies.bench import draw_bench
+from vsep.studies.catalogue import CATALOGUE, make_study, select_points
+from vsep.studies.methods import NO_INTERFERENCE, method_names
+
+
+def test_the_catalogue_has_the_promised_studies():
+    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-6", "separability", "false-alarms"]
+    assert list(CATALOGUE) == names
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_every_point_is_distinct_and_its_scene_can_be_drawn(name):
+    study = make_study(name)
+    assert len(set(study.points)) == len(study.points)
+    drawn = set()
+    for index, point in enumerate(study.points):
+        kind = (point.panel, point.butterworth_order, point.interferer_slope_hz_per_s)
+        if kind not in drawn:
+            drawn.add(kind)
+            assert draw_bench(study.trial(index, 0)).interfered.received.size
+
+
+def test_figure_3_covers_the_levels_that_are_asked_for():
+    points = make_study("fig-3").points
+    over_snr = [point.snr_db for point in points if point.panel == "3a"]
+    over_sir = [point.sir_db for point in points if point.panel == "3b"]
+    assert set(over_snr) >= {15.0, 20.0, 30.0, 40.0, 50.0, 60.0}
+    assert (min(over_sir), max(over_sir)) == (-50.0, 10.0)
+    assert -15.0 in over_sir
+    mismatched = {(p.butterworth_order, p.sir_db) for p in points if p.panel == "3c"}
+    assert mismatched >= {(8, -40.0), (4, -30.0)}
+
+
+def test_figure_5_covers_the_levels_and_variants_that_are_asked_for():
+    points = make_study("fig-5").points
+    assert {p.snr_db for p in points if p.panel == "5a-c"} >= {0.0, 70.0}
+    assert {p.sir_db for p in points if p.panel == "5d-f"} >= {-40.0, -15.0, 15.0, 40.0}
+    edges = [p for p in points if p.panel == "5-edges"]
+    assert {p.interference_model for p in edges} == {"convolution-with-edges"}
+    assert {p.num_interferers for p in points if p.panel == "5-two-bursts"} == {2}
+
+
+def test_noise_alone_is_not_run_without_interference():
+    assert NO_INTERFERENCE not in make_study("false-alarms").methods
+    assert make_study("fig-3").methods == method_names()
+
+
+def test_panels_indices_and_ranges_choose_points():
+    points = make_study("fig-3").points
+    assert select_points(points, "3b") == tuple(range(13, 26))
+    assert select_points(points, "2, 0-1,1") == (0, 1, 2)
+    assert select_points(make_study("fig-5").points, "5d-f")[0] == 15
+
+
+@pytest.mark.parametrize("selection", ["", "3z", "1-", "-1", "52", "5-2", "x-3", "0,,1"])
+def test_a_senseless_selection_is_refused(selection):
+    with pytest.raises(InputError, match="points"):
+        make_study("fig-3", selection=selection)
+
+
+def test_a_threshold_replaces_that_of_the_points():
+    points = make_study("false-alarms", object_threshold_db=10.0).points
+    assert {(p.object_threshold_db, p.false_alarm_rate) for p in points} == {(10.0, None)}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"name": "fig-7"}, "fig-7"),
+        ({"realizations": 0}, "realizations"),
+        ({"methods": ("x",)}, "'x'"),
+    ],
+)
+def test_unknown_names_and_numbers_are_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        make_study(**({"name": "fig-3"} | changes))

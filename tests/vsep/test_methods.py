@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+
+from vsep import InputError, ObjectOnlySeparator, RaisedCosineFilter, SignalModel
+from vsep.inference.estimators import ESTIMATORS
+from vsep.studies.methods import NO_INTERFERENCE, make_estimator, method_names, require_methods
+from vsep.studies.study import Point, TrialSettings
+
+MODEL = SignalModel(
+    num_ramps=1,
+    num_samples=64,
+    sample_rate_hz=1e6,
+    anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=2.5e5),
+)
+
+
+def point(**changes):
+    return Point(panel="a", scene="simulation-1", snr_db=30.0, sir_db=0.0, **changes)
+
+
+def test_every_registered_estimator_is_a_method_and_the_reference_comes_last():
+    assert method_names() == (*ESTIMATORS, NO_INTERFERENCE)
+
+
+@pytest.mark.parametrize("method", method_names())
+def test_thresholds_and_schedule_reach_every_estimator_that_has_them(method):
+    settings = TrialSettings(schedule="paper")
+    by_level = make_estimator(method, MODEL, point(object_threshold_db=9.5), settings)
+    assert by_level.threshold_db == 9.5
+    rare = make_estimator(method, MODEL, point(false_alarm_rate=1e-4), settings)
+    often = make_estimator(method, MODEL, point(false_alarm_rate=1.0), settings)
+    assert rare.threshold_db > often.threshold_db
+    assert getattr(by_level, "schedule", "paper") == "paper"
+
+
+def test_the_reference_is_the_object_only_estimator():
+    estimator = make_estimator(NO_INTERFERENCE, MODEL, point(), TrialSettings())
+    assert isinstance(estimator, ObjectOnlySeparator)
+    received = np.exp(-2j * np.pi * 0.1 * np.arange(64))[None, :]
+    assert estimator.init(received).iteration == 0
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [(("magic",), "magic"), ((), "none"), (("joint", "joint"), "once")],
+)
+def test_unknown_missing_and_repeated_methods_are_refused(names, message):
+    with pytest.raises(InputError, match=message):
+        require_methods(names)
