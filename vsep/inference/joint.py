@@ -40,7 +40,7 @@ class JointSeparator(FactorisedSeparator):
             next_id=state.next_component_id,
             background=columns.background(),
         )
-        objects.add_components(interference.schedule.object_additions)
+        objects.add_components(interference.schedule.object_additions(state.iteration))
         objects.update_components()
         columns = JointColumns(received, objects.components(), interference, noise_precision)
         columns.noise_precision = num_used / columns.expected_error()

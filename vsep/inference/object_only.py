@@ -73,7 +73,9 @@ class ObjectOnlySeparator:
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One iteration of Algorithm 3 on the received signal itself."""
-        objects = update_objects(received, state, self.threshold_db, ROBUST.object_additions)
+        objects = update_objects(
+            received, state, self.threshold_db, ROBUST.object_additions(state.iteration)
+        )
         object_signal = objects.signal
         error = expected_error(received - object_signal, objects.active.trace())
         noise_precision = received.size / error

@@ -24,8 +24,9 @@ class Schedule:
         a margin components close to the threshold come and go for ever.
     channel_additions : int
         Channel components added per ramp and iteration at most.
-    object_additions : int
-        Object components added per iteration at most.
+    late_object_additions : int
+        Object components added per iteration at most once `impute_from` is reached; before, one: an
+        object too many is hard to tell from a burst that is not modelled yet.
     early_search : tuple of int
         Iterations in which every ramp is searched for a single chirp; what disagrees with the
         search is dropped or restarted.
@@ -47,13 +48,18 @@ class Schedule:
     first_threshold_db: float | None
     prune_margin_db: float
     channel_additions: int
-    object_additions: int
+    late_object_additions: int
     early_search: tuple[int, ...]
     late_search_period: int | None
     search_before_convergence: bool
     recompute_amplitudes: bool
     refinement_steps: int = 1
     impute_from: int | None = None
+
+    def object_additions(self, iteration: int) -> int:
+        """Object components that may be added in this iteration (counted from 0)."""
+        late = self.impute_from is not None and iteration >= self.impute_from
+        return self.late_object_additions if late else 1
 
     def search_due(self, iteration: int) -> bool:
         """Whether the ramps are searched for bursts in this iteration (counted from 0)."""
@@ -68,7 +74,7 @@ ROBUST: Final = Schedule(
     first_threshold_db=13.0,
     prune_margin_db=1.0,
     channel_additions=4,
-    object_additions=4,
+    late_object_additions=4,
     early_search=(0, 2, 4, 6, 8, 10, 12),
     late_search_period=4,
     search_before_convergence=True,
@@ -82,7 +88,7 @@ PAPER: Final = Schedule(
     first_threshold_db=None,
     prune_margin_db=0.0,
     channel_additions=1,
-    object_additions=1,
+    late_object_additions=1,
     early_search=(0,),
     late_search_period=None,
     search_before_convergence=False,

@@ -100,7 +100,7 @@ class FactorisedSeparator:
             received - interference.signal,
             replace(state, noise_precision=num_used / error),
             self.threshold_db,
-            interference.schedule.object_additions,
+            interference.schedule.object_additions(state.iteration),
         )
         residual = received - objects.signal
         traces = objects.active.trace() + interference.trace
