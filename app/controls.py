@@ -10,6 +10,7 @@ from typing import Any
 import panel as pn
 import panel_material_ui as pmu
 
+from app.layout import heading, small_text
 from app.settings import FALSE_ALARM_RATES, LOADED_FRAME, PRESETS, REAL_FRAME, Settings
 
 _TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
@@ -70,12 +71,13 @@ class Controls:
             ],
         )
         self._arrange()
+        self._offer_measured(settings.assumed_kind == "measured")
 
     def layout(self) -> list[Any]:
         """Return the side bar from top to bottom."""
         pick = self.widgets
         return [
-            _heading("Scene"),
+            heading("Scene"),
             pick["preset"],
             pick["snr_db"],
             pick["sir_db"],
@@ -84,7 +86,7 @@ class Controls:
             pick["burst_shift"],
             pick["interference_model"],
             pn.Row(pick["seed"], pick["interference"], sizing_mode="stretch_width"),
-            _heading("Anti-aliasing filter"),
+            heading("Anti-aliasing filter"),
             pick["filter_kind"],
             pick["filter_cutoff"],
             pick["filter_rolloff"],
@@ -94,7 +96,7 @@ class Controls:
             pick["assumed_cutoff"],
             pick["assumed_rolloff"],
             pick["assumed_order"],
-            _heading("Estimator"),
+            heading("Estimator"),
             pn.Row(pick["estimator"], pick["schedule"], sizing_mode="stretch_width"),
             pick["false_alarm_rate"],
             self.threshold,
@@ -274,19 +276,25 @@ class Controls:
 
     def show_levels(self, text: str) -> None:
         """Show SNR and SIR in both conventions."""
-        self.levels.object = f'<p style="font-size:11px;margin:0;opacity:.75">{text}</p>'
+        self.levels.object = small_text(text)
 
-    def offer_measured_filter(self, offered: bool) -> None:
-        """Show the measured filter only where a loaded frame brings one."""
+    def show_threshold(self, threshold_db: float) -> None:
+        """Show the object threshold that follows from the false-alarm rate."""
+        self.threshold.object = small_text(f"Object threshold {threshold_db:.1f} dB")
+
+    def fit_frame(self, sample_rate_hz: float, *, measured: bool) -> None:
+        """Suit the assumed filter to a loaded frame; measured only where the frame brings it."""
+        rate_mhz = sample_rate_hz / 1e6
+        self._offer_measured(measured)
+        self.settings.assumed_cutoff = rate_mhz / 4.0
+        self.widgets["assumed_cutoff"].param.update(
+            start=rate_mhz / 16.0, end=rate_mhz / 2.0, step=rate_mhz / 1000.0, value=rate_mhz / 4.0
+        )
+
+    def _offer_measured(self, offered: bool) -> None:
         kinds = dict(_FILTER_LABELS)
         if not offered:
             kinds.pop("Measured")
+            if self.settings.assumed_kind == "measured":
+                self.settings.assumed_kind = "raised_cosine"
         self.widgets["assumed_kind"].options = kinds
-
-
-def _heading(text: str) -> Any:
-    return pn.pane.HTML(
-        f'<h2 style="font-size:13px;font-weight:600;margin:0">{text}</h2>',
-        margin=(8, 16, 2, 16),
-        sizing_mode="stretch_width",
-    )

@@ -24,11 +24,16 @@ def theme() -> dict[str, Any]:
     }
 
 
-def card(plot: Any, *, weight: int, height: int | None = None, look: str = "card") -> Any:
+def card(
+    plot: Any, *, weight: int, height: int | None = None, look: str = "card", key: str = ""
+) -> Any:
     """Return a framed figure that takes its share of the free height, or a fixed one."""
     flex = {"flex": f"{weight} 1 0"} if height is None else {"flex": f"0 0 {height}px"}
+    content: list[Any] = [pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0)]
+    if key:
+        content.append(pn.pane.HTML(key, margin=0, stylesheets=[stylesheet("key")]))
     return pn.Column(
-        pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0),
+        *content,
         margin=3,
         sizing_mode="stretch_both",
         styles={**flex, "min-height": "0", "min-width": "0"},
@@ -63,3 +68,17 @@ def progress_card(view: ProgressView) -> Any:
         styles={"flex": "11 1 0", "min-height": "0"},
         stylesheets=[stylesheet("card")],
     )
+
+
+def heading(text: str) -> Any:
+    """Return a heading of the side bar."""
+    return pn.pane.HTML(
+        f'<h2 style="font-size:13px;font-weight:600;margin:0">{text}</h2>',
+        margin=(8, 16, 2, 16),
+        sizing_mode="stretch_width",
+    )
+
+
+def small_text(text: str) -> str:
+    """Return a remark below a control as HTML."""
+    return f'<p style="font-size:11px;margin:0;opacity:.75">{text}</p>'

@@ -2,8 +2,9 @@
 
 Two tasks on the event loop. One takes the session's jobs to the pool, at the pace the user set. The
 other makes a picture whenever something changed, of whatever is newest by then, and hands it to the
-document; it waits until the browser has drawn the one before, so that a slow browser never falls
-behind. Nothing is queued: a new run replaces whatever is under way.
+document; at most two pictures are on their way until the browser says that it has drawn them, so
+that a slow browser never falls behind. Nothing else is queued: a new run replaces whatever is under
+way.
 """
 
 import asyncio
@@ -26,6 +27,7 @@ _LOG = logging.getLogger(__name__)
 
 SHORTEST_PERIOD_S = 1.0 / 30.0
 LONGEST_FLIGHT_S = 3.0
+MOST_IN_FLIGHT = 2  # one that the browser draws while the next one is on its way
 RATE_WINDOW_S = 2.0
 
 PlanT = TypeVar("PlanT")
@@ -92,7 +94,7 @@ class FrameLoop(Generic[PlanT, OpeningT]):
         self._command = asyncio.Event()
         self._changed = asyncio.Event()
         self._drawn = asyncio.Event()
-        self._drawn.set()
+        self._in_flight = 0
         self._arrivals: deque[float] = deque(maxlen=256)
         self._tasks: list[asyncio.Task[None]] = []
 
@@ -128,7 +130,8 @@ class FrameLoop(Generic[PlanT, OpeningT]):
         self._changed.set()
 
     def acknowledged(self) -> None:
-        """Take note that the browser has drawn the last picture."""
+        """Take note that the browser has drawn a picture."""
+        self._in_flight = max(0, self._in_flight - 1)
         self._drawn.set()
 
     async def _in_pool(self, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -168,7 +171,7 @@ class FrameLoop(Generic[PlanT, OpeningT]):
     async def _draw(self) -> None:
         while True:
             await self._changed.wait()
-            await _wait(self._drawn, LONGEST_FLIGHT_S)
+            await self._room_in_flight()
             self._changed.clear()
             snapshot = self.session.snapshot()
             if snapshot is None or not self._stage.watched():
@@ -181,13 +184,20 @@ class FrameLoop(Generic[PlanT, OpeningT]):
                 continue
             if snapshot.run_number != self.session.run_number:
                 continue
-            self._drawn.clear()
+            self._in_flight += 1
             self._stage.post(partial(self._show, picture))
             await asyncio.sleep(max(0.0, started + SHORTEST_PERIOD_S - time.monotonic()))
 
+    async def _room_in_flight(self) -> None:
+        """Wait until the browser has drawn enough, or has been silent for too long."""
+        while self._in_flight >= MOST_IN_FLIGHT:
+            self._drawn.clear()
+            if not await _wait(self._drawn, LONGEST_FLIGHT_S):
+                self._in_flight = 0
+
     def _show(self, picture: Picture) -> None:
         if picture.run_number != self.session.run_number:
-            self._drawn.set()
+            self.acknowledged()
             return
         self._stage.show(picture)
         self.shown += 1
@@ -200,8 +210,9 @@ class FrameLoop(Generic[PlanT, OpeningT]):
         self._stage.post(lambda: self._stage.complain(sentence))
 
 
-async def _wait(event: asyncio.Event, seconds: float) -> None:
-    """Wait for an event, but not longer."""
+async def _wait(event: asyncio.Event, seconds: float) -> bool:
+    """Wait for an event, but not longer; return whether it came."""
     if seconds > 0.0 and not event.is_set():
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(event.wait(), seconds)
+    return event.is_set()

@@ -1,11 +1,14 @@
 """Serves the dashboard."""
 
+import asyncio
 import logging
+import socket
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
 from typing import Any
 
 import panel as pn
+from tornado.websocket import WebSocketClosedError
 
 from app.page import TITLE, Dashboard
 from vsep._arrays import InputError
@@ -54,24 +57,41 @@ def make_server(*, port: int, address: str, show: bool = False) -> Any:
     """
     if not 0 <= port <= 65535:
         raise InputError(f"port is {port}; it must lie between 0 and 65535.")
+    _require_free(port, address)
     everywhere = address in ("0.0.0.0", "::")
     origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
-    try:
-        return pn.serve(
-            build,
-            port=port,
-            address=address,
-            show=show,
-            start=False,
-            title=TITLE,
-            websocket_origin=origins if port else "*",
-            check_unused_sessions=CHECK_SESSIONS_MS,
-            unused_session_lifetime=UNUSED_SESSION_MS,
-        )
-    except OSError as error:
-        raise InputError(
-            f"Port {port} on {address} cannot be used ({error.strerror}); choose another one."
-        ) from error
+    server = pn.serve(
+        build,
+        port=port,
+        address=address,
+        show=show,
+        start=False,
+        title=TITLE,
+        websocket_origin=origins if port else "*",
+        check_unused_sessions=CHECK_SESSIONS_MS,
+        unused_session_lifetime=UNUSED_SESSION_MS,
+    )
+    server.io_loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
+    return server
+
+
+def _closed_pages_are_no_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Drop what the server says when a page is closed while a picture is on its way to it."""
+    if not isinstance(context.get("exception"), WebSocketClosedError):
+        loop.default_exception_handler(context)
+
+
+def _require_free(port: int, address: str) -> None:
+    """Raise `InputError` where the server could not listen."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((address, port))
+        except OSError as error:
+            raise InputError(
+                f"Port {port} on {address} cannot be used ({error.strerror}); choose another one."
+            ) from error
 
 
 def serve(*, port: int = 5006, address: str = "127.0.0.1", show: bool = False) -> None:

@@ -10,6 +10,8 @@ from vsep._arrays import FloatArray, to_db
 from vsep.inference.state import ComponentEvent, EventKind, SeparationState, Step
 from vsep.signal.template import CHANNEL_GRID_FACTOR
 
+ADDED, PRUNED = EventKind.OBJECT_ADDED, EventKind.OBJECT_PRUNED
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Marks:
@@ -54,34 +56,68 @@ def true_marks(backdrop: Backdrop) -> Marks:
     )
 
 
-def event_marks(backdrop: Backdrop, steps: Sequence[Step], kind: EventKind, lifetime: int) -> Marks:
-    """Return the events of one kind in the last `lifetime` steps; the newest is opaque."""
-    events: list[ComponentEvent] = []
-    opacity: list[float] = []
-    for age, step in enumerate(reversed(steps[-lifetime:])):
-        recent = [event for event in step.info.events if event.kind is kind]
-        events.extend(recent)
-        opacity.extend([1.0 - age / lifetime] * len(recent))
+def added_marks(backdrop: Backdrop, steps: Sequence[Step], lifetime: int) -> Marks:
+    """Return the objects added in the last `lifetime` steps; the newest are opaque."""
+    recent = {event.component_id: age for event, age in _recent(steps, ADDED, lifetime)}
+    ages = (
+        [recent.get(int(number), -1) for number in steps[-1].state.objects.component_ids]
+        if steps
+        else []
+    )
+    chosen = np.array([age >= 0 for age in ages], dtype=np.bool_)
+    if not chosen.any():
+        return no_marks()
+    every = object_marks(backdrop, steps[-1].state)
+    return Marks(
+        ranges_m=every.ranges_m[chosen],
+        velocities_mps=every.velocities_mps[chosen],
+        levels_db=every.levels_db[chosen],
+        snr_db=every.snr_db[chosen],
+        opacity=1.0 - np.array(ages)[chosen] / lifetime,
+    )
+
+
+def pruned_marks(backdrop: Backdrop, steps: Sequence[Step], lifetime: int) -> Marks:
+    """Return the objects pruned in the last `lifetime` steps where they were; they fade."""
+    recent = _recent(steps, PRUNED, lifetime)
+    if not recent:
+        return no_marks()
     radar = backdrop.radar
-    snr_db = np.array([event.snr_db for event in events], dtype=np.float64)
-    noise_db = -to_db(steps[-1].state.noise_precision * backdrop.reference_power) if steps else 0.0
+    events = [event for event, _ in recent]
+    snr_db = np.array([event.snr_db for event in events])
+    noise_db = -to_db(steps[-1].state.noise_precision * backdrop.reference_power)
     return Marks(
         ranges_m=radar.range_from_beat(np.array([event.beat for event in events])),
         velocities_mps=radar.velocity_from_doppler(np.array([event.doppler for event in events])),
         levels_db=snr_db + noise_db - to_db(radar.num_ramps),
         snr_db=snr_db,
-        opacity=np.array(opacity),
+        opacity=np.array([1.0 - age / lifetime for _, age in recent]),
     )
+
+
+def _recent(
+    steps: Sequence[Step], kind: EventKind, lifetime: int
+) -> list[tuple[ComponentEvent, int]]:
+    """Events of one kind with their age in steps, newest first."""
+    return [
+        (event, age)
+        for age, step in enumerate(reversed(steps[-lifetime:]))
+        for event in step.info.events
+        if event.kind is kind
+    ]
+
+
+def no_marks() -> Marks:
+    """Return no mark at all."""
+    empty = np.zeros(0)
+    return Marks(ranges_m=empty, velocities_mps=empty, levels_db=empty, snr_db=empty, opacity=empty)
 
 
 def channel_marks(backdrop: Backdrop, state: SeparationState, ramp: int) -> Marks:
     """Return the channel components of a ramp; a bin is read as the beat of an object."""
     burst, radar = state.interference[ramp], backdrop.radar
     if burst is None:
-        empty = np.zeros(0)
-        return Marks(
-            ranges_m=empty, velocities_mps=empty, levels_db=empty, snr_db=empty, opacity=empty
-        )
+        return no_marks()
     bins_per_cycle = CHANNEL_GRID_FACTOR * radar.num_samples
     variance = np.real(np.diagonal(burst.covariance))
     count = burst.num_components

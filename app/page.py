@@ -9,6 +9,7 @@ from typing import Any
 
 import panel as pn
 import panel_material_ui as pmu
+import param
 from bokeh.models import ColumnDataSource, CustomJS, Span
 
 from app.address import QUERY_NAMES, parse_query
@@ -30,7 +31,7 @@ from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
 
 TITLE = "vsep: objects out of interference"
-SIDE_PERIOD_S = 0.4
+SIDE_PERIOD_S = 0.3
 SHOWN_LINES = 60
 
 
@@ -108,8 +109,8 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         """Return the whole page."""
         rows = [
             card(self.ramps.figure, weight=0, height=62, look="strip"),
-            card(self.fast_time.figure, weight=10),
-            card(self.delay.figure, weight=11),
+            card(self.fast_time.figure, weight=10, key=self.fast_time.key),
+            card(self.delay.figure, weight=11, key=self.delay.key),
         ]
         self._strip = rows[0]
         self._map_row = pn.Row(
@@ -189,7 +190,11 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self.complain(str(error))
             return
         brought = self._frame.anti_aliasing_filter
-        self.controls.offer_measured_filter(brought is not None and brought.kind == "measured")
+        with param.parameterized.discard_events(self.settings):
+            self.controls.fit_frame(
+                self._frame.radar.sample_rate_hz,
+                measured=brought is not None and brought.kind == "measured",
+            )
         if self.settings.preset == LOADED_FRAME:
             self._scene_changed()
         else:
@@ -209,7 +214,9 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
                 self.log.object = log_html(picture.log[-SHOWN_LINES:])
                 self.table.object = table_html(picture.table, moving=several)
                 self.controls.show_levels(picture.backdrop.levels_text)
-            self.transport.show(picture, self.loop.rate)
+                if self.session.opening is not None:
+                    self.controls.show_threshold(self.session.opening.estimator.threshold_db)
+                self.transport.show(picture, self.loop.rate)
             self.fast_time.update(picture)
 
     def _is_time_for_the_side(self, picture: Picture) -> bool:

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.backdrop import Backdrop, ByteArray
-from app.marks import Marks, channel_marks, event_marks, object_marks, true_marks
+from app.marks import Marks, added_marks, channel_marks, object_marks, pruned_marks, true_marks
 from app.words import Located, LogLine, TableRow, log_lines, resolution_cells, table_rows
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, to_db
-from vsep.inference.state import EventKind, SeparationState, Step, Termination
+from vsep.inference.state import SeparationState, Step, Termination
 from vsep.inference.uncertainty import dispersion_std
 
 FLASH_ITERATIONS = 3
@@ -164,8 +164,8 @@ def make_picture(
         delay=_signals(backdrop.ranges_m, backdrop.spectra_db(signals)),
         objects=object_marks(backdrop, state),
         true_objects=true_marks(backdrop),
-        added=event_marks(backdrop, steps, EventKind.OBJECT_ADDED, FLASH_ITERATIONS),
-        pruned=event_marks(backdrop, steps, EventKind.OBJECT_PRUNED, FADE_ITERATIONS),
+        added=added_marks(backdrop, steps, FLASH_ITERATIONS),
+        pruned=pruned_marks(backdrop, steps, FADE_ITERATIONS),
         channel=channel_marks(backdrop, state, ramp),
         map_after=backdrop.map_of(backdrop.observation.received - state.interference_signal),
         burst_level_db=_burst_levels(backdrop, state),

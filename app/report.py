@@ -82,7 +82,7 @@ def report_html(picture: Picture, *, settings: Mapping[str, str]) -> str:
     """Return the report as one HTML document that asks for nothing else."""
     several = picture.backdrop.radar.num_ramps > 1
     range_axis, crosshair = Axis(), Span(dimension="height", line_color="#8C8C8C")
-    fast_time, delay = FastTimeView(), DelayView(range_axis, crosshair)
+    fast_time, delay = FastTimeView(legend=True), DelayView(range_axis, crosshair, legend=True)
     maps, strip, progress = RangeDopplerView(range_axis, crosshair), RampStrip(), ProgressView()
     sized = [(fast_time.figure, WIDTH, 250), (delay.figure, WIDTH, 290)]
     sized += [

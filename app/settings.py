@@ -146,7 +146,7 @@ class Settings(param.Parameterized):
     )
     filter_cutoff = param.Number(
         default=2.55,
-        bounds=(0.05, 20.0),
+        bounds=(1e-5, 1e5),
         label="Cutoff [MHz]",
         doc="Frequency at which the filter passes half the amplitude (-6 dB).",
     )
@@ -172,7 +172,7 @@ class Settings(param.Parameterized):
     )
     assumed_cutoff = param.Number(
         default=2.55,
-        bounds=(0.05, 20.0),
+        bounds=(1e-5, 1e5),
         label="Assumed cutoff [MHz]",
         doc="Half-amplitude frequency that the estimator assumes.",
     )

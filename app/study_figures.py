@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from bokeh.embed import file_html
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, Div, HoverTool, Legend
+from bokeh.models import ColumnDataSource, Div, HoverTool, Legend, Title
 from bokeh.plotting import figure
 from bokeh.resources import INLINE
 
 from app.study_print import write_print
-from app.study_style import DASHES, colour, marker
+from app.study_style import DASHES, colour, marker, width
 from vsep._arrays import InputError
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
@@ -26,6 +26,7 @@ from vsep.studies.trial import Row
 SUFFIXES = (".html", ".png", ".svg")
 WIDTH, HEIGHT = 400, 330
 _FONT_SIZE = "11px"
+_NOTE_STYLE = {"text_font_size": "9px", "text_font_style": "normal", "text_color": "#555555"}
 
 
 def write_study_figure(rows: Sequence[Row], out: Path) -> None:
@@ -71,8 +72,6 @@ def figure_html(panels: Sequence[AnyPanel], *, title: str) -> str:
         own = list(members)
         rows.append(Div(text=f"<b>{name}</b>"))
         rows.append(row([draw_panel(panel) for panel in own]))
-        notes = dict.fromkeys(panel.note for panel in own if panel.note)
-        rows.append(Div(text="; ".join(notes), styles={"color": "#555", "font-size": "11px"}))
     document: str = file_html(column(rows), resources=INLINE, title=title)
     return document
 
@@ -82,8 +81,9 @@ def draw_panel(panel: AnyPanel) -> figure:
     return _draw_boxes(panel) if isinstance(panel, BoxPanel) else _draw_curves(panel)
 
 
-def _dressed(plot: figure, y_label: str) -> figure:
-    plot.yaxis.axis_label = y_label
+def _dressed(plot: figure, panel: AnyPanel) -> figure:
+    plot.yaxis.axis_label = panel.y_label
+    plot.add_layout(Title(text=panel.note, **_NOTE_STYLE), "above")
     plot.toolbar.logo = None
     plot.toolbar.autohide = True
     for axis in plot.axis:
@@ -113,13 +113,14 @@ def _draw_curves(panel: Panel) -> figure:
         label_text_font_size="10px",
         border_line_color=None,
         padding=2,
-        spacing=0,
+        spacing=10,
         margin=0,
+        location="bottom_left",
         glyph_height=14,
         label_height=14,
     )
     plot.add_layout(legend, "below")
-    return _dressed(plot, panel.y_label)
+    return _dressed(plot, panel)
 
 
 def _draw_series(plot: figure, series: Series, *, log_y: bool) -> list[Any]:
@@ -133,8 +134,7 @@ def _draw_series(plot: figure, series: Series, *, log_y: bool) -> list[Any]:
     if series.kind == "crosses":
         return [plot.scatter("x", "y", source=source, marker="x", size=9, color=shade)]
     if series.kind == "stems":
-        floor = float(np.min(series.y)) - 3.0 if len(series.y) else 0.0
-        stems = plot.segment("x", floor, "x", "y", source=source, color=shade, alpha=0.5)
+        stems = plot.segment("x", "low", "x", "y", source=source, color=shade, alpha=0.5)
         heads = plot.scatter("x", "y", source=source, size=7, line_color=shade, fill_color=None)
         return [stems, heads]
     if series.kind == "dashed":
@@ -142,7 +142,9 @@ def _draw_series(plot: figure, series: Series, *, log_y: bool) -> list[Any]:
         if np.any(np.isfinite(series.low)):
             drawn.append(plot.varea("x", "low", "high", source=source, color=shade, alpha=0.12))
         return drawn
-    line = plot.line("x", "y", source=source, color=shade, line_dash=dash, line_width=1.6)
+    line = plot.line(
+        "x", "y", source=source, color=shade, line_dash=dash, line_width=width(series.role)
+    )
     if series.kind == "line":
         return [line]
     bars = plot.segment("x", "low", "x", "high", source=source, color=shade, alpha=0.7)
@@ -163,7 +165,7 @@ def _draw_boxes(panel: BoxPanel) -> figure:
     for box in panel.boxes:
         _draw_box(plot, box)
     plot.xaxis.major_label_orientation = 0.5
-    return _dressed(plot, panel.y_label)
+    return _dressed(plot, panel)
 
 
 def _draw_box(plot: figure, box: Box) -> None:
@@ -171,16 +173,17 @@ def _draw_box(plot: figure, box: Box) -> None:
     plot.segment(
         [box.role] * 2, [box.low, box.third], [box.role] * 2, [box.first, box.high], color=shade
     )
+    # Two halves: their common edge is the median.
     plot.vbar(
-        x=[box.role],
+        x=[box.role] * 2,
         width=0.6,
-        bottom=[box.first],
-        top=[box.third],
+        bottom=[box.first, box.middle],
+        top=[box.middle, box.third],
         fill_color=shade,
         fill_alpha=0.25,
         line_color=shade,
+        line_width=1.5,
     )
-    plot.rect(x=[box.role], y=[box.middle], width=0.6, height=0, line_color=shade, line_width=3)
     if box.outliers:
         names = [box.role] * len(box.outliers)
         plot.scatter(names, list(box.outliers), marker="cross", color=shade, size=6)

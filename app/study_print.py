@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from app.study_style import DASHES, colour, marker
+from app.study_style import DASHES, colour, marker, width
 from vsep.studies.panels import AnyPanel, BoxPanel, Panel, Series
 
 DOTS_PER_INCH = 150
@@ -60,8 +60,6 @@ def write_print(panels: Sequence[AnyPanel], out: Path, *, suffix: str) -> None:
             _draw(place, panel)
         for place in axes[len(members) :]:
             place.set_axis_off()
-        notes = "; ".join(dict.fromkeys(panel.note for panel in members if panel.note))
-        band.supxlabel(notes, fontsize=6, x=0.01, ha="left", color="#555555")
     # The same rows give the same file: no date, and names of SVG elements that do not change.
     with mpl.rc_context({"svg.hashsalt": "vsep"}):
         metadata = {"Date": None} if suffix == ".svg" else {}
@@ -74,9 +72,10 @@ def _draw(axes: Any, panel: AnyPanel) -> None:
     else:
         _draw_curves(axes, panel)
     axes.set_ylabel(panel.y_label, fontsize=7)
+    axes.set_title(panel.note, fontsize=5, loc="left", color="#555555")
     if panel.log_y:
         axes.set_yscale("log", nonpositive="mask")
-    axes.tick_params(labelsize=6)
+    axes.tick_params(labelsize=6, which="both")
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(alpha=0.25)
 
@@ -95,7 +94,7 @@ def _draw_series(axes: Any, series: Series) -> None:
     if series.kind == "crosses":
         axes.plot(x, y, "x", color=shade, label=series.label, markersize=6)
     elif series.kind == "stems":
-        axes.vlines(x, np.min(y, initial=0.0) - 3.0, y, color=shade, alpha=0.5, linewidth=0.8)
+        axes.vlines(x, series.low, y, color=shade, alpha=0.5, linewidth=0.8)
         look = {"markerfacecolor": "none", "markersize": 5}
         axes.plot(x, y, "o", color=shade, label=series.label, **look)
     elif series.kind == "dashed":
@@ -106,7 +105,14 @@ def _draw_series(axes: Any, series: Series) -> None:
         dash = _DASHES[DASHES[series.variant % len(DASHES)]]
         shape = _MARKERS[marker(series.role)] if series.kind == "curve" else None
         axes.plot(
-            x, y, dash, color=shade, marker=shape, label=series.label, markersize=3, linewidth=1.1
+            x,
+            y,
+            dash,
+            color=shade,
+            marker=shape,
+            label=series.label,
+            markersize=3,
+            linewidth=0.7 * width(series.role),
         )
         axes.vlines(x, series.low, series.high, color=shade, alpha=0.6, linewidth=0.9)
 

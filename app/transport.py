@@ -53,7 +53,7 @@ class Transport:
             value=settings.speed,
             size="small",
             description=Settings.param.speed.doc,
-            width=178,
+            width=170,
             margin=(0, 14),
         )
         self.speed.param.watch(self._speed_set, "value_throttled")
@@ -67,7 +67,17 @@ class Transport:
             margin=(7, 4, 0, 4),
         )
         self.mode.param.watch(self._mode_set, "value")
-        settings.param.watch(self._show_settings, ["speed", "fast_time"])
+        self.ramp = pmu.IntInput(
+            label="Ramp",
+            start=0,
+            value=settings.ramp,
+            size="small",
+            description=Settings.param.ramp.doc,
+            width=104,
+            margin=(7, 4, 0, 4),
+        )
+        self.ramp.param.watch(self._ramp_set, "value_throttled")
+        settings.param.watch(self._show_settings, ["speed", "fast_time", "ramp"])
 
     def layout(self, stylesheet: str) -> Any:
         """Return the row."""
@@ -75,6 +85,7 @@ class Transport:
             *self.buttons.values(),
             self.speed,
             self.scrub,
+            self.ramp,
             self.mode,
             sizing_mode="stretch_width",
             styles={"min-height": "52px"},
@@ -90,6 +101,8 @@ class Transport:
             end=max(picture.num_iterations, 1), value=min(picture.iteration, picture.num_iterations)
         )
         self._showing = False
+        last_ramp = picture.backdrop.radar.num_ramps - 1
+        self.ramp.param.update(end=max(last_ramp, 1), visible=last_ramp > 0)
         self.refresh(rate, picture)
 
     def refresh(self, rate: float, picture: Picture | None = None) -> None:
@@ -128,7 +141,12 @@ class Transport:
     def _mode_set(self, event: Any) -> None:
         self._settings.fast_time = event.new
 
+    def _ramp_set(self, event: Any) -> None:
+        if event.new is not None:
+            self._settings.ramp = event.new
+
     def _show_settings(self, *_: Any) -> None:
+        self.ramp.value = self._settings.ramp
         self.speed.value = self._settings.speed
         self.mode.value = self._settings.fast_time
 

@@ -13,6 +13,7 @@ from typing import NoReturn
 from vsep._arrays import InputError
 from vsep._version import __version__
 from vsep.signal.presets import PRESET_NAMES
+from vsep.study_options import add_study
 
 _EXIT_INPUT = 2
 _EXIT_INTERRUPTED = 130
@@ -110,6 +111,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_simulate(commands)
     _add_separate(commands)
     _add_report(commands)
+    add_study(commands)
     return parser
 
 

@@ -23,6 +23,7 @@ class ProgressView:
         self._y = {name: Axis() for name, *_ in _CURVES}
         self._source = ColumnDataSource({name: [] for name in ("iteration", *self._y)})
         self._run_number = -1
+        self._unset: set[str] = set()
         self.figures: tuple[figure, ...] = tuple(
             self._figure(name, label, role) for name, label, role in _CURVES
         )
@@ -43,6 +44,7 @@ class ProgressView:
         plot.toolbar_location = None
         plot.min_border_left = 52
         plot.yaxis.ticker.desired_num_ticks = 3
+        plot.yaxis.formatter.use_scientific = False
         plot.line("iteration", name, source=self._source, color=COLOURS[role], line_width=1.8)
         plot.scatter("iteration", name, source=self._source, color=COLOURS[role], size=4)
         if name == "ratio_db":
@@ -54,7 +56,9 @@ class ProgressView:
     def update(self, picture: Picture) -> None:
         """Draw another picture."""
         progress = picture.progress
-        fresh = picture.run_number != self._run_number
+        fresh = picture.run_number != self._run_number or picture.iteration == 0
+        if fresh:
+            self._unset = set(self._y)
         self._run_number = picture.run_number
         last = max(picture.num_iterations, 1)
         blocks = int(np.ceil((last + 1) / SHOWN_ITERATIONS))
@@ -63,7 +67,8 @@ class ProgressView:
         for name, axis in self._y.items():
             limits = _padded(columns[name])
             if limits is not None:
-                axis.grow(limits, fresh=fresh or picture.iteration <= 1)
+                axis.grow(limits, fresh=name in self._unset)
+                self._unset.discard(name)
         self._source.data = {"iteration": progress.iterations, **columns}
 
 

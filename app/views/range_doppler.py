@@ -123,10 +123,10 @@ class RangeDopplerView:
             "velocity",
             source=marks["added"],
             marker="circle",
-            size=30,
-            fill_color="white",
-            fill_alpha="opacity",
+            size=28,
+            fill_color=None,
             line_color="white",
+            line_width=4,
             line_alpha="opacity",
         )
         plot.scatter(

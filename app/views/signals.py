@@ -8,14 +8,14 @@ from bokeh.plotting import figure
 
 from app.marks import Marks
 from app.picture import Picture, Signals
-from app.views.style import COLOURS, Axis, legend_of, plain_figure, put
+from app.views.style import COLOURS, Axis, key_html, legend_of, plain_figure, put
 
 _LINES = (
-    ("received", "received", "received", {"line_width": 2.2, "line_alpha": 0.65}),
-    ("interference", "interference", "interference", {"line_width": 1.6}),
-    ("cleaned", "cleaned", "cleaned", {"line_width": 1.4}),
-    ("true_object", "true", "true objects", {"line_width": 3.2, "line_dash": [7, 4]}),
-    ("object_estimate", "object", "estimate", {"line_width": 1.6}),
+    ("received", "received", "received", "line", {"line_width": 2.2, "line_alpha": 0.65}),
+    ("interference", "interference", "interference", "line", {"line_width": 1.6}),
+    ("cleaned", "cleaned", "cleaned", "line", {"line_width": 1.4}),
+    ("true_object", "true", "true objects", "dashed", {"line_width": 3.2, "line_dash": [7, 4]}),
+    ("object_estimate", "object", "estimate", "line", {"line_width": 1.6}),
 )
 
 
@@ -31,16 +31,24 @@ def _empty_lines() -> ColumnDataSource:
 
 def _draw(plot: figure, source: ColumnDataSource) -> list[tuple[str, list[Any]]]:
     entries = []
-    for column, role, label, look in _LINES:
+    for column, role, label, _, look in _LINES:
         line = plot.line("axis", column, source=source, color=COLOURS[role], **look)
         entries.append((label, [line]))
     return entries
 
 
 class FastTimeView:
-    """Received, true, estimated, interference and cleaned signal over fast time."""
+    """Received, true, estimated, interference and cleaned signal over fast time.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    legend : bool
+        Whether the figure has its own legend; else `key` is to be shown beside it.
+    """
+
+    key = key_html([(role, label, sample) for _, role, label, sample, _ in _LINES])
+
+    def __init__(self, *, legend: bool = False) -> None:
         self._x, self._y = Axis(), Axis()
         self.figure = plain_figure(
             title="Fast time",
@@ -51,7 +59,9 @@ class FastTimeView:
             name="fast-time",
         )
         self.source = _empty_lines()
-        legend_of(self.figure, _draw(self.figure, self.source), self.source)
+        entries = _draw(self.figure, self.source)
+        if legend:
+            legend_of(self.figure, entries)
 
     def update(self, picture: Picture) -> None:
         """Draw another picture."""
@@ -75,9 +85,27 @@ def _stem_columns(marks: Marks, floor: float) -> dict[str, Any]:
 
 
 class DelayView:
-    """Delay spectra in metres, components as stems."""
+    """Delay spectra in metres, components as stems.
 
-    def __init__(self, x_axis: Axis, crosshair: Span) -> None:
+    Parameters
+    ----------
+    x_axis : Axis
+        Range axis, shared with the maps.
+    crosshair : Span
+        Line at the pointer, shared with the maps.
+    legend : bool
+        Whether the figure has its own legend; else `key` is to be shown beside it.
+    """
+
+    key = key_html(
+        [
+            ("true", "true object", "cross"),
+            ("object", "estimate", "circle"),
+            ("interference", "interference path", "diamond"),
+        ]
+    )
+
+    def __init__(self, x_axis: Axis, crosshair: Span, *, legend: bool = False) -> None:
         self._x, self._y = x_axis, Axis()
         self.figure = plain_figure(
             title="Delay spectrum",
@@ -112,7 +140,8 @@ class DelayView:
                 line_width=3,
                 line_alpha="opacity",
             )
-        legend_of(self.figure, entries[len(_LINES) :], self._source)
+        if legend:
+            legend_of(self.figure, entries[len(_LINES) :])
         self.figure.add_tools(CrosshairTool(overlay=crosshair))
 
     def _stem(self, name: str, role: str, marker: str, size: int) -> list[Any]:

@@ -5,14 +5,14 @@ white and the dark page. The role is never told by colour alone: truth is dashed
 estimate is a line or a ring.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from html import escape
 from typing import Any
 
 import numpy as np
 from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
-    CustomJS,
     Legend,
     PanTool,
     Range1d,
@@ -30,6 +30,13 @@ COLOURS = {
 }
 MAP_PALETTE = "Viridis256"
 LABEL_SIZE = "11px"
+_SAMPLES = {
+    "line": '<path d="M1 5H17"/>',
+    "dashed": '<path d="M1 5H17" stroke-dasharray="5 3"/>',
+    "cross": '<path d="M6 2L12 8M12 2L6 8"/>',
+    "circle": '<circle cx="9" cy="5" r="3.5"/>',
+    "diamond": '<path d="M9 1L13 5L9 9L5 5Z"/>',
+}
 
 Limits = tuple[float, float]
 
@@ -64,7 +71,7 @@ class Axis:
 
 
 def put(source: ColumnDataSource, columns: Mapping[str, Any]) -> None:
-    """Give a source new columns, unless they are those it has: the browser then has less to draw."""
+    """Give a source new columns, unless it has them already: less for the browser to draw."""
     held = source.data
     if held.keys() == columns.keys() and all(
         _same(held[name], column) for name, column in columns.items()
@@ -126,13 +133,11 @@ def plain_figure(
     return plot
 
 
-def legend_of(
-    plot: figure, entries: list[tuple[str, list[Any]]], source: ColumnDataSource
-) -> Legend:
+def legend_of(plot: figure, entries: list[tuple[str, list[Any]]]) -> Legend:
     """Add a flat legend in the plot's upper right corner; a click hides a signal.
 
-    A themed page restyles a legend after it was painted, which loses the samples of the lines; they
-    are painted anew after the first data of `source` and after each change of the theme.
+    For documents that stand still: a legend makes the browser lay out the page anew with every
+    picture, which halves the rate (measured); a live page has `key_html` instead.
     """
     legend = Legend(
         items=list(entries),
@@ -151,15 +156,20 @@ def legend_of(
         label_height=12,
     )
     plot.add_layout(legend)
-    repaint = """
-const repaint = () => [100, 1000, 3000].forEach(
-  (delay) => setTimeout(() => legend.change.emit(), delay)
-)
-if (!source.legend_painted) {
-  source.legend_painted = true
-  legend.properties.label_text_color.change.connect(repaint)
-  repaint()
-}
-"""
-    source.js_on_change("data", CustomJS(args={"source": source, "legend": legend}, code=repaint))
     return legend
+
+
+def key_html(entries: Sequence[tuple[str, str, str]]) -> str:
+    """Return a legend as HTML.
+
+    Parameters
+    ----------
+    entries : sequence of (str, str, str)
+        Role of the colour, label, and sample: line, dashed, cross, circle or diamond.
+    """
+    items = "".join(
+        f'<span class="item"><svg width="18" height="10" aria-hidden="true" fill="none" '
+        f'stroke="{COLOURS[role]}" stroke-width="2">{_SAMPLES[sample]}</svg>{escape(label)}</span>'
+        for role, label, sample in entries
+    )
+    return f'<div class="key">{items}</div>'

@@ -1,11 +1,12 @@
 """The served dashboard in a headless browser: it streams, obeys, and asks for nothing outside."""
 
 import asyncio
-import json
+import re
 import shutil
+import subprocess
+import sys
 import threading
 import time
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ LAUNCH = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "-
 PATIENCE_MS = 20_000
 # The bar is 1 s from the release of a slider to the first picture; it is printed. What is asserted
 # leaves room for a machine that runs other tests at the same time.
-FIRST_PICTURE_BAR_S, FIRST_PICTURE_SLACK_S = 1.0, 5.0
+FIRST_PICTURE_SLACK_S = 5.0
 
 pytestmark = [
     pytest.mark.ui,
@@ -123,11 +124,11 @@ class Dashboard:
         self.until(lambda: self.status in words, f"it says {words}")
 
     def button(self, name):
-        return self.page.get_by_role("button", name=name)
+        return self.page.get_by_role("button", name=re.compile(f"^{name}"))
 
     def slider(self, label):
-        """The range input of the slider with this label."""
-        return self.page.get_by_role("slider", name=label)
+        """The range input of the slider whose label starts so."""
+        return self.page.get_by_role("slider", name=re.compile(f"^{label}"))
 
     def press(self, label, key):
         """Move a slider by the keyboard; the release commits it."""
@@ -137,13 +138,24 @@ class Dashboard:
     def drawn(self):
         return self.page.evaluate(COUNT_DRAWN)
 
-    def choose(self, label, option):
-        self.page.get_by_label(label).first.click()
-        self.page.get_by_role("option", name=option).click()
+    def choose_preset(self, option):
+        self.page.get_by_role("combobox").first.click()
+        self.page.get_by_role("menuitem", name=option).click()
 
     def upload(self, name, content):
         file = {"name": name, "mimeType": "application/octet-stream", "buffer": content}
         self.page.locator("input[type=file]").set_input_files(file)
+
+
+@pytest.fixture
+def report(capsys):
+    """Say a measured figure on the terminal, whatever pytest captures."""
+
+    def say(text):
+        with capsys.disabled():
+            sys.stdout.write(f"\n{text}\n")
+
+    return say
 
 
 @pytest.fixture
@@ -165,7 +177,7 @@ def test_it_runs_by_itself_to_the_end(dashboard):
 def test_all_views_are_inside_of_the_screen(dashboard):
     dashboard.open("?preset=simulation-2-b").until_status("converged")
     boxes = dashboard.page.evaluate(
-        """() => Bokeh.documents[0].all_models
+        """() => [...Bokeh.documents[0].all_models]
             .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
             .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
             .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
@@ -208,7 +220,7 @@ def test_scrubbing_shows_earlier_iterations(dashboard):
     assert dashboard.status == "converged"
 
 
-def test_a_slider_restarts_at_once_with_its_value(dashboard):
+def test_a_slider_restarts_at_once_with_its_value(dashboard, report):
     dashboard.open().until_status("converged")
     seconds = []
     for _ in range(5):
@@ -218,14 +230,15 @@ def test_a_slider_restarts_at_once_with_its_value(dashboard):
         dashboard.until(lambda before=before: len(dashboard.drawn()) > before, "a picture is drawn")
         seconds.append((dashboard.drawn()[before] - started) / 1000.0)
         dashboard.until_status("converged")
-    print(f"release to first picture: {np.median(seconds):.2f} s, worst {max(seconds):.2f} s")
-    print(f"bar: {FIRST_PICTURE_BAR_S} s")
+    report(
+        f"release to first picture: {np.median(seconds):.2f} s, worst {max(seconds):.2f} s; bar 1 s"
+    )
     assert max(seconds) < FIRST_PICTURE_SLACK_S
     assert "snr=35" in dashboard.page.url
-    assert "SNR 35.0 dB in all" in dashboard.page.locator("body").inner_text()
+    assert dashboard.page.get_by_text("SNR 35.0 dB in all").count() == 1
 
 
-def test_updates_stream_to_the_page(dashboard):
+def test_updates_stream_to_the_page(dashboard, report):
     # The literal schedule on a strong scene takes enough iterations to count.
     dashboard.open("?snr=60&sir=-30&schedule=paper&speed=30&max_iterations=60")
     dashboard.drawn()
@@ -238,7 +251,7 @@ def test_updates_stream_to_the_page(dashboard):
     )
     times = np.array(dashboard.drawn()[before:]) / 1000.0
     rate = (len(times) - 1) / (times[-1] - times[0])
-    print(f"{len(times)} pictures, {rate:.1f} a second; bar: 10")
+    report(f"{len(times)} pictures, {rate:.1f} a second; bar: 10")
     assert len(times) > 5
     assert rate > 3.0
 
@@ -246,8 +259,7 @@ def test_updates_stream_to_the_page(dashboard):
 def test_a_link_reproduces_the_scene(dashboard):
     dashboard.open("?preset=simulation-2-c&sir=-5&seed=42&filter=butterworth&order=6&speed=30")
     dashboard.until_status("converged")
-    body = dashboard.page.locator("body").inner_text()
-    assert "SIR -5.0 dB in all" in body
+    assert dashboard.page.get_by_text("SIR -5.0 dB in all").count() == 1
     table = dashboard.page.locator("table.components").inner_text()
     dashboard.page.goto(dashboard.page.url)
     dashboard.open(dashboard.page.url.removeprefix(dashboard.url)).until_status("converged")
@@ -264,11 +276,11 @@ def test_bad_values_of_a_link_are_told_and_ignored(dashboard):
 
 def test_another_preset_brings_its_views(dashboard):
     dashboard.open("?speed=30").until_status("converged")
-    dashboard.choose("Preset", "b: 4 bursts")
-    dashboard.until(lambda: "10 objects" in dashboard.page.locator("body").inner_text(), "ten")
+    dashboard.choose_preset("b: 4 bursts")
+    dashboard.page.get_by_text("10 objects").wait_for(timeout=PATIENCE_MS)
     assert "preset=simulation-2-b" in dashboard.page.url
     shown = dashboard.page.evaluate(
-        """() => Bokeh.documents[0].all_models
+        """() => [...Bokeh.documents[0].all_models]
             .filter((m) => m.name === "range-doppler-after" && Bokeh.index.find_one_by_id(m.id))
             .map((m) => Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect().height)"""
     )
@@ -279,7 +291,7 @@ def test_a_click_on_the_strip_selects_the_ramp(dashboard):
     dashboard.open("?preset=simulation-2-b&speed=30").until_status("converged")
     box = dashboard.page.evaluate(
         """() => {
-          const m = Bokeh.documents[0].all_models.find((m) => m.name === "ramps")
+          const m = [...Bokeh.documents[0].all_models].find((m) => m.name === "ramps")
           const view = Bokeh.index.find_one_by_id(m.id)
           const r = view.el.getBoundingClientRect(), f = view.frame.bbox
           return [r.left + f.left, r.top + f.top, f.width, f.height]
@@ -287,7 +299,7 @@ def test_a_click_on_the_strip_selects_the_ramp(dashboard):
     )
     left, top, width, height = box
     dashboard.page.mouse.click(left + width * 4.5 / 16.0, top + height / 2.0)
-    title = """() => Bokeh.documents[0].all_models
+    title = """() => [...Bokeh.documents[0].all_models]
         .find((m) => m.name === "fast-time").title.text"""
     dashboard.until(lambda: dashboard.page.evaluate(title) == "Fast time, ramp 4", "ramp 4 shows")
     assert "ramp=4" in dashboard.page.url
@@ -297,11 +309,11 @@ def test_a_click_on_the_strip_selects_the_ramp(dashboard):
 def test_zoom_survives_a_restart(dashboard):
     dashboard.open("?speed=30").until_status("converged")
     zoom = """() => {
-      const m = Bokeh.documents[0].all_models.find((m) => m.name === "delay")
+      const m = [...Bokeh.documents[0].all_models].find((m) => m.name === "delay")
       m.x_range.setv({start: 5, end: 20})
     }"""
     read = """() => {
-      const m = Bokeh.documents[0].all_models.find((m) => m.name === "delay")
+      const m = [...Bokeh.documents[0].all_models].find((m) => m.name === "delay")
       return [m.x_range.start, m.x_range.end]
     }"""
     dashboard.page.evaluate(zoom)
@@ -341,46 +353,28 @@ def test_what_cannot_be_simulated_is_told_and_the_session_goes_on(dashboard):
     dashboard.until_status("converged")
 
 
-def test_every_control_has_a_name_and_words(dashboard):
+def test_controls_are_named_as_they_are_labelled(dashboard):
     dashboard.open("?preset=simulation-2-a").until_status("converged")
-    unnamed = dashboard.page.evaluate(
-        """() => {
-          const found = []
-          const walk = (root) => {
-            for (const el of root.querySelectorAll("*")) {
-              if (el.shadowRoot) walk(el.shadowRoot)
-              if (el.matches("input[type=range], button") && el.offsetParent !== null) {
-                const label = el.getAttribute("aria-label") || el.getAttribute("aria-labelledby")
-                if (!label && !el.textContent.trim() && !el.labels?.length) found.push(el.outerHTML)
-              }
-            }
-          }
-          walk(document)
-          return found
-        }"""
-    )
-    assert unnamed == []
+    sliders = [s.get_attribute("aria-label") for s in dashboard.page.get_by_role("slider").all()]
+    assert len(sliders) == 9
+    assert all(sliders)
+    for name in ("Run", "Pause", "Back", "Step", "Reset"):
+        button = dashboard.button(name)
+        assert button.count() == 1
+        assert button.inner_text().endswith(name)
 
 
-@pytest.mark.parametrize("suffix", [".html"])
-def test_the_report_opens_from_disk_without_a_request(watched, many_ramps, tmp_path, suffix):
-    from app.report import write_report
-    from vsep.files.frame import Frame
-
-    prepared = many_ramps.prepared
-    frame = Frame(
-        received=prepared.observation.received,
-        radar=prepared.backdrop.radar,
-        truth=prepared.observation.truth,
-    )
-    out = tmp_path / f"snapshot{suffix}"
-    write_report(frame, out, separator=prepared.estimator, settings={"seed": "7"})
-    requests = []
-    watched.on("request", lambda request: requests.append(request.url))
-    watched.context.set_offline(True)
-    # The fixture counts anything but the local server as outside; this page is a file.
-    watched.set_content(out.read_text(encoding="utf-8"))
-    watched.wait_for_selector("canvas", timeout=PATIENCE_MS)
-    assert json.dumps(requests) == "[]"
-    assert isinstance(watched.viewport_size, dict)
-    assert SimpleNamespace(**watched.viewport_size).width == 1400
+def test_the_report_opens_from_disk_without_a_request(page, tmp_path):
+    frame, out = tmp_path / "frame.npz", tmp_path / "snapshot.html"
+    # A process of its own, as for a user: in this one the drawing library is extended by the page.
+    simulate = "simulate --preset simulation-2-b --snr-db 60 --sir-db -20 --seed 7"
+    for command in (f"{simulate} --out {frame}", f"report {frame} --out {out}"):
+        code = f"from vsep.cli import main; raise SystemExit(main({command.split()!r}))"
+        subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+    requests, errors = [], []
+    page.on("request", lambda request: requests.append(request.url))
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(out.as_uri())
+    page.wait_for_selector("canvas", timeout=PATIENCE_MS)
+    assert page.locator("table.components tr.found").count() == 10
+    assert (requests, errors) == ([out.as_uri()], [])

@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.picture import FADE_ITERATIONS, FLASH_ITERATIONS, make_picture
 from app.work import compose
-from vsep.inference.state import Termination
+from vsep.inference.state import ComponentEvent, EventKind, Termination
 
 
 def _picture(run, num_steps=None, ramp=0, mode="level"):
@@ -94,16 +96,41 @@ def test_the_table_has_every_true_object_once(many_ramps):
     assert len(found) == picture.objects.ranges_m.size
 
 
-def test_a_new_component_flashes_and_the_flash_fades(many_ramps):
+def test_a_new_component_flashes_where_it_is_and_the_flash_fades(many_ramps):
+    newest = many_ramps.steps[0].info.events
+    first = next(e.component_id for e in newest if e.kind is EventKind.OBJECT_ADDED)
     opacities = []
     for shown in range(1, FLASH_ITERATIONS + 2):
         picture = _picture(many_ramps, shown)
-        near = np.abs(picture.added.ranges_m - _picture(many_ramps, 1).added.ranges_m[0]) < 1e-9
-        opacities.append(float(picture.added.opacity[near].sum()))
-    assert opacities[0] == 1.0
-    assert opacities == sorted(opacities, reverse=True)
-    assert opacities[-1] == 0.0
-    assert FADE_ITERATIONS > FLASH_ITERATIONS
+        ids = many_ramps.steps[shown - 1].state.objects.component_ids
+        place = picture.objects.ranges_m[list(ids).index(first)]
+        opacities.append(float(picture.added.opacity[picture.added.ranges_m == place].sum()))
+    expected = [1.0 - age / FLASH_ITERATIONS for age in range(FLASH_ITERATIONS)]
+    assert opacities == pytest.approx([*expected, 0.0])
+
+
+def test_a_pruned_component_fades_where_it_was(many_ramps):
+    step = many_ramps.steps[-1]
+    event = ComponentEvent(
+        kind=EventKind.OBJECT_PRUNED,
+        snr_db=9.0,
+        threshold_db=11.0,
+        component_id=99,
+        beat=0.1,
+        doppler=0.25,
+    )
+    pruned = replace(step, info=replace(step.info, events=(event,)))
+    for age in range(FADE_ITERATIONS + 1):
+        quiet = [replace(step, info=replace(step.info, events=()))] * age
+        picture = make_picture(
+            many_ramps.prepared.backdrop, many_ramps.prepared.initial_state, [pruned, *quiet]
+        )
+        if age == FADE_ITERATIONS:
+            assert picture.pruned.opacity.size == 0
+            break
+        assert picture.pruned.opacity == pytest.approx([1.0 - age / FADE_ITERATIONS])
+        radar = many_ramps.prepared.backdrop.radar
+        assert picture.pruned.ranges_m == pytest.approx([radar.range_from_beat(np.array(0.1))])
 
 
 def test_ramp_is_clipped_to_those_there_are(many_ramps):

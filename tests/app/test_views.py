@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -155,6 +156,19 @@ def test_progress_survives_a_run_without_a_step(one_ramp):
     view = ProgressView()
     view.update(compose(one_ramp.snapshot(0), 0, "level"))
     assert len(view._source.data["elbo"]) == 0
+
+
+def test_progress_of_a_new_run_forgets_the_limits_of_the_last(many_ramps, one_ramp):
+    view = ProgressView()
+    view.update(compose(many_ramps.snapshot(), 0, "level"))
+    snapshot = replace(one_ramp.snapshot(), run_number=2)
+    view.update(compose(replace(snapshot, steps=()), 0, "level"))
+    last = compose(snapshot, 0, "level")
+    view.update(last)
+    shown = view.figures[0].y_range
+    spread = np.ptp(last.progress.elbo)
+    # The margin is 12 % of the spread on both sides, at least one nat.
+    assert shown.end - shown.start == pytest.approx(spread + 2.0 * max(0.12 * spread, 1.0))
 
 
 def test_one_ramp_can_be_drawn_as_a_map(one_ramp, linked):

@@ -2,8 +2,9 @@ import pytest
 
 from vsep import InputError
 from vsep.studies.bench import draw_bench
-from vsep.studies.catalogue import CATALOGUE, make_study, select_points
+from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.methods import NO_INTERFERENCE, method_names
+from vsep.studies.study import select_points
 
 
 def test_the_catalogue_has_the_promised_studies():

@@ -3,7 +3,7 @@ import pytest
 from scipy import stats
 
 from vsep.studies.distributions import box_panels, quantile_panels
-from vsep.studies.summary import Group
+from vsep.studies.groups import Group
 
 
 def group(point, **columns):

@@ -105,7 +105,9 @@ def test_a_condition_of_the_scene_is_drawn_once():
 
 
 def test_the_reference_is_drawn_first():
-    for panel in study_panels(rows_of("fig-3")):
+    panels = study_panels(rows_of("fig-3"))
+    assert panels
+    for panel in panels:
         assert panel.series[0].role == "no-interference"
 
 

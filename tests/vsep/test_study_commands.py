@@ -52,6 +52,16 @@ def test_a_repeated_trial_gives_the_row_of_the_study(rows_path, capsys):
     assert printed == stored
 
 
+def test_a_repeated_trial_can_be_kept_as_a_frame(tmp_path, capsys):
+    frame, lines = tmp_path / "frame.npz", tmp_path / "lines.jsonl"
+    arguments = ["--estimator", "object-only", "--frame", frame]
+    assert study("run", "fig-3", "--repeat", "30,1", *arguments) == 0
+    row = json.loads(capsys.readouterr().out)
+    arguments = ["--estimator", "object-only", "--object-threshold-db", "9"]
+    assert main(["separate", str(frame), "--out", str(lines), *arguments]) == 0
+    assert len(json.loads(lines.read_text())["objects"]) == row["num_objects"]
+
+
 @pytest.mark.parametrize("suffix", ["html", "png", "svg"])
 def test_a_figure_is_drawn_in_every_format(rows_path, tmp_path, suffix):
     out = tmp_path / f"figure.{suffix}"
@@ -96,6 +106,8 @@ def test_rows_that_fail_are_reported_and_kept(tmp_path, capsys, monkeypatch):
         (["run", "fig-2", "--out", "nowhere/x.jsonl"], "nowhere is no folder"),
         (["run", "fig-2", "--repeat", "1;2"], "--repeat is '1;2'"),
         (["run", "fig-2", "--repeat", "7,0"], "point is 7"),
+        (["run", "fig-2", "--frame", "x.npz", "--out", "x.jsonl"], "name it by --repeat"),
+        (["run", "fig-2", "--repeat", "0,0", "--frame", "no/x.npz"], "no is no folder"),
         (["run", "fig-2", "--estimator", "magic", "--out", "x.jsonl"], "method is 'magic'"),
         (["run", "fig-2", "--realizations", "0", "--out", "x.jsonl"], "realizations is 0"),
         (["run", "fig-2", "--workers", "0", "--out", "x.jsonl"], "workers is 0"),

@@ -104,7 +104,12 @@ def dispersion_bound(
     if num_objects == 0:
         return DispersionBound(beats=unknown, dopplers=unknown)
     atoms, moved = _object_columns(truth, model)
-    nuisance = np.concatenate([atoms, 1j * atoms, *[_burst_columns(b, model) for b in bursts]])
+    nuisance = np.concatenate([atoms, 1j * atoms])
+    for ramp in sorted({burst.ramp for burst in bursts}):
+        columns = [_burst_columns(burst, model) for burst in bursts if burst.ramp == ramp]
+        basis = _orthonormal(np.concatenate(columns))
+        for block in (nuisance, moved):
+            block[:, ramp] = _without(basis, block[:, ramp])
     deviations = _marginal_deviations(nuisance, moved) / math.sqrt(2.0 * truth.noise_precision)
     return DispersionBound(
         beats=deviations[:num_objects],
@@ -113,31 +118,59 @@ def dispersion_bound(
 
 
 def _object_columns(truth: GroundTruth, model: SignalModel) -> tuple[ComplexArray, ComplexArray]:
-    """Atoms (L, PN), and derivatives of the mean by beats, then by Dopplers, (L or 2L, PN)."""
+    """Atoms (L, P, N), and derivatives of the mean by beats, then Dopplers, (L or 2L, P, N)."""
     num_ramps, num_samples = model.shape
     beat_lines = line_factors(truth.beats, num_samples)
     doppler_lines = line_factors(truth.dopplers, num_ramps)
     # Counted from the middle: the unknown phases absorb the difference, the columns stay apart.
     samples = -2j * np.pi * (np.arange(num_samples) - 0.5 * (num_samples - 1))
     ramps = -2j * np.pi * (np.arange(num_ramps) - 0.5 * (num_ramps - 1))
-    atoms = (doppler_lines[:, :, None] * beat_lines[:, None, :]).reshape(len(truth.beats), -1)
-    weighted = truth.amplitudes[:, None] * atoms
-    by_beat = weighted * np.tile(samples, num_ramps)
+    atoms = doppler_lines[:, :, None] * beat_lines[:, None, :]
+    weighted = truth.amplitudes[:, None, None] * atoms
     if num_ramps == 1:
-        return atoms, by_beat
-    return atoms, np.concatenate([by_beat, weighted * np.repeat(ramps, num_samples)])
+        return atoms, weighted * samples
+    return atoms, np.concatenate([weighted * samples, weighted * ramps[:, None]])
 
 
 def _burst_columns(burst: Burst, model: SignalModel) -> ComplexArray:
-    """Differentiate the mean by theta and by the real and imaginary parts of beta, (2+2K, PN)."""
+    """Differentiate the burst by theta and by the real and imaginary parts of beta, (2+2K, N)."""
     centre = -burst.start_frequency / burst.slope
     template, slopes = model.template_jet(burst.start_frequency, burst.slope, centre)
     lines = burst.lines(model.num_samples)
     by_weight = template * lines
-    by_chirp = slopes * (burst.amplitudes @ lines)
-    columns = np.zeros((2 + 2 * len(lines), *model.shape), dtype=np.complex128)
-    columns[:, burst.ramp] = np.concatenate([by_chirp, by_weight, 1j * by_weight])
-    return columns.reshape(len(columns), -1)
+    return np.concatenate([slopes * (burst.amplitudes @ lines), by_weight, 1j * by_weight])
+
+
+def _as_real(columns: ComplexArray) -> FloatArray:
+    """Write complex columns, one a row, as real ones: real part, then imaginary part."""
+    flat = columns.reshape(len(columns), -1)
+    return np.concatenate([flat.real, flat.imag], axis=1)
+
+
+def _unit_length(real: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Scale real columns, one a row, to length one; return them and their lengths."""
+    lengths = np.linalg.norm(real, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    return real / lengths[:, None], lengths
+
+
+def _orthonormal(columns: ComplexArray) -> FloatArray:
+    """Return an orthonormal basis, one vector a row, of the real span of complex columns."""
+    scaled, _ = _unit_length(_as_real(columns))
+    return np.asarray(qr(scaled.T, mode="economic", check_finite=False)[0].T, dtype=np.float64)
+
+
+def _without(basis: FloatArray, columns: ComplexArray) -> ComplexArray:
+    """Take the part that lies in the span of a basis out of complex columns, one a row.
+
+    A burst lives in its own ramp, so its unknowns are eliminated there before anything else.
+    """
+    real = _as_real(columns)
+    # Twice: rounding of the first pass leaves a trace where the bases are nearly dependent.
+    for _ in range(2):
+        real = real - (real @ basis.T) @ basis
+    half = real.shape[1] // 2
+    return np.asarray(real[:, :half] + 1j * real[:, half:])
 
 
 def _marginal_deviations(nuisance: ComplexArray, wanted: ComplexArray) -> FloatArray:
@@ -146,12 +179,9 @@ def _marginal_deviations(nuisance: ComplexArray, wanted: ComplexArray) -> FloatA
     With the wanted columns last in J = Q R, the lower right block of R is what is left of them
     orthogonal to the nuisance columns; its inverse holds the answer. No J^T J is formed.
     """
-    columns = np.concatenate([nuisance, wanted])
-    real = np.concatenate([columns.real, columns.imag], axis=1)
-    lengths = np.linalg.norm(real, axis=1)
-    lengths[lengths == 0.0] = 1.0
-    triangle = qr((real / lengths[:, None]).T, mode="r", check_finite=False)[0]
-    rest = triangle[len(nuisance) : len(columns), len(nuisance) :]
+    scaled, lengths = _unit_length(_as_real(np.concatenate([nuisance, wanted])))
+    triangle = qr(scaled.T, mode="r", check_finite=False)[0]
+    rest = triangle[len(nuisance) : len(scaled), len(nuisance) :]
     _, strengths, directions = np.linalg.svd(rest)
     seen = strengths > _UNOBSERVABLE
     # An unobservable direction costs only the parameters that have a share in it.

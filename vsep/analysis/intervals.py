@@ -4,21 +4,24 @@ Every interval names its method, so that a table or a figure can state it.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import betaincinv, gammaincinv
 
 from vsep._arrays import FloatArray, InputError, require_range
 
 IntervalMethod: TypeAlias = Literal["bootstrap percentile", "Clopper-Pearson", "Garwood", "none"]
 Statistic: TypeAlias = Callable[[FloatArray], FloatArray]
+IndexArray: TypeAlias = NDArray[np.int32]
 
 DEFAULT_LEVEL = 0.95
 NUM_RESAMPLES = 1000
-# Resamples are drawn in blocks of about this many numbers, 32 MB.
+# Resamples are made in blocks of at most this many numbers, 16 MB of indices.
 _BLOCK = 4_000_000
 _SEED = 20_210_531
 
@@ -99,14 +102,7 @@ def bootstrap_interval(
         return Interval(
             value=value, low=math.nan, high=math.nan, level=level, method="none", num_samples=count
         )
-    rng = np.random.default_rng(_SEED)
-    rows = max(1, _BLOCK // count)
-    estimates = np.concatenate(
-        [
-            statistic(defined[rng.integers(0, count, (min(rows, NUM_RESAMPLES - start), count))])
-            for start in range(0, NUM_RESAMPLES, rows)
-        ]
-    )
+    estimates = np.concatenate([statistic(defined[chosen]) for chosen in _resamples(count)])
     low, high = np.quantile(estimates, [0.5 * (1.0 - level), 0.5 * (1.0 + level)])
     return Interval(
         value=float(statistic(defined)),
@@ -116,6 +112,24 @@ def bootstrap_interval(
         method="bootstrap percentile",
         num_samples=count,
     )
+
+
+def _resamples(count: int) -> Iterable[IndexArray]:
+    """Yield blocks of resamples, one a row; those of a usual size are drawn once and kept."""
+    rows = max(1, _BLOCK // count)
+    return [_kept_resamples(count)] if rows >= NUM_RESAMPLES else _drawn_resamples(count, rows)
+
+
+@lru_cache(maxsize=2)
+def _kept_resamples(count: int) -> IndexArray:
+    return next(iter(_drawn_resamples(count, NUM_RESAMPLES)))
+
+
+def _drawn_resamples(count: int, rows: int) -> Iterator[IndexArray]:
+    rng = np.random.default_rng(_SEED)
+    for start in range(0, NUM_RESAMPLES, rows):
+        shape = (min(rows, NUM_RESAMPLES - start), count)
+        yield rng.integers(0, count, shape, dtype=np.int32)
 
 
 def binomial_interval(successes: int, trials: int, *, level: float = DEFAULT_LEVEL) -> Interval:

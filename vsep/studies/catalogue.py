@@ -15,8 +15,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from vsep._arrays import InputError
-from vsep.studies.methods import method_names, require_methods
-from vsep.studies.study import Point, Study, TrialSettings
+from vsep.signal.filters import NoFilter
+from vsep.signal.template import SignalModel
+from vsep.studies.methods import make_estimator, method_names, require_methods
+from vsep.studies.study import Point, Study, TrialSettings, select_points
 
 _PAPER_THRESHOLD_DB = 9.0
 _SIMULATION_2_THRESHOLD_DB = 11.0
@@ -244,50 +246,34 @@ def make_study(
     entry = require_entry(name)
     points = entry.points()
     if object_threshold_db is not None:
-        changed = {"object_threshold_db": object_threshold_db, "false_alarm_rate": None}
-        points = tuple(replace(point, **changed) for point in points)
+        points = tuple(
+            replace(point, object_threshold_db=object_threshold_db, false_alarm_rate=None)
+            for point in points
+        )
     if methods is None:
         noise = all(point.scene.startswith("noise") for point in points)
         methods = method_names()[:-1] if noise else method_names()
+    settings = TrialSettings() if settings is None else settings
+    _require_usable(require_methods(methods), points, settings)
     return Study(
         name=name,
         title=entry.title,
         points=points,
         realizations=entry.realizations if realizations is None else realizations,
-        methods=require_methods(methods),
-        settings=TrialSettings() if settings is None else settings,
+        methods=methods,
+        settings=settings,
         selected=None if selection is None else select_points(points, selection),
     )
 
 
-def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
-    """Read a selection such as ``"3b,0,40-51"``: panels, indices and ranges of indices.
-
-    Returns
-    -------
-    tuple of int
-        Ascending, each once.
-
-    Raises
-    ------
-    InputError
-        If a part is neither a panel nor an index of a point.
-    """
-    panels = {point.panel for point in points}
-    chosen: set[int] = set()
-    for part in (part.strip() for part in selection.split(",")):
-        first, dash, last = part.partition("-")
-        if part in panels:
-            chosen |= {index for index, point in enumerate(points) if point.panel == part}
-        elif first.isdecimal() and (last.isdecimal() if dash else True):
-            chosen |= set(range(int(first), int(last or first) + 1))
-        else:
-            raise InputError(
-                f"points holds {part!r}; it must be one of the panels {', '.join(sorted(panels))}, "
-                "an index or a range such as 0-5."
-            )
-    if not chosen or max(chosen) >= len(points):
-        raise InputError(
-            f"points is {selection!r}; its indices must lie between 0 and {len(points) - 1}."
-        )
-    return tuple(sorted(chosen))
+def _require_usable(
+    methods: tuple[str, ...], points: tuple[Point, ...], settings: TrialSettings
+) -> None:
+    """Refuse a bad threshold at once, not once per trial: it is checked with any model."""
+    model = SignalModel(
+        num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
+    )
+    thresholds = {(point.object_threshold_db, point.false_alarm_rate): point for point in points}
+    for method in methods:
+        for point in thresholds.values():
+            make_estimator(method, model, point, settings)

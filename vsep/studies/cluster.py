@@ -79,11 +79,13 @@ def _connected(kind: "type[Client]", address: str) -> "Client":
 
 
 def _num_threads(client: "Client", address: str) -> int:
-    """Number of worker threads, after a look at what the workers have installed."""
+    """Count the worker threads, after a look at what the workers have installed."""
     try:
         client.wait_for_workers(1, timeout=_CONNECT_S)
     except TimeoutError:
-        raise InputError(f"The scheduler at {address} has no workers; start at least one.") from None
+        raise InputError(
+            f"The scheduler at {address} has no workers; start at least one."
+        ) from None
     try:
         versions = client.run(library_version)
     except Exception as error:  # whatever a worker without this package runs into
@@ -93,7 +95,8 @@ def _num_threads(client: "Client", address: str) -> int:
         raise InputError(
             f"A worker of {address} has vsep {others.pop()}; it must be {__version__}, as here."
         )
-    return max(1, sum(client.ncores().values()))
+    num_threads: int = sum(client.ncores().values())
+    return max(1, num_threads)
 
 
 def _rows_of(future: Any, trial: Trial, address: str) -> list[Row]:

@@ -38,7 +38,7 @@ _AHEAD = 3
 
 def record_study(
     study: Study, path: str | Path, *, workers: int = 1, scheduler: str | None = None
-) -> Iterator[list[Row]]:
+) -> Generator[list[Row], None, None]:
     """Run what is missing of a study, append its rows to a file and yield them as they finish.
 
     Closing the iterator stops the study; calling again resumes it with nothing lost or repeated.

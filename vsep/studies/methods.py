@@ -8,8 +8,8 @@ from dataclasses import fields
 
 from vsep._arrays import InputError
 from vsep.inference.estimator import Estimator
-from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.estimators import ESTIMATORS
+from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.signal.template import SignalModel
 from vsep.studies.study import Point, TrialSettings
 

@@ -12,18 +12,38 @@ from typing import TextIO, TypeAlias
 
 from vsep._arrays import InputError
 from vsep.files.results import as_json
-from vsep.studies.study import Study
+from vsep.studies.study import Point, Study, Trial, TrialSettings
 from vsep.studies.trial import Row
 
 RowKey: TypeAlias = tuple[str, int, int, str]
 
 _FIRST_KEY = b'{"study": '
-_REQUIRED = ("study", "point_index", "point", "realization", "method", "seed", "status")
+_REQUIRED = (
+    *("study", "point_index", "point", "realization", "method", "status"),
+    *("seed", "schedule", "gospa_cutoff", "gospa_order"),
+)
 
 
 def row_key(row: Row) -> RowKey:
     """Return what identifies a row: study, point, realisation and method."""
     return row["study"], row["point_index"], row["realization"], row["method"]
+
+
+def trial_of_row(row: Row) -> Trial:
+    """Return the trial that made a row, with the row's method alone: run it to see it again."""
+    return Trial(
+        study=row["study"],
+        point_index=row["point_index"],
+        point=Point(**row["point"]),
+        realization=row["realization"],
+        methods=(row["method"],),
+        settings=TrialSettings(
+            seed=row["seed"],
+            schedule=row["schedule"],
+            gospa_cutoff=row["gospa_cutoff"],
+            gospa_order=row["gospa_order"],
+        ),
+    )
 
 
 def append_rows(file: TextIO, rows: Iterable[Row]) -> None:

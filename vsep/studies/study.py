@@ -200,3 +200,36 @@ class Study:
             methods=self.methods,
             settings=self.settings,
         )
+
+
+def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
+    """Read a selection such as ``"3b,0,40-51"``: panels, indices and ranges of indices.
+
+    Returns
+    -------
+    tuple of int
+        Ascending, each once.
+
+    Raises
+    ------
+    InputError
+        If a part is neither a panel nor an index of a point.
+    """
+    panels = {point.panel for point in points}
+    chosen: set[int] = set()
+    for part in (part.strip() for part in selection.split(",")):
+        first, dash, last = part.partition("-")
+        if part in panels:
+            chosen |= {index for index, point in enumerate(points) if point.panel == part}
+        elif first.isdecimal() and (last.isdecimal() if dash else True):
+            chosen |= set(range(int(first), int(last or first) + 1))
+        else:
+            raise InputError(
+                f"points holds {part!r}; it must be one of the panels {', '.join(sorted(panels))}, "
+                "an index or a range such as 0-5."
+            )
+    if not chosen or max(chosen) >= len(points):
+        raise InputError(
+            f"points is {selection!r}; its indices must lie between 0 and {len(points) - 1}."
+        )
+    return tuple(sorted(chosen))

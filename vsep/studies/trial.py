@@ -96,11 +96,9 @@ def _head(trial: Trial, method: str) -> Row:
 
 
 def _scene_entries(bench: Bench) -> Row:
-    """What all methods of a trial share."""
+    """Describe the scene, which all methods of a trial share."""
     truth = bench.truth
-    ratio = separability(
-        truth.beats, truth.dopplers, truth.amplitudes, truth.interference_signal
-    )
+    ratio = separability(truth.beats, truth.dopplers, truth.amplitudes, truth.interference_signal)
     unknown, known = bench.bounds()
     num_ramps, num_samples = bench.model.shape
     return {

@@ -1,0 +1,105 @@
+import pytest
+
+from app.controls import Controls
+from app.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Settings, preset_values
+
+
+@pytest.fixture
+def loaded():
+    """Files that the user chose."""
+    return []
+
+
+@pytest.fixture
+def controls(loaded):
+    """Controls of the default settings."""
+    return Controls(Settings(), lambda name, content: loaded.append((name, content)))
+
+
+def _release(widget, value):
+    """What the browser sends when a slider is dragged and released."""
+    from param.parameterized import edit_constant
+
+    widget.value = value
+    with edit_constant(widget):
+        widget.value_throttled = value
+
+
+def test_a_slider_sets_its_setting_on_release_only(controls):
+    slider = controls.widgets["snr_db"]
+    slider.value = 40.0
+    assert controls.settings.snr_db == 30.0
+    _release(slider, 41.0)
+    assert controls.settings.snr_db == 41.0
+
+
+def test_settings_show_in_the_widgets(controls):
+    controls.settings.param.update(snr_db=12.0, schedule="paper", seed=99)
+    assert controls.widgets["snr_db"].value == 12.0
+    assert controls.widgets["schedule"].value == "paper"
+    assert controls.widgets["seed"].value == 99
+
+
+def test_every_control_has_words_and_a_label(controls):
+    for name, widget in controls.widgets.items():
+        assert widget.label, name
+        assert widget.description, name
+
+
+@pytest.mark.parametrize("preset", [*PRESETS])
+def test_a_preset_brings_its_ranges(controls, preset):
+    controls.widgets["preset"].value = preset
+    assert controls.settings.preset == preset
+    slope = controls.widgets["interferer_slope"]
+    assert (slope.start, slope.end) == PRESETS[preset].slope_range
+    assert slope.value == PRESETS[preset].slope
+    assert controls.widgets["snr_db"].disabled == (preset == REAL_FRAME)
+
+
+def test_only_the_fields_of_the_chosen_filter_show(controls):
+    shown = lambda: {  # noqa: E731
+        name
+        for name, widget in controls.widgets.items()
+        if name.startswith(("filter_", "assumed_")) and widget.visible
+    }
+    assert shown() == {"filter_kind", "filter_cutoff", "filter_rolloff"}
+    controls.settings.param.update(filter_kind="butterworth")
+    assert shown() == {"filter_kind", "filter_cutoff", "filter_order"}
+    controls.settings.param.update(filter_kind="none", assume_true_filter=False)
+    assert shown() == {"filter_kind", "assumed_kind", "assumed_cutoff", "assumed_rolloff"}
+
+
+def test_a_loaded_frame_becomes_an_option_and_locks_the_scene(controls):
+    assert LOADED_FRAME not in controls.widgets["preset"].values
+    controls.settings.choose_preset(LOADED_FRAME)
+    assert controls.widgets["preset"].value == LOADED_FRAME
+    for name in ("snr_db", "sir_db", "seed", "interferer_slope", "filter_kind"):
+        assert controls.widgets[name].disabled, name
+    assert not controls.widgets["false_alarm_rate"].disabled
+
+
+def test_the_measured_filter_is_offered_with_a_frame_that_brings_it(controls):
+    kinds = controls.widgets["assumed_kind"]
+    assert "measured" not in kinds.values
+    controls.fit_frame(20e6, measured=True)
+    assert "measured" in kinds.values
+    assert controls.settings.assumed_cutoff == 5.0
+    controls.settings.assumed_kind = "measured"
+    controls.fit_frame(10e6, measured=False)
+    assert "measured" not in kinds.values
+    assert controls.settings.assumed_kind == "raised_cosine"
+
+
+def test_an_upload_is_handed_on_with_its_name(controls, loaded):
+    controls.upload.param.update(filename="mine.npz", value=b"content")
+    assert loaded == [("mine.npz", b"content")]
+
+
+def test_widgets_start_from_a_link():
+    controls = Controls(
+        Settings(**preset_values("simulation-2-a") | {"false_alarm_rate": 0.2}),
+        lambda *_: None,
+    )
+    assert controls.widgets["interferer_slope"].value == 9.8321
+    assert controls.widgets["false_alarm_rate"].value == 0.2
+    assert controls.widgets["preset"].value == "simulation-2-a"

@@ -1,0 +1,105 @@
+import re
+
+import numpy as np
+import pytest
+from bokeh.models import Legend, Title
+
+from app.study_figures import draw_panel, figure_html, figure_panels, write_study_figure
+from app.study_print import write_print
+from app.study_style import colour, marker
+from vsep import InputError
+from vsep.studies.panels import Box, BoxPanel, Panel, Series
+
+X = np.array([-20.0, 0.0, 20.0])
+
+
+def series(kind="curve", role="factorised", **changes):
+    values = {
+        "label": role,
+        "role": role,
+        "kind": kind,
+        "x": X,
+        "y": np.array([1e-4, 0.0, 3e-4]),
+        "low": np.array([0.5e-4, 0.0, np.nan]),
+        "high": np.array([2e-4, 1e-4, np.nan]),
+    }
+    return Series(**(values | changes))
+
+
+PANEL = Panel(
+    title="Fig. X",
+    x_label="SIR [dB]",
+    y_label="error",
+    note="95 % intervals",
+    log_y=True,
+    series=(
+        series(),
+        series(role="joint", variant=1),
+        series("dashed", role="bound"),
+        series("line", role="received"),
+        series("stems", role="estimated object"),
+        series("crosses", role="true object"),
+    ),
+)
+BOXES = BoxPanel(
+    title="Fig. X",
+    y_label="misses",
+    boxes=(
+        Box(role="factorised", low=0.0, first=1.0, middle=2.0, third=3.0, high=4.0, outliers=()),
+        Box(
+            role="joint", low=0.0, first=1.0, middle=2.0, third=3.0, high=4.0, outliers=(9.0, 11.0)
+        ),
+    ),
+)
+OTHER = Panel(title="Fig. Y", x_label="x", y_label="y", series=(series(),), log_x=False)
+
+
+def test_a_panel_shows_every_series_its_unit_and_its_note():
+    plot = draw_panel(PANEL)
+    (legend,) = plot.select(type=Legend)
+    labels = [item.label.value for item in legend.items]
+    assert labels == ["factorised", "joint", "bound", "received", "estimated object", "true object"]
+    assert plot.xaxis[0].axis_label == "SIR [dB]"
+    assert "95 % intervals" in {title.text for title in plot.select(type=Title)}
+
+
+def test_a_logarithmic_axis_leaves_zero_out():
+    plot = draw_panel(PANEL)
+    drawn = plot.renderers[0].data_source.data["y"]
+    assert np.isnan(drawn[1])
+    assert drawn[0] == 1e-4
+
+
+def test_boxes_name_their_methods_and_count_their_outliers():
+    plot = draw_panel(BOXES)
+    assert plot.x_range.factors == ["factorised", "joint"]
+    texts = [r.data_source.data["text"] for r in plot.renderers if "text" in r.data_source.data]
+    assert [list(text) for text in texts] == [["2"]]
+
+
+def test_the_document_asks_for_nothing():
+    text = figure_html([PANEL, BOXES, OTHER], title="vsep: fig-x")
+    assert "<title>vsep: fig-x</title>" in text
+    assert not re.search(r"<(?:script|link|img)[^>]*(?:src|href)=[\"']?https?:", text)
+
+
+def test_print_has_the_right_format_and_the_same_bytes_each_time(tmp_path):
+    for suffix, start in ((".png", b"\x89PNG"), (".svg", b"<?xml")):
+        paths = [tmp_path / f"{name}{suffix}" for name in ("one", "two")]
+        for path in paths:
+            write_print([PANEL, BOXES, OTHER], path, suffix=suffix)
+        assert paths[0].read_bytes().startswith(start)
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_a_new_method_gets_a_colour_and_a_marker_of_its_own_choosing():
+    assert colour("zeroing") == colour("zeroing")
+    assert colour("zeroing") not in {colour("factorised"), colour("joint")}
+    assert marker("zeroing") != marker("factorised")
+
+
+def test_rows_without_results_have_no_figure(tmp_path):
+    with pytest.raises(InputError, match="no finished trial"):
+        figure_panels([])
+    with pytest.raises(InputError, match=r"figure\.gif"):
+        write_study_figure([], tmp_path / "figure.gif")

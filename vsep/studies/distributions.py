@@ -1,0 +1,154 @@
+"""Distributions over the realisations: box plots, and quantiles of standardised errors."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.special import betaincinv, ndtri
+
+from vsep._arrays import FloatArray
+from vsep.analysis.intervals import DEFAULT_LEVEL
+from vsep.studies.groups import Group, GroupKey, mean_assigned_errors, standardised_errors
+from vsep.studies.methods import NO_INTERFERENCE
+from vsep.studies.panels import Box, BoxPanel, Panel, Series
+
+_NUM_QUANTILES = 199
+
+
+def box_panels(grouped: Mapping[GroupKey, Group], snr_db: float, sir_db: float) -> list[BoxPanel]:
+    """Return boxes of error, misses and false alarms at one point of Fig. 5d-f.
+
+    Parameters
+    ----------
+    grouped : mapping
+        Of `vsep.studies.summary.groups`.
+    snr_db, sir_db : float
+        Which point.
+
+    Returns
+    -------
+    list of BoxPanel
+        Three, or none if the point has no rows.
+    """
+    chosen = [
+        (method, group)
+        for (_, _, method), group in grouped.items()
+        if group.rows
+        and group.rows[0]["point"]["panel"] == "5d-f"
+        and group.rows[0]["point"]["snr_db"] == snr_db
+        and group.rows[0]["point"]["sir_db"] == sir_db
+    ]
+    columns = (
+        ("mean assigned error [cycles]", True, mean_assigned_errors),
+        ("misses a frame", False, lambda group: group.column("misses")),
+        ("false alarms a frame", False, lambda group: group.column("false_alarms")),
+    )
+    return [
+        BoxPanel(
+            title=f"Fig. 5g-i: SNR {snr_db:g} dB, SIR {sir_db:g} dB",
+            y_label=label,
+            boxes=tuple(_box(method, column(group)) for method, group in chosen),
+            note="boxes: quartiles; whiskers: 1.5 times their distance; numbers: outliers",
+            log_y=log_y,
+        )
+        for label, log_y, column in columns
+        if chosen
+    ]
+
+
+def _box(role: str, values: FloatArray) -> Box:
+    defined = values[np.isfinite(values)]
+    if len(defined) == 0:
+        nothing = float("nan")
+        return Box(
+            role=role,
+            low=nothing,
+            first=nothing,
+            middle=nothing,
+            third=nothing,
+            high=nothing,
+            outliers=(),
+        )
+    first, middle, third = np.quantile(defined, [0.25, 0.5, 0.75])
+    reach = 1.5 * (third - first)
+    inside = defined[(defined >= first - reach) & (defined <= third + reach)]
+    outside = defined[(defined < first - reach) | (defined > third + reach)]
+    return Box(
+        role=role,
+        low=float(inside.min()),
+        first=float(first),
+        middle=float(middle),
+        third=float(third),
+        high=float(inside.max()),
+        outliers=tuple(sorted(outside.tolist())),
+    )
+
+
+def quantile_panels(grouped: Mapping[GroupKey, Group], panel: str) -> list[Panel]:
+    """Q-Q plot of errors over their reported standard deviation against the normal law.
+
+    Parameters
+    ----------
+    grouped : mapping
+        Of `vsep.studies.summary.groups`.
+    panel : str
+        Whose points are pooled.
+
+    Returns
+    -------
+    list of Panel
+        One, or none if there is no error.
+    """
+    ratios: dict[str, list[FloatArray]] = {}
+    for (_, _, method), group in grouped.items():
+        # Without a model of the interference no estimator can know its error.
+        if method != "object-only" and group.rows and group.rows[0]["point"]["panel"] == panel:
+            ratios.setdefault(method, []).extend(standardised_errors(row) for row in group.rows)
+    series = []
+    # The reference first, so that the others are drawn over it.
+    for method in sorted(ratios, key=lambda name: name != NO_INTERFERENCE):
+        values = np.sort(np.concatenate(ratios[method]))
+        if len(values):
+            share = (np.arange(_NUM_QUANTILES) + 1.0) / (_NUM_QUANTILES + 1.0)
+            none = np.full(_NUM_QUANTILES, np.nan)
+            series.append(
+                Series(
+                    label=method,
+                    role=method,
+                    kind="line",
+                    x=np.asarray(ndtri(share)),
+                    y=np.quantile(values, share),
+                    low=none,
+                    high=none,
+                )
+            )
+    if not series:
+        return []
+    counts = [sum(len(part) for part in parts) for parts in ratios.values()]
+    series.append(_ideal_quantiles(min(count for count in counts if count)))
+    return [
+        Panel(
+            title=f"Fig. {panel}: errors over their reported standard deviation",
+            x_label="quantile of the normal law",
+            y_label="quantile of error / standard deviation",
+            series=tuple(series),
+            note=f"{100 * DEFAULT_LEVEL:g} % band of {min(counts)} independent errors; "
+            "errors of close objects are not independent",
+        )
+    ]
+
+
+def _ideal_quantiles(count: int) -> Series:
+    """Diagonal with the pointwise band of order statistics, which are beta distributed."""
+    share = (np.arange(_NUM_QUANTILES) + 1.0) / (_NUM_QUANTILES + 1.0)
+    tail = 0.5 * (1.0 - DEFAULT_LEVEL)
+    shapes = share * (count + 1.0), (1.0 - share) * (count + 1.0)
+    ideal = np.asarray(ndtri(share))
+    return Series(
+        label="ideal",
+        role="bound",
+        kind="dashed",
+        x=ideal,
+        y=ideal,
+        low=np.asarray(ndtri(betaincinv(*shapes, tail))),
+        high=np.asarray(ndtri(betaincinv(*shapes, 1.0 - tail))),
+    )

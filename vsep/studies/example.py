@@ -1,0 +1,145 @@
+"""Example signals of single trials (figures 2, 4 and 6): fast time and delay domain.
+
+Signals are not kept in rows. A trial is a pure function, so it is simply run again.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, FloatArray, to_db
+from vsep.inference.state import SeparationState
+from vsep.signal.spectra import delay_spectrum
+from vsep.studies.bench import Bench, draw_bench
+from vsep.studies.catalogue import CATALOGUE
+from vsep.studies.panels import Panel, Series, SeriesKind
+from vsep.studies.rows import trial_of_row
+from vsep.studies.trial import DONE, Row, separate
+
+# What is this far below the strongest sample is not drawn.
+_SHOWN_DB = 70.0
+
+
+def example_panels(rows: Iterable[Row]) -> list[Panel]:
+    """Return two panels a trial, of the first method that has a row of it.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        Rows of studies that show examples; those of others are passed over.
+
+    Returns
+    -------
+    list of Panel
+        Fast time and delay domain of one ramp, that with the strongest burst.
+    """
+    panels: list[Panel] = []
+    seen = set()
+    for row in rows:
+        key = row["study"], row["point_index"], row["realization"]
+        entry = CATALOGUE.get(row["study"])
+        if entry is not None and entry.example and row["status"] == DONE and key not in seen:
+            seen.add(key)
+            panels += _panels_of(row)
+    return panels
+
+
+def _panels_of(row: Row) -> list[Panel]:
+    trial = trial_of_row(row)
+    bench = draw_bench(trial)
+    observation, solution = separate(trial, row["method"], bench)
+    ramp = int(np.argmax(np.sum(np.abs(bench.truth.interference_signal) ** 2, axis=1)))
+    state = solution.state
+    signals = {
+        "received": observation.received[ramp],
+        "interference estimate": state.interference_signal[ramp],
+        "object estimate": state.object_signal[ramp],
+        "true objects": bench.truth.object_signal[ramp],
+    }
+    number = row["study"].removeprefix("fig-")
+    levels = f"SNR {trial.point.snr_db:g} dB, SIR {trial.point.sir_db:g} dB"
+    order = trial.point.butterworth_order
+    mismatch = f", Butterworth order {order}" if order else ""
+    title = f"Fig. {number}: {row['method']}, {levels}{mismatch}"
+    return [_fast_time(title, bench, signals, ramp), _delay(title, bench, signals, state, ramp)]
+
+
+def _fast_time(title: str, bench: Bench, signals: dict[str, ComplexArray], ramp: int) -> Panel:
+    time_us = bench.scenario.radar.sample_times_s * 1e6
+    series = [
+        _series(name, time_us, np.abs(signal) ** 2, _line_kind(name))
+        for name, signal in signals.items()
+    ]
+    return Panel(
+        title=title,
+        x_label="fast time [µs]",
+        y_label="level [dB]",
+        series=_above_floor(series),
+        note=f"ramp {ramp}",
+    )
+
+
+def _delay(
+    title: str,
+    bench: Bench,
+    signals: dict[str, ComplexArray],
+    state: SeparationState,
+    ramp: int,
+) -> Panel:
+    radar, truth = bench.scenario.radar, bench.truth
+    series = []
+    for name, signal in signals.items():
+        beats, power = delay_spectrum(signal)
+        series.append(_series(name, radar.range_from_beat(beats), power, _line_kind(name)))
+    share = 1.0 / radar.num_ramps
+    series.append(
+        _series(
+            "true object",
+            radar.range_from_beat(truth.beats),
+            share * np.abs(truth.amplitudes) ** 2,
+            "crosses",
+        )
+    )
+    series.append(
+        _series(
+            "estimated object",
+            radar.range_from_beat(state.objects.beats),
+            share * np.abs(state.objects.amplitudes) ** 2,
+            "stems",
+        )
+    )
+    burst = state.interference[ramp]
+    if burst is not None:
+        lines = burst.active_bins / bench.model.num_grid_bins
+        power = np.abs(burst.amplitudes) ** 2 / radar.num_samples
+        series.append(_series("channel component", radar.range_from_beat(lines), power, "stems"))
+    return Panel(
+        title=title,
+        x_label="range [m]",
+        y_label="level [dB]",
+        series=_above_floor(series),
+        note=f"ramp {ramp}; levels of an object's spectral peak",
+    )
+
+
+def _line_kind(name: str) -> SeriesKind:
+    """Truth is dashed, so that an estimate on it leaves it in sight."""
+    return "dashed" if name.startswith("true") else "line"
+
+
+def _series(name: str, x: FloatArray, power: FloatArray, kind: SeriesKind) -> Series:
+    order = np.argsort(x)
+    none = np.full(len(x), np.nan)
+    level = np.asarray(to_db(power[order]), dtype=np.float64)
+    return Series(label=name, role=name, kind=kind, x=x[order], y=level, low=none, high=none)
+
+
+def _above_floor(series: list[Series]) -> tuple[Series, ...]:
+    """Lift what is far below the strongest value to one floor, where stems have their feet."""
+    floor = max(float(one.y.max(initial=-np.inf)) for one in series) - _SHOWN_DB
+    return tuple(
+        replace(one, y=np.maximum(one.y, floor), low=np.full(len(one.x), floor))
+        for one in series
+        if len(one.x)
+    )

@@ -1,0 +1,121 @@
+"""Rows sorted by point and method, each beside its reference, and values of single frames.
+
+Over single objects "detected" means an error below half a resolution cell, and "exact" that the
+number of objects was right, the paper's condition (Sec. IV-A).
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from vsep._arrays import FloatArray
+from vsep.studies.methods import NO_INTERFERENCE
+from vsep.studies.trial import DONE, Row
+
+GroupKey: TypeAlias = tuple[str, int, str]
+
+DETECTION_CELLS = 0.5
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Group:
+    """Rows of one method at one point, and of the reference on the same realisations.
+
+    Attributes
+    ----------
+    rows : tuple of dict
+        Finished rows, by realisation.
+    references : tuple of dict or None
+        The reference's row of the same realisation, where there is one.
+    num_failed : int
+        Rows without results.
+    """
+
+    rows: tuple[Row, ...]
+    references: tuple[Row | None, ...]
+    num_failed: int
+
+    def column(self, name: str) -> FloatArray:
+        """(n,) one number a row; NaN where there is none."""
+        return np.array([number(row.get(name)) for row in self.rows], dtype=np.float64)
+
+    def reference_column(self, name: str) -> FloatArray:
+        """(n,) the same of the reference."""
+        values = [number(row.get(name)) if row else np.nan for row in self.references]
+        return np.array(values, dtype=np.float64)
+
+
+def number(value: Any) -> float:
+    """Return a number of a row, which writes NaN as null."""
+    return float("nan") if value is None else float(value)
+
+
+def groups(rows: Iterable[Row]) -> dict[GroupKey, Group]:
+    """Sort rows by study, point and method, each beside its reference.
+
+    Returns
+    -------
+    dict
+        ``(study, point_index, method)`` to `Group`, in ascending order of study and point.
+    """
+    sorted_rows: dict[GroupKey, dict[int, Row]] = defaultdict(dict)
+    for row in rows:
+        sorted_rows[row["study"], row["point_index"], row["method"]][row["realization"]] = row
+    found = {}
+    for study, index, method in sorted(sorted_rows, key=lambda key: key[:2]):
+        own = sorted_rows[study, index, method]
+        reference = sorted_rows.get((study, index, NO_INTERFERENCE), {})
+        done = [row for _, row in sorted(own.items()) if row["status"] == DONE]
+        partners = (reference.get(row["realization"]) for row in done)
+        found[study, index, method] = Group(
+            rows=tuple(done),
+            references=tuple(row if row and row["status"] == DONE else None for row in partners),
+            num_failed=len(own) - len(done),
+        )
+    return found
+
+
+def single_object_errors(rows: Sequence[Row | None], *, exact: bool = False) -> FloatArray:
+    """Signed beat errors of single objects that were detected, NaN where they were not.
+
+    Parameters
+    ----------
+    rows : sequence of dict or None
+        Frames of one object.
+    exact : bool
+        Count only frames with the right number of objects, as the paper does.
+
+    Returns
+    -------
+    (n,) float
+    """
+    return np.array([_single_object_error(row, exact) for row in rows], dtype=np.float64)
+
+
+def _single_object_error(row: Row | None, exact: bool) -> float:
+    if row is None or row["num_objects_true"] != 1 or not row["beat_errors"]:
+        return float("nan")
+    if exact and row["num_objects"] != 1:
+        return float("nan")
+    error = row["beat_errors"][0]
+    cells = abs(error) * row["num_samples"]
+    if row["num_ramps"] > 1:
+        cells = float(np.hypot(cells, row["doppler_errors"][0] * row["num_ramps"]))
+    return error if cells < DETECTION_CELLS else float("nan")
+
+
+def standardised_errors(row: Row) -> FloatArray:
+    """Return errors over their own reported standard deviation, beats first, then Dopplers."""
+    errors = [*row["beat_errors"], *row.get("doppler_errors", [])]
+    stds = [*row["beat_stds"], *row.get("doppler_stds", [])]
+    ratio = np.array([number(e) for e in errors]) / np.array([number(s) for s in stds])
+    return np.asarray(ratio[np.isfinite(ratio)], dtype=np.float64)
+
+
+def mean_assigned_errors(group: Group) -> FloatArray:
+    """(n,) mean distance of the assigned pairs of every frame, normalised frequency."""
+    means = [float(np.mean(row["errors"])) if row["errors"] else np.nan for row in group.rows]
+    return np.array(means, dtype=np.float64)

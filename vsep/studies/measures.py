@@ -1,0 +1,158 @@
+"""What is measured of one method at one point, each with its interval.
+
+Realisations are the independent samples: a bootstrap resamples frames, never objects within a
+frame. Paired figures compare with the run without interference on the same objects and noise.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from vsep._arrays import FloatArray
+from vsep.analysis.intervals import (
+    Interval,
+    Statistic,
+    binomial_interval,
+    bootstrap_interval,
+    mean,
+    median,
+    poisson_interval,
+    root_mean_square,
+)
+from vsep.studies.groups import (
+    Group,
+    mean_assigned_errors,
+    single_object_errors,
+    standardised_errors,
+)
+from vsep.studies.methods import NO_INTERFERENCE
+from vsep.studies.trial import Row
+
+Metric: TypeAlias = Callable[[Group], Interval]
+
+MANY_FALSE_ALARMS = 5
+_RARE = 10
+
+
+def _share(hits: Sequence[bool]) -> Interval:
+    return binomial_interval(sum(hits), len(hits))
+
+
+def _singles(group: Group) -> Sequence[Row]:
+    return [row for row in group.rows if row["num_objects_true"] == 1]
+
+
+def _detection_rate(group: Group) -> Interval:
+    return _share(np.isfinite(single_object_errors(_singles(group))).tolist())
+
+
+def _exact_order_rate(group: Group) -> Interval:
+    return _share([row["num_objects"] == row["num_objects_true"] for row in group.rows])
+
+
+def _rmse(*, exact: bool, relative: bool) -> Metric:
+    def metric(group: Group) -> Interval:
+        errors = single_object_errors(group.rows, exact=exact)
+        scale = group.column("root_crlb") if relative else 1.0
+        return bootstrap_interval(errors / scale, root_mean_square)
+
+    return metric
+
+
+def _paired_rmse(group: Group) -> Interval:
+    difference = single_object_errors(group.rows) - single_object_errors(group.references)
+    return _paired(group, difference / group.column("root_crlb"), root_mean_square)
+
+
+def _paired(group: Group, differences: FloatArray, statistic: Statistic) -> Interval:
+    """Measure differences to the reference; the reference itself has none to show."""
+    own = group.rows[0]["method"] == NO_INTERFERENCE
+    return bootstrap_interval(np.zeros(0) if own else differences, statistic)
+
+
+def _mean_assigned_error(group: Group) -> Interval:
+    return bootstrap_interval(mean_assigned_errors(group))
+
+
+def _count(name: str) -> Metric:
+    def metric(group: Group) -> Interval:
+        counts = group.column(name)
+        noise = all(row["num_objects_true"] == 0 for row in group.rows)
+        # Rare events are independent; a bootstrap of none or a few of them is far too narrow.
+        if noise or counts.sum() < _RARE:
+            return poisson_interval(int(counts.sum()), len(counts))
+        return bootstrap_interval(counts)
+
+    return metric
+
+
+def _false_alarm_ratio(group: Group) -> Interval:
+    """Divide the false alarms of noise alone by the rate that was asked for."""
+    asked = group.rows[0]["point"]["false_alarm_rate"]
+    if asked is None:
+        return bootstrap_interval(np.zeros(0))
+    found = _count("false_alarms")(group)
+    return replace(found, value=found.value / asked, low=found.low / asked, high=found.high / asked)
+
+
+def _many_false_alarms(group: Group) -> Interval:
+    return _share((group.column("false_alarms") > MANY_FALSE_ALARMS).tolist())
+
+
+def _average(name: str) -> Metric:
+    return lambda group: bootstrap_interval(group.column(name), mean)
+
+
+def _middle(name: str) -> Metric:
+    return lambda group: bootstrap_interval(group.column(name), median)
+
+
+def _excess(name: str) -> Metric:
+    def metric(group: Group) -> Interval:
+        return _paired(group, group.column(name) - group.reference_column(name), mean)
+
+    return metric
+
+
+def _unconverged_rate(group: Group) -> Interval:
+    return _share([row["termination"] != "converged" for row in group.rows])
+
+
+def _within(deviations: float) -> Metric:
+    def metric(group: Group) -> Interval:
+        ratios = [np.abs(standardised_errors(row)) for row in group.rows]
+        shares = [np.mean(ratio <= deviations) if len(ratio) else np.nan for ratio in ratios]
+        return bootstrap_interval(np.array(shares, dtype=np.float64), mean)
+
+    return metric
+
+
+METRICS: dict[str, Metric] = {
+    "detection_rate": _detection_rate,
+    "exact_order_rate": _exact_order_rate,
+    "rmse_detected": _rmse(exact=False, relative=False),
+    "rmse_exact": _rmse(exact=True, relative=False),
+    "rmse_detected_over_crlb": _rmse(exact=False, relative=True),
+    "rmse_exact_over_crlb": _rmse(exact=True, relative=True),
+    "paired_rmse_over_crlb": _paired_rmse,
+    "root_crlb": lambda group: bootstrap_interval(group.column("root_crlb"), root_mean_square),
+    "mean_assigned_error": _mean_assigned_error,
+    "misses": _count("misses"),
+    "false_alarms": _count("false_alarms"),
+    "false_alarm_ratio": _false_alarm_ratio,
+    "excess_misses": _excess("misses"),
+    "excess_false_alarms": _excess("false_alarms"),
+    "many_false_alarms_rate": _many_false_alarms,
+    "gospa": _average("gospa"),
+    "sinr_db": _average("sinr_db"),
+    "evm": _average("evm"),
+    "within_one_std": _within(1.0),
+    "within_two_std": _within(2.0),
+    "separability_db": _middle("separability_db"),
+    "separability_weakest_db": _middle("separability_weakest_db"),
+    "iterations": _average("iterations"),
+    "seconds": _middle("seconds"),
+    "unconverged_rate": _unconverged_rate,
+}

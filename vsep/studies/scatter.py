@@ -1,0 +1,85 @@
+"""Single realisations beside the averages: one value a trial, with the way back to the trial.
+
+An average hides its outliers; here each is a dot whose row can be run again and watched.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vsep._arrays import FloatArray, InputError
+from vsep.studies.groups import number
+from vsep.studies.trial import DONE, Row
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Scatter:
+    """One dot a row.
+
+    Attributes
+    ----------
+    x : (n,) float
+        The point's parameter.
+    y : (n,) float
+        The frame's own value.
+    rows : tuple of dict
+        The rows themselves, see `vsep.studies.rows.trial_of_row`.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    rows: tuple[Row, ...]
+
+
+def _mean_error(row: Row) -> float:
+    return float(np.mean(row["errors"])) if row["errors"] else float("nan")
+
+
+FRAME_VALUES: dict[str, Callable[[Row], float]] = {
+    "mean assigned error [cycles]": _mean_error,
+    "misses": lambda row: number(row["misses"]),
+    "false alarms": lambda row: number(row["false_alarms"]),
+    "iterations": lambda row: number(row["iterations"]),
+    "seconds": lambda row: number(row["seconds"]),
+}
+
+
+def scatter(rows: Iterable[Row], value: str, *, panel: str, method: str, x: str) -> Scatter:
+    """Return the values of all finished trials of one panel and method.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        Of a study.
+    value : str
+        One of `FRAME_VALUES`.
+    panel, method : str
+        Whose rows.
+    x : str
+        The parameter of the point to plot over, for example "sir_db".
+
+    Returns
+    -------
+    Scatter
+        Without frames that have no such value.
+
+    Raises
+    ------
+    InputError
+        If the value is unknown.
+    """
+    if value not in FRAME_VALUES:
+        raise InputError(f"value is {value!r}; it must be one of {', '.join(FRAME_VALUES)}.")
+    chosen = [
+        row
+        for row in rows
+        if row["status"] == DONE and row["method"] == method and row["point"]["panel"] == panel
+    ]
+    heights = [FRAME_VALUES[value](row) for row in chosen]
+    shown = [index for index, height in enumerate(heights) if np.isfinite(height)]
+    return Scatter(
+        x=np.array([number(chosen[index]["point"][x]) for index in shown], dtype=np.float64),
+        y=np.array([heights[index] for index in shown], dtype=np.float64),
+        rows=tuple(chosen[index] for index in shown),
+    )
