@@ -145,8 +145,9 @@ class FrameLoop(Generic[PlanT, OpeningT]):
             if job is None or not self._stage.watched():
                 await self._command.wait()
                 continue
-            if await self._do(job):
-                self._changed.set()
+            await self._unless_stale(job, asyncio.ensure_future(self._do(job)))
+            if job.run_number != self.session.run_number:
+                continue
             if job.kind is JobKind.PREPARE:
                 due = time.monotonic()
                 continue
@@ -154,19 +155,32 @@ class FrameLoop(Generic[PlanT, OpeningT]):
             due = max(due + 1.0 / self._stage.speed(), time.monotonic())
             await _wait(self._command, due - time.monotonic())
 
-    async def _do(self, job: Job[PlanT, OpeningT]) -> bool:
+    async def _unless_stale(self, job: Job[PlanT, OpeningT], doing: asyncio.Future[None]) -> None:
+        """Wait for a job, but not once its run is over; it then ends in the pool, unheard."""
+        while not doing.done() and job.run_number == self.session.run_number:
+            self._command.clear()
+            command = asyncio.ensure_future(self._command.wait())
+            either: set[asyncio.Future[Any]] = {doing, command}
+            await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
+            command.cancel()
+
+    async def _do(self, job: Job[PlanT, OpeningT]) -> None:
         """Do one job; whatever goes wrong becomes a sentence for the user."""
         try:
             if job.kind is JobKind.PREPARE:
-                return self.session.prepared(job, await self._in_pool(self._crew.prepare, job.plan))
-            if job.kind is JobKind.REPLAY:
-                return self.session.replayed(job)
-            step = await self._in_pool(self._crew.advance, job.opening, job.state)
-            return self.session.advanced(job, step)
+                opening = await self._in_pool(self._crew.prepare, job.plan)
+                news = self.session.prepared(job, opening)
+            elif job.kind is JobKind.REPLAY:
+                news = self.session.replayed(job)
+            else:
+                step = await self._in_pool(self._crew.advance, job.opening, job.state)
+                news = self.session.advanced(job, step)
         except Exception as error:
-            if self.session.failed(job):
+            news = self.session.failed(job)
+            if news:
                 self._complain(error)
-            return True
+        if news:
+            self._changed.set()
 
     async def _draw(self) -> None:
         while True:

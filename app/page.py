@@ -217,16 +217,19 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
                 if self.session.opening is not None:
                     self.controls.show_threshold(self.session.opening.estimator.threshold_db)
                 self.transport.show(picture, self.loop.rate)
+            elif picture.iteration == 0:
+                self.transport.refresh(self.loop.rate, picture)
             self.fast_time.update(picture)
 
     def _is_time_for_the_side(self, picture: Picture) -> bool:
         """Whether to draw what is beside the views: less often, for it costs the browser most.
 
-        The last picture before a halt and the first of a run always have it.
+        A halted run has it always. The first picture of a run has it not: that one is to come soon.
         """
         now = time.monotonic()
-        running = self.session.phase is Phase.RUNNING
-        if running and picture.iteration > 0 and now - self._side_drawn < SIDE_PERIOD_S:
+        if self.session.phase is Phase.RUNNING and (
+            picture.iteration == 0 or now - self._side_drawn < SIDE_PERIOD_S
+        ):
             return False
         self._side_drawn = now
         return True

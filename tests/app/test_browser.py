@@ -235,7 +235,7 @@ def test_a_slider_restarts_at_once_with_its_value(dashboard, report):
     )
     assert max(seconds) < FIRST_PICTURE_SLACK_S
     assert "snr=35" in dashboard.page.url
-    assert dashboard.page.get_by_text("SNR 35.0 dB in all").count() == 1
+    dashboard.page.get_by_text("SNR 35.0 dB in all").wait_for(timeout=PATIENCE_MS)
 
 
 def test_updates_stream_to_the_page(dashboard, report):
@@ -259,7 +259,7 @@ def test_updates_stream_to_the_page(dashboard, report):
 def test_a_link_reproduces_the_scene(dashboard):
     dashboard.open("?preset=simulation-2-c&sir=-5&seed=42&filter=butterworth&order=6&speed=30")
     dashboard.until_status("converged")
-    assert dashboard.page.get_by_text("SIR -5.0 dB in all").count() == 1
+    dashboard.page.get_by_text("SIR -5.0 dB in all").wait_for(timeout=PATIENCE_MS)
     table = dashboard.page.locator("table.components").inner_text()
     dashboard.page.goto(dashboard.page.url)
     dashboard.open(dashboard.page.url.removeprefix(dashboard.url)).until_status("converged")

@@ -1,4 +1,5 @@
 import asyncio
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -29,7 +30,12 @@ def _prepare(plan):
     return Opening(plan, _state(0))
 
 
+released = threading.Event()
+
+
 def _advance(opening, state):
+    if opening.plan == "slow":
+        released.wait(10.0)
     if opening.plan == "breaks" and state.iteration == 1:
         raise ZeroDivisionError("no")
     return _step(state)
@@ -155,6 +161,22 @@ def test_a_slow_pace_does_not_hold_up_a_restart(pool):
         await _until(lambda: theatre.pictures and theatre.pictures[-1].plan == "second")
 
     _play(pool, scene, speed=0.01)
+
+
+def test_a_step_of_an_older_run_does_not_hold_up_a_new_one(pool):
+    async def scene(theatre):
+        _start(theatre, "slow")
+        await _until(lambda: theatre.session.opening is not None)
+        await asyncio.sleep(0.05)
+        _start(theatre, "plan")
+        await _until(lambda: theatre.pictures and theatre.pictures[-1].plan == "plan")
+        assert not released.is_set()
+        released.set()
+        await _until(lambda: theatre.session.phase is Phase.FINISHED)
+        assert theatre.session.num_steps == LAST_ITERATION
+
+    released.clear()
+    _play(pool, scene)
 
 
 def test_no_picture_of_an_older_run_is_shown_after_a_new_one(pool):

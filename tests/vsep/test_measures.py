@@ -89,3 +89,16 @@ def test_standardised_errors_leave_out_what_has_no_deviation(frame_row):
     )
     assert standardised_errors(several) == pytest.approx([1.0, 3.0, 1.0])
     assert measured([several], "within_one_std").value == pytest.approx(2.0 / 3.0)
+
+
+def test_differences_that_hardly_occur_have_an_interval_with_a_width(frame_row):
+    rows = [frame_row(number, false_alarms=int(number == 0)) for number in range(40)]
+    rows += [frame_row(number, "no-interference") for number in range(40)]
+    interval = measured(rows, "excess_false_alarms")
+    assert interval.value == 1.0 / 40.0
+    assert interval.method == "Garwood"
+    # Nothing was lost in 40 frames: at most -ln 0.025 / 40 a frame; one gained: at least 0.0253.
+    assert interval.low == pytest.approx((0.025318 + math.log(0.025)) / 40.0, rel=1e-4)
+    assert interval.high > interval.value
+    often = [frame_row(number, false_alarms=number % 2) for number in range(40)]
+    assert measured([*often, *rows[40:]], "excess_false_alarms").method == "bootstrap percentile"

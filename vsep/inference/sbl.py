@@ -41,8 +41,8 @@ class ActiveSet:
     --------
     >>> import numpy as np
     >>> one = ActiveSet(np.eye(1, dtype=complex), np.array([3 + 0j]), np.array([0.5]), 2.0)
-    >>> float(one.covariance[0, 0].real), complex(one.amplitudes[0])
-    (0.4, (2.4+0j))
+    >>> np.round(one.covariance, 12), np.round(one.amplitudes, 12)
+    (array([[0.4+0.j]]), array([2.4+0.j]))
     """
 
     def __init__(
