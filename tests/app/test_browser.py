@@ -142,6 +142,13 @@ class Dashboard:
         self.page.get_by_role("combobox").first.click()
         self.page.get_by_role("menuitem", name=option).click()
 
+    def settle(self):
+        """Wait until no picture is on its way any more."""
+        count = -1
+        while count != len(self.drawn()):
+            count = len(self.drawn())
+            self.page.wait_for_timeout(500)
+
     def upload(self, name, content):
         file = {"name": name, "mimeType": "application/octet-stream", "buffer": content}
         self.page.locator("input[type=file]").set_input_files(file)
@@ -223,19 +230,20 @@ def test_scrubbing_shows_earlier_iterations(dashboard):
 def test_a_slider_restarts_at_once_with_its_value(dashboard, report):
     dashboard.open().until_status("converged")
     seconds = []
-    for _ in range(5):
+    for snr in range(31, 36):
+        dashboard.settle()
         before = len(dashboard.drawn())
         started = dashboard.page.evaluate("performance.now()")
         dashboard.press("SNR", "ArrowRight")
         dashboard.until(lambda before=before: len(dashboard.drawn()) > before, "a picture is drawn")
         seconds.append((dashboard.drawn()[before] - started) / 1000.0)
+        dashboard.until(lambda snr=snr: f"snr={snr}" in dashboard.page.url, "the address has it")
+        dashboard.page.get_by_text(f"SNR {snr}.0 dB in all").wait_for(timeout=PATIENCE_MS)
         dashboard.until_status("converged")
     report(
         f"release to first picture: {np.median(seconds):.2f} s, worst {max(seconds):.2f} s; bar 1 s"
     )
     assert max(seconds) < FIRST_PICTURE_SLACK_S
-    assert "snr=35" in dashboard.page.url
-    dashboard.page.get_by_text("SNR 35.0 dB in all").wait_for(timeout=PATIENCE_MS)
 
 
 def test_updates_stream_to_the_page(dashboard, report):
