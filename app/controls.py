@@ -137,7 +137,8 @@ class Controls:
             self._slider(f"{which}_order", start=1, end=12, step=1)
 
     def _make_estimator(self) -> None:
-        self._select("estimator", {"Factorised": "factorised", "Object-only": "object-only"})
+        names = {"Factorised": "factorised", "Joint": "joint", "Object-only": "object-only"}
+        self._select("estimator", names)
         self._select("schedule", {"Robust": "robust", "Paper": "paper"})
         rates = sorted({*FALSE_ALARM_RATES, self.settings.false_alarm_rate})
         parameter = Settings.param.false_alarm_rate

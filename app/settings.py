@@ -187,9 +187,10 @@ class Settings(param.Parameterized):
     )
     estimator: Any = param.Selector(
         default="factorised",
-        objects=["factorised", "object-only"],
+        objects=["factorised", "joint", "object-only"],
         label="Estimator",
-        doc="Factorised: separates objects and bursts. Object-only: knows nothing of bursts.",
+        doc="Factorised: separates objects and bursts. Joint: the same with one covariance, slower. "
+        "Object-only: knows nothing of bursts.",
     )
     schedule: Any = param.Selector(
         default="robust",

@@ -16,10 +16,9 @@ from app.session import Snapshot
 from app.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Plan
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
+from vsep.inference import estimators
 from vsep.inference.estimator import Estimator
-from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.run import guarded_step
-from vsep.inference.separator import FactorisedSeparator
 from vsep.inference.state import SeparationState, Step
 from vsep.signal.filters import (
     AntiAliasingFilter,
@@ -166,14 +165,9 @@ def make_estimator(
         sample_rate_hz=radar.sample_rate_hz,
         anti_aliasing_filter=anti_aliasing_filter,
     )
-    if plan.estimator == "object-only":
-        return ObjectOnlySeparator(
-            model=model,
-            false_alarm_rate=plan.false_alarm_rate,
-            max_iterations=plan.max_iterations,
-        )
-    return FactorisedSeparator(
-        model=model,
+    return estimators.make_estimator(
+        plan.estimator,
+        model,
         false_alarm_rate=plan.false_alarm_rate,
         schedule=plan.schedule,
         max_iterations=plan.max_iterations,

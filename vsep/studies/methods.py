@@ -4,12 +4,10 @@
 bursts. Paired with it, a method's cost is seen ten times sharper than in an average.
 """
 
-from dataclasses import fields
-
 from vsep._arrays import InputError
+from vsep.inference import estimators
 from vsep.inference.estimator import Estimator
-from vsep.inference.estimators import ESTIMATORS
-from vsep.inference.object_only import ObjectOnlySeparator
+from vsep.inference.estimators import ESTIMATORS, EstimatorSettings
 from vsep.signal.template import SignalModel
 from vsep.studies.study import Point, TrialSettings
 
@@ -66,11 +64,11 @@ def make_estimator(
         If the method is unknown or the threshold out of range.
     """
     require_methods((method,))
-    kind = ObjectOnlySeparator if method == NO_INTERFERENCE else ESTIMATORS[method]
-    options: dict[str, object] = {"object_threshold_db": point.object_threshold_db}
+    name = "object-only" if method == NO_INTERFERENCE else method
+    options: EstimatorSettings = {
+        "object_threshold_db": point.object_threshold_db,
+        "schedule": settings.schedule,
+    }
     if point.false_alarm_rate is not None:
         options["false_alarm_rate"] = point.false_alarm_rate
-    if "schedule" in {field.name for field in fields(kind)}:
-        options["schedule"] = settings.schedule
-    estimator: Estimator = kind(model=model, **options)  # type: ignore[arg-type]
-    return estimator
+    return estimators.make_estimator(name, model, **options)
