@@ -189,7 +189,7 @@ class Settings(param.Parameterized):
         default="factorised",
         objects=["factorised", "joint", "object-only"],
         label="Estimator",
-        doc="Factorised: separates objects and bursts. Joint: the same with one covariance, slower. "
+        doc="Factorised: separates objects and bursts. Joint: the same, one covariance, slower. "
         "Object-only: knows nothing of bursts.",
     )
     schedule: Any = param.Selector(
