@@ -43,6 +43,7 @@ class Transport:
             size="small",
             description="Look at any iteration so far; this pauses the run.",
             sizing_mode="stretch_width",
+            min_width=200,
             margin=(0, 18),
         )
         self.scrub.param.watch(self._scrubbed, "value")
