@@ -5,6 +5,7 @@ import pytest
 
 from vsep._version import __version__
 from vsep.files.results import as_json
+from vsep.inference.estimators import ESTIMATORS
 from vsep.studies.study import Point, Trial, TrialSettings
 from vsep.studies.trial import failed_rows, run_trial
 
@@ -97,10 +98,10 @@ def test_a_method_that_breaks_leaves_the_others_alone(monkeypatch):
         def __init__(self, **_):
             raise ZeroDivisionError("on purpose")
 
-    monkeypatch.setattr("vsep.studies.methods.ObjectOnlySeparator", dataclasses.dataclass(Broken))
-    rows = run_trial(trial(methods=("object-only", "no-interference")))
-    assert [row["status"] for row in rows] == ["done", "failed"]
-    assert rows[1]["reason"] == "ZeroDivisionError: on purpose"
+    monkeypatch.setitem(ESTIMATORS, "joint", dataclasses.dataclass(Broken))
+    rows = run_trial(trial(methods=("joint", "no-interference")))
+    assert [row["status"] for row in rows] == ["failed", "done"]
+    assert rows[0]["reason"] == "ZeroDivisionError: on purpose"
 
 
 def test_failed_rows_name_the_trial():
