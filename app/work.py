@@ -159,12 +159,7 @@ def make_estimator(
     plan: Plan, radar: ChirpSequence, anti_aliasing_filter: AntiAliasingFilter
 ) -> Estimator:
     """Return the estimator of a plan."""
-    model = SignalModel(
-        num_ramps=radar.num_ramps,
-        num_samples=radar.num_samples,
-        sample_rate_hz=radar.sample_rate_hz,
-        anti_aliasing_filter=anti_aliasing_filter,
-    )
+    model = SignalModel.of_radar(radar, anti_aliasing_filter)
     return estimators.make_estimator(
         plan.estimator,
         model,

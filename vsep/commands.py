@@ -108,12 +108,7 @@ def _require_usable(options: argparse.Namespace) -> None:
 
 
 def _model_of(frame: Frame) -> SignalModel:
-    return SignalModel(
-        num_ramps=frame.radar.num_ramps,
-        num_samples=frame.radar.num_samples,
-        sample_rate_hz=frame.radar.sample_rate_hz,
-        anti_aliasing_filter=frame.assumed_filter,
-    )
+    return SignalModel.of_radar(frame.radar, frame.assumed_filter)
 
 
 def make_separator(options: argparse.Namespace, model: SignalModel) -> Estimator:

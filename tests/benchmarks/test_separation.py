@@ -12,13 +12,7 @@ CASES = [("simulation-1", 30.0, -15.0), ("simulation-2-c", 60.0, -20.0)]
 
 def problem(name, snr_db, sir_db):
     scenario, observation = simulate_preset(name, snr_db=snr_db, sir_db=sir_db, seed=1)
-    num_ramps, num_samples = scenario.radar.shape
-    model = SignalModel(
-        num_ramps=num_ramps,
-        num_samples=num_samples,
-        sample_rate_hz=scenario.radar.sample_rate_hz,
-        anti_aliasing_filter=scenario.anti_aliasing_filter,
-    )
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     return FactorisedSeparator(model=model), observation.received
 
 

@@ -17,12 +17,7 @@ ROOT_CRLB_30_DB = 4.816e-5  # sqrt(6 / (SNR (2 pi)^2 (N^2 - 1))) at 30 dB and N 
 def preset_model(name):
     radar = preset_radar(name)
     scenario = preset(name, snr_db=0.0, sir_db=0.0, rng=np.random.default_rng(0))
-    return SignalModel(
-        num_ramps=radar.num_ramps,
-        num_samples=radar.num_samples,
-        sample_rate_hz=radar.sample_rate_hz,
-        anti_aliasing_filter=scenario.anti_aliasing_filter,
-    )
+    return SignalModel.of_radar(radar, scenario.anti_aliasing_filter)
 
 
 def nearest_beat_error(objects, true_beat):

@@ -9,12 +9,7 @@ from vsep.signal.template import SignalModel
 @pytest.mark.parametrize("name", PRESET_NAMES)
 def test_the_multiplicative_model_is_written_exactly(name):
     scenario, observation = simulate_preset(name, snr_db=60.0, sir_db=-20.0, seed=3)
-    model = SignalModel(
-        num_ramps=scenario.radar.num_ramps,
-        num_samples=scenario.radar.num_samples,
-        sample_rate_hz=scenario.radar.sample_rate_hz,
-        anti_aliasing_filter=scenario.anti_aliasing_filter,
-    )
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     true = observation.truth.interference_signal
     bursts = model_bursts(scenario.radar, scenario.scene.interferers, model, true)
     assert [b.ramp for b in bursts] == [b.ramp for b in observation.truth.bursts]

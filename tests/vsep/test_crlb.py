@@ -14,12 +14,7 @@ from vsep.signal.template import SignalModel
 
 def scene(name, *, snr_db=30.0, sir_db=-20.0, seed=0):
     scenario, observation = simulate_preset(name, snr_db=snr_db, sir_db=sir_db, seed=seed)
-    model = SignalModel(
-        num_ramps=scenario.radar.num_ramps,
-        num_samples=scenario.radar.num_samples,
-        sample_rate_hz=scenario.radar.sample_rate_hz,
-        anti_aliasing_filter=scenario.anti_aliasing_filter,
-    )
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     truth = observation.truth
     bursts = model_bursts(
         scenario.radar, scenario.scene.interferers, model, truth.interference_signal

@@ -18,12 +18,7 @@ def test_a_trials_frame_file_gives_the_row_of_the_trial(tmp_path, method, kind, 
     path = tmp_path / "frame.npz"
     write_frame(path, trial_frame(trial, method))
     frame = read_frame(path)
-    model = SignalModel(
-        num_ramps=frame.radar.num_ramps,
-        num_samples=frame.radar.num_samples,
-        sample_rate_hz=frame.radar.sample_rate_hz,
-        anti_aliasing_filter=frame.assumed_filter,
-    )
+    model = SignalModel.of_radar(frame.radar, frame.assumed_filter)
     separator = kind(model=model, object_threshold_db=trial.point.object_threshold_db)
     objects = run(separator, frame.received).objects
     (row,) = run_trial(trial)

@@ -20,12 +20,7 @@ def problem(name, sir_db, seed):
         name, snr_db=60.0 if "2" in name else 30.0, sir_db=sir_db, seed=seed
     )
     radar = scenario.radar
-    model = SignalModel(
-        num_ramps=radar.num_ramps,
-        num_samples=radar.num_samples,
-        sample_rate_hz=radar.sample_rate_hz,
-        anti_aliasing_filter=scenario.anti_aliasing_filter,
-    )
+    model = SignalModel.of_radar(radar, scenario.anti_aliasing_filter)
     return model, observation.received
 
 

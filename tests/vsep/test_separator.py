@@ -19,12 +19,7 @@ from vsep.signal.template import SignalModel
 def model_of(name):
     scenario = preset(name, snr_db=0.0, sir_db=0.0, rng=np.random.default_rng(0))
     radar = scenario.radar
-    return SignalModel(
-        num_ramps=radar.num_ramps,
-        num_samples=radar.num_samples,
-        sample_rate_hz=radar.sample_rate_hz,
-        anti_aliasing_filter=scenario.anti_aliasing_filter,
-    )
+    return SignalModel.of_radar(radar, scenario.anti_aliasing_filter)
 
 
 ESTIMATORS = {

@@ -11,6 +11,7 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
 from vsep.signal.filters import AntiAliasingFilter
+from vsep.signal.radar import ChirpSequence
 
 CHANNEL_GRID_FACTOR = 2  # the paper's grid has K = 2N bins
 
@@ -47,6 +48,18 @@ class SignalModel:
         require_range("num_ramps", self.num_ramps, 1, 65536)
         require_range("num_samples", self.num_samples, 8, 65536)
         require_range("sample_rate_hz", self.sample_rate_hz, 1e2, 1e12, "Hz")
+
+    @classmethod
+    def of_radar(
+        cls, radar: ChirpSequence, anti_aliasing_filter: AntiAliasingFilter
+    ) -> "SignalModel":
+        """Model of the frames of a radar, with the filter to assume."""
+        return cls(
+            num_ramps=radar.num_ramps,
+            num_samples=radar.num_samples,
+            sample_rate_hz=radar.sample_rate_hz,
+            anti_aliasing_filter=anti_aliasing_filter,
+        )
 
     @property
     def shape(self) -> tuple[int, int]:

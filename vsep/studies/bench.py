@@ -147,12 +147,7 @@ def _true_filter(name: str, point: Point) -> AntiAliasingFilter | None:
 
 
 def _assumed_model(name: str, scenario: Scenario) -> SignalModel:
-    return SignalModel(
-        num_ramps=scenario.radar.num_ramps,
-        num_samples=scenario.radar.num_samples,
-        sample_rate_hz=scenario.radar.sample_rate_hz,
-        anti_aliasing_filter=_preset_scenario(name).anti_aliasing_filter,
-    )
+    return SignalModel.of_radar(scenario.radar, _preset_scenario(name).anti_aliasing_filter)
 
 
 def _preset_scenario(name: str) -> Scenario:
