@@ -2,35 +2,7 @@
 
 import numpy as np
 
-from vsep.inference.channel import ChannelGrid
-from vsep.signal.filters import RaisedCosineFilter
-from vsep.signal.template import SignalModel
-
-NUM_SAMPLES = 128
-RATE = 5.1e6
-MODEL = SignalModel(
-    num_ramps=3,
-    num_samples=NUM_SAMPLES,
-    sample_rate_hz=RATE,
-    anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25),
-)
-GRID = ChannelGrid(NUM_SAMPLES, MODEL.num_grid_bins)
-
-
-def burst(start, slope):
-    return MODEL.template(np.array([start]), np.array([slope]))[0]
-
-
-def noise(seed, level):
-    rng = np.random.default_rng(seed)
-    values = rng.standard_normal(NUM_SAMPLES) + 1j * rng.standard_normal(NUM_SAMPLES)
-    return level * values
-
-
-def dense_channel(template):
-    bins = np.arange(MODEL.num_grid_bins)
-    turns = np.outer(np.arange(NUM_SAMPLES), bins) / MODEL.num_grid_bins
-    return template[:, None] * np.exp(-2j * np.pi * turns) / np.sqrt(NUM_SAMPLES)
+from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
 
 
 def test_gram_and_projections_by_fft_equal_the_dense_products():

@@ -3,37 +3,11 @@
 import numpy as np
 import pytest
 
-from vsep.inference.channel import ChannelGrid, channel_posterior
+from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
+from vsep.inference.channel import channel_posterior
 from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
-from vsep.signal.filters import RaisedCosineFilter
-from vsep.signal.template import SignalModel
 
-NUM_SAMPLES = 128
-RATE = 5.1e6
-MODEL = SignalModel(
-    num_ramps=3,
-    num_samples=NUM_SAMPLES,
-    sample_rate_hz=RATE,
-    anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25),
-)
-GRID = ChannelGrid(NUM_SAMPLES, MODEL.num_grid_bins)
 BINS = np.array([0, 1, 7])
-
-
-def burst(start, slope):
-    return MODEL.template(np.array([start]), np.array([slope]))[0]
-
-
-def noise(seed, level):
-    rng = np.random.default_rng(seed)
-    values = rng.standard_normal(NUM_SAMPLES) + 1j * rng.standard_normal(NUM_SAMPLES)
-    return level * values
-
-
-def dense_channel(template):
-    bins = np.arange(MODEL.num_grid_bins)
-    turns = np.outer(np.arange(NUM_SAMPLES), bins) / MODEL.num_grid_bins
-    return template[:, None] * np.exp(-2j * np.pi * turns) / np.sqrt(NUM_SAMPLES)
 
 
 def test_cost_is_the_dense_expression_71_up_to_the_weights_it_names():

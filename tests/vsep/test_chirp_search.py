@@ -3,31 +3,11 @@
 import numpy as np
 import pytest
 
-from vsep.inference.channel import ChannelGrid
+from tests.vsep.burst_bench import GRID, MODEL, NUM_SAMPLES, RATE, burst, noise
 from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
 from vsep.inference.chirp_search import find_single_chirps, slope_bank
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
-
-NUM_SAMPLES = 128
-RATE = 5.1e6
-MODEL = SignalModel(
-    num_ramps=3,
-    num_samples=NUM_SAMPLES,
-    sample_rate_hz=RATE,
-    anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25),
-)
-GRID = ChannelGrid(NUM_SAMPLES, MODEL.num_grid_bins)
-
-
-def burst(start, slope):
-    return MODEL.template(np.array([start]), np.array([slope]))[0]
-
-
-def noise(seed, level):
-    rng = np.random.default_rng(seed)
-    values = rng.standard_normal(NUM_SAMPLES) + 1j * rng.standard_normal(NUM_SAMPLES)
-    return level * values
 
 
 @pytest.mark.parametrize(
