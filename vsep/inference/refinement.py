@@ -24,6 +24,8 @@ from vsep.signal.atoms import (
 
 NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
 MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
+# (beat, Doppler) derivative orders of the rows of a jet: value, gradient, Hessian
+_JET_ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,9 +86,6 @@ def cost_jet(
         overlap = np.zeros((6, 3))
     noise_precision = others.noise_precision
     return _assemble_jet(moments, overlap, noise_precision, precision)
-
-
-_JET_ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
 
 def _assemble_jet(
