@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from vsep._arrays import from_db
+from vsep.inference.burst_search import BurstSearch
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.schedule import PAPER, ROBUST
 from vsep.inference.state import EventKind
@@ -32,9 +33,9 @@ def frame(seed=0, centre=64.0, delay_bins=(0.0, 3.4), weights=(30.0, 12.0j)):
     return received, template * channel
 
 
-def workspace(schedule=ROBUST, ramps=(None, None)):
+def workspace(schedule=ROBUST, bursts=()):
     threshold = float(from_db(schedule.interference_threshold_db))
-    return InterferenceWorkspace(MODEL, schedule, threshold, ramps)
+    return InterferenceWorkspace(MODEL, schedule, threshold, bursts)
 
 
 def kinds(work):
@@ -44,8 +45,8 @@ def kinds(work):
 def test_burst_is_started_in_its_ramp_only():
     received, _ = frame()
     work = workspace()
-    work.search(received, NOISE_PRECISION)
-    assert [ramp is not None for ramp in work.ramps] == [False, True]
+    BurstSearch(work, received, NOISE_PRECISION).run()
+    assert [burst.ramp for burst in work.bursts] == [1]
     assert kinds(work) == [EventKind.CHIRP_STARTED]
     assert work.events[0].ramp == 1
 
@@ -53,13 +54,13 @@ def test_burst_is_started_in_its_ramp_only():
 def test_iterated_updates_cancel_the_burst_to_the_noise():
     received, burst = frame()
     work = workspace()
-    work.search(received, NOISE_PRECISION)
+    BurstSearch(work, received, NOISE_PRECISION).run()
     for _ in range(8):
         work.update(received, NOISE_PRECISION)
     error = np.sum(np.abs(work.signal[1] - burst) ** 2) * NOISE_PRECISION
     # Every active weight and the two chirp parameters cost about one unit of noise energy each;
     # paths off the grid leave what lies below T_beta: 4 units a component.
-    active = len(work.ramps[1].bins)
+    active = len(work.bursts[0].bins)
     assert error < 5 * (active + 2)
     assert np.sum(np.abs(burst) ** 2) * NOISE_PRECISION > 1e4
     assert not np.any(work.signal[0])
@@ -68,8 +69,8 @@ def test_iterated_updates_cancel_the_burst_to_the_noise():
 def test_added_component_is_the_best_passive_one_of_the_dense_formulas():
     received, _ = frame()
     work = workspace()
-    work.search(received, NOISE_PRECISION)
-    ramp = work.ramps[1]
+    BurstSearch(work, received, NOISE_PRECISION).run()
+    ramp = work.bursts[0]
     template = ramp.chirp.template
     turns = np.outer(np.arange(NUM_SAMPLES), np.arange(MODEL.num_grid_bins))
     atoms = template[:, None] * np.exp(-2j * np.pi * turns / MODEL.num_grid_bins)
@@ -97,44 +98,44 @@ def test_added_component_is_the_best_passive_one_of_the_dense_formulas():
 def test_a_modelled_burst_that_is_not_in_the_data_is_dropped():
     received, _ = frame()
     work = workspace()
-    work.search(received, NOISE_PRECISION)
+    BurstSearch(work, received, NOISE_PRECISION).run()
     work.update(received, NOISE_PRECISION)
-    clean = workspace(ramps=work.frozen_ramps())
+    clean = workspace(bursts=work.frozen_bursts())
     empty, _ = frame(weights=(0.0, 0.0))
-    clean.search(empty, NOISE_PRECISION)
+    BurstSearch(clean, empty, NOISE_PRECISION).run()
     assert kinds(clean) == [EventKind.CHIRP_DROPPED]
-    assert clean.ramps == [None, None]
+    assert clean.bursts == []
 
 
 def test_a_burst_modelled_in_the_wrong_place_is_restarted():
     received, _ = frame(centre=40.0)
     work = workspace()
-    work.search(received, NOISE_PRECISION)
+    BurstSearch(work, received, NOISE_PRECISION).run()
     work.update(received, NOISE_PRECISION)
-    moved = workspace(ramps=work.frozen_ramps())
+    moved = workspace(bursts=work.frozen_bursts())
     elsewhere, _ = frame(centre=90.0)
-    moved.search(elsewhere, NOISE_PRECISION)
+    BurstSearch(moved, elsewhere, NOISE_PRECISION).run()
     assert kinds(moved) == [EventKind.CHIRP_RESTARTED]
-    ramp = moved.ramps[1]
+    ramp = moved.bursts[0]
     assert -ramp.chirp.start_frequency / ramp.chirp.slope == pytest.approx(90.0, abs=2.0)
 
 
 def test_a_well_modelled_burst_is_left_alone_by_the_search():
     received, _ = frame()
     work = workspace()
-    work.search(received, NOISE_PRECISION)
+    BurstSearch(work, received, NOISE_PRECISION).run()
     for _ in range(4):
         work.update(received, NOISE_PRECISION)
-    again = workspace(ramps=work.frozen_ramps())
-    again.search(received, NOISE_PRECISION)
+    again = workspace(bursts=work.frozen_bursts())
+    BurstSearch(again, received, NOISE_PRECISION).run()
     assert kinds(again) == []
 
 
 def test_literal_schedule_keeps_a_template_in_every_ramp_and_adds_one_component():
     received, _ = frame()
     work = workspace(PAPER)
-    work.search(received, NOISE_PRECISION)
-    assert all(ramp is not None for ramp in work.ramps)
+    BurstSearch(work, received, NOISE_PRECISION).run()
+    assert [burst.ramp for burst in work.bursts] == [0, 1]
     work.update(received, NOISE_PRECISION)
     added = [event for event in work.events if event.kind is EventKind.CHANNEL_ADDED]
     assert len([event for event in added if event.ramp == 1]) == 1

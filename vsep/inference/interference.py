@@ -1,50 +1,52 @@
-"""Algorithm 2 with the burst search around it: the interference estimate, ramp by ramp."""
+"""Algorithm 2: the interference estimate of a frame, burst by burst, while one step changes it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
 from vsep.inference.channel import ChannelGrid, channel_posterior, passive_ratios
-from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirp, refine_chirp
-from vsep.inference.chirp_search import find_single_chirps
+from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, refine_chirp
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.schedule import Schedule
-from vsep.inference.state import ComponentEvent, EventKind, RampInterference
+from vsep.inference.state import BurstComponents, ComponentEvent, EventKind
 from vsep.signal.template import SignalModel
-
-START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
-CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
 
 
 @dataclass(slots=True, eq=False)
-class RampWork:
-    """One ramp inside a step: its parameters, and what they imply once computed."""
+class BurstWork:
+    """One burst inside a step: its parameters, and what they imply once computed."""
 
+    ramp: int
     chirp: PlacedChirp
     bins: IntArray
     precisions: FloatArray
+    signal: ComplexArray
     amplitudes: ComplexArray = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
     covariance: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
     trace: float = 0.0
 
-    def freeze(self) -> RampInterference:
+    def freeze(self) -> BurstComponents:
         """Hand over to the next state."""
-        return RampInterference(
+        return BurstComponents(
+            ramp=self.ramp,
             start_frequency=self.chirp.start_frequency,
             slope=self.chirp.slope,
             active_bins=self.bins,
             amplitudes=self.amplitudes,
             covariance=self.covariance,
             precisions=self.precisions,
+            energy=float(np.vdot(self.signal, self.signal).real),
         )
 
-    def set_posterior(self, active: ActiveSet) -> None:
-        """Take over mean and covariance."""
+    def set_posterior(self, active: ActiveSet, grid: ChannelGrid) -> None:
+        """Take over mean and covariance, and what they make of the burst."""
         self.amplitudes = active.amplitudes
         self.covariance = active.covariance
         self.precisions = active.precisions
         self.trace = active.trace()
+        self.signal = self.chirp.template * (grid.atoms(self.bins) @ self.amplitudes)
 
 
 class InterferenceWorkspace:
@@ -58,7 +60,7 @@ class InterferenceWorkspace:
         Order and limits of the updates.
     threshold : float
         T_beta, linear.
-    ramps : tuple of RampInterference or None
+    bursts : tuple of BurstComponents
         Where the step starts from.
     """
 
@@ -67,162 +69,117 @@ class InterferenceWorkspace:
         model: SignalModel,
         schedule: Schedule,
         threshold: float,
-        ramps: tuple[RampInterference | None, ...],
+        bursts: tuple[BurstComponents, ...],
     ) -> None:
         self.model = model
         self.schedule = schedule
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
-        first = schedule.first_threshold_db
-        self.first_threshold = threshold if first is None else float(from_db(first))
         self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
-        self.ramps = self._thaw(ramps)
-        self.signal = np.zeros(model.shape, dtype=np.complex128)
+        self.bursts = self._thaw(bursts)
         self.events: list[ComponentEvent] = []
 
-    def _thaw(self, ramps: tuple[RampInterference | None, ...]) -> list[RampWork | None]:
-        """Working copies, with the templates of all ramps made in one call."""
-        held = [(p, ramp) for p, ramp in enumerate(ramps) if ramp is not None]
-        work: list[RampWork | None] = [None] * len(ramps)
-        if held:
-            templates = self.model.template(
-                np.array([ramp.start_frequency for _, ramp in held]),
-                np.array([ramp.slope for _, ramp in held]),
+    def _thaw(self, bursts: tuple[BurstComponents, ...]) -> list[BurstWork]:
+        """Working copies, with all templates made in one call."""
+        templates = self.model.template(
+            np.array([burst.start_frequency for burst in bursts]),
+            np.array([burst.slope for burst in bursts]),
+        )
+        return [
+            BurstWork(
+                burst.ramp,
+                PlacedChirp(burst.start_frequency, burst.slope, template),
+                burst.active_bins,
+                burst.precisions,
+                template * (self.grid.atoms(burst.active_bins) @ burst.amplitudes),
+                burst.amplitudes,
+                burst.covariance,
             )
-            for (p, ramp), template in zip(held, templates, strict=True):
-                chirp = PlacedChirp(ramp.start_frequency, ramp.slope, template)
-                work[p] = RampWork(
-                    chirp, ramp.active_bins, ramp.precisions, ramp.amplitudes, ramp.covariance
-                )
-        return work
+            for burst, template in zip(bursts, templates, strict=True)
+        ]
 
     @property
     def trace(self) -> float:
-        """tr(U Psi C Psi^H U^H) summed over the ramps, for (65)."""
-        return sum(ramp.trace for ramp in self.ramps if ramp is not None)
+        """tr(U Psi C Psi^H U^H) summed over the bursts, for (65)."""
+        return sum(burst.trace for burst in self.bursts)
 
-    def search(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Look for a single chirp in every ramp; start, drop and restart what disagrees."""
-        found = find_single_chirps(residual, self.model)
-        for p in range(self.model.num_ramps):
-            ratio = noise_precision * float(found.score[p])
-            confirmed = ratio > self.first_threshold and found.score[p] > found.tone_score[p]
-            kind = self._verdict(self.ramps[p], float(found.score[p]), confirmed, residual[p])
-            if kind is None:
-                continue
-            self.ramps[p] = None
-            if kind is not EventKind.CHIRP_DROPPED:
-                self.ramps[p] = self._started(
-                    found.start_frequency[p], found.slope[p], residual[p], noise_precision
-                )
-            self.record(kind, p, ratio, self.first_threshold)
+    @property
+    def signal(self) -> ComplexArray:
+        """(P, N) sum of all bursts."""
+        total = np.zeros(self.model.shape, dtype=np.complex128)
+        for burst in self.bursts:
+            total[burst.ramp] += burst.signal
+        return total
 
-    def _verdict(
-        self, current: RampWork | None, score: float, confirmed: bool, residual: ComplexArray
-    ) -> EventKind | None:
-        """Tell what a search means for a ramp; None if all stays as it is."""
-        if self.schedule.first_threshold_db is None:
-            return EventKind.CHIRP_STARTED
-        if current is None:
-            return EventKind.CHIRP_STARTED if confirmed else None
-        if not confirmed:
-            return EventKind.CHIRP_DROPPED
-        better = score > CLEARLY_BETTER * self._single_score(current, residual)
-        return EventKind.CHIRP_RESTARTED if better else None
+    def bursts_in(self, ramp: int) -> list[BurstWork]:
+        """Return the bursts of one ramp."""
+        return [burst for burst in self.bursts if burst.ramp == ramp]
 
-    def _single_score(self, ramp: RampWork, residual: ComplexArray) -> float:
-        """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""
-        template = ramp.chirp.template
-        energy = float(np.vdot(template, template).real) / self.model.num_samples
-        projections = self.grid.projections(template, residual)
-        return float(np.max(np.abs(projections)) ** 2 / energy)
+    def each_with_residual(
+        self, residual: ComplexArray
+    ) -> Iterator[tuple[BurstWork, ComplexArray]]:
+        """Yield every burst with its ramp's residual (N,) less the ramp's other bursts."""
+        for burst in list(self.bursts):
+            others = [other for other in self.bursts_in(burst.ramp) if other is not burst]
+            yield burst, residual[burst.ramp] - sum(other.signal for other in others)
 
-    def _started(
-        self, start_frequency: float, slope: float, residual: ComplexArray, noise_precision: float
-    ) -> RampWork:
-        """Begin with one component at zero delay, polished from the search grid."""
-        chirp = place_chirp(start_frequency, slope, self.model)
-        if self.schedule.first_threshold_db is None:
-            return RampWork(chirp, np.zeros(0, dtype=np.int64), np.zeros(0))
-        bins, flat = np.zeros(1, dtype=np.int64), np.zeros(1)
-        cost = ChannelCost(self.grid, residual, bins, flat, noise_precision)
-        chirp = refine_chirp(chirp, self.model, cost, max_steps=START_STEPS)
-        started = RampWork(chirp, bins, flat)
-        active = self._posterior(started, residual, noise_precision)
-        rho, omega_sq = active.flat_prior_moments(0)
-        active.set_precision(0, converged_precision(rho, omega_sq))
-        started.set_posterior(active)
-        return started
+    def insert(self, burst: BurstWork) -> None:
+        """Add a burst, behind the others of its ramp."""
+        self.bursts.append(burst)
+        self.bursts.sort(key=lambda each: each.ramp)
 
     def update(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Run Algorithm 2 on every ramp that holds a burst."""
-        for p, ramp in enumerate(self.ramps):
-            if ramp is None:
-                continue
-            self._refine(ramp, residual[p], noise_precision)
-            active = self._posterior(ramp, residual[p], noise_precision)
-            active = self._add_components(p, ramp, active, residual[p])
-            active = self._update_components(p, ramp, active)
-            ramp.set_posterior(active)
+        """Run Algorithm 2 on every burst."""
+        for burst, own in self.each_with_residual(residual):
+            self._refine(burst, own, noise_precision)
+            active = self._posterior(burst, own, noise_precision)
+            active = self._add_components(burst, active, own)
+            active = self._update_components(burst, active)
+            burst.set_posterior(active, self.grid)
             if len(active) == 0:
-                self.drop_if_empty(p)
+                self.drop_if_empty(burst)
                 continue
-            self._refine(ramp, residual[p], noise_precision)
+            self._refine(burst, own, noise_precision)
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
-        else:
-            self._synthesize()
 
-    def drop_if_empty(self, p: int) -> None:
+    def drop_if_empty(self, burst: BurstWork) -> None:
         """Drop a burst that lost all its components; the literal schedule keeps the template."""
         if self.schedule.first_threshold_db is not None:
-            self.ramps[p] = None
-            self.record(EventKind.CHIRP_DROPPED, p, 0.0, self.prune_threshold)
+            self.bursts.remove(burst)
+            self.record(EventKind.CHIRP_DROPPED, burst.ramp, 0.0, self.prune_threshold)
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
         """Covariance and mean (61)-(62) at the present parameters, and the signal."""
-        for p, ramp in enumerate(self.ramps):
-            if ramp is not None:
-                ramp.set_posterior(self._posterior(ramp, residual[p], noise_precision))
-        self._synthesize()
+        for burst, own in self.each_with_residual(residual):
+            burst.set_posterior(self._posterior(burst, own, noise_precision), self.grid)
 
     def _posterior(
-        self, ramp: RampWork, residual: ComplexArray, noise_precision: float
+        self, burst: BurstWork, residual: ComplexArray, noise_precision: float
     ) -> ActiveSet:
         return channel_posterior(
-            self.grid, ramp.chirp.template, residual, ramp.bins, ramp.precisions, noise_precision
+            self.grid, burst.chirp.template, residual, burst.bins, burst.precisions, noise_precision
         )
 
-    def _synthesize(self) -> None:
-        self.signal = np.zeros(self.model.shape, dtype=np.complex128)
-        for p, ramp in enumerate(self.ramps):
-            if ramp is not None:
-                line = self.grid.atoms(ramp.bins) @ ramp.amplitudes
-                self.signal[p] = ramp.chirp.template * line
-
-    def _refine(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
-        if len(ramp.bins) == 0:
+    def _refine(self, burst: BurstWork, residual: ComplexArray, noise_precision: float) -> None:
+        if len(burst.bins) == 0:
             return
-        ramp.chirp = refine_chirp(
-            ramp.chirp,
+        burst.chirp = refine_chirp(
+            burst.chirp,
             self.model,
-            ChannelCost(self.grid, residual, ramp.bins, ramp.precisions, noise_precision),
+            ChannelCost(self.grid, residual, burst.bins, burst.precisions, noise_precision),
             max_steps=self.schedule.refinement_steps,
         )
 
     def _add_components(
-        self,
-        p: int,
-        ramp: RampWork,
-        active: ActiveSet,
-        residual: ComplexArray,
+        self, burst: BurstWork, active: ActiveSet, residual: ComplexArray
     ) -> ActiveSet:
-        lags = self.grid.gram_lags(ramp.chirp.template)
-        projections = self.grid.projections(ramp.chirp.template, residual)
+        lags = self.grid.gram_lags(burst.chirp.template)
+        projections = self.grid.projections(burst.chirp.template, residual)
         energy = float(lags[0].real)
         every_bin = np.arange(self.grid.num_bins)
         for _ in range(self.schedule.channel_additions):
-            correlations = lags[(ramp.bins[:, None] - every_bin[None, :]) % self.grid.num_bins]
+            correlations = lags[(burst.bins[:, None] - every_bin[None, :]) % self.grid.num_bins]
             ratio, inverse_rho = passive_ratios(
                 correlations,
                 projections,
@@ -231,7 +188,7 @@ class InterferenceWorkspace:
                 active.amplitudes,
                 active.noise_precision,
             )
-            ratio[ramp.bins] = 0.0
+            ratio[burst.bins] = 0.0
             best = int(np.argmax(ratio))
             if ratio[best] <= self.threshold:
                 return active
@@ -240,16 +197,20 @@ class InterferenceWorkspace:
             active = active.inserted(
                 len(active), correlations[:, best], complex(projections[best]), energy, precision
             )
-            ramp.bins = np.append(ramp.bins, best)
+            burst.bins = np.append(burst.bins, best)
             self.record(
-                EventKind.CHANNEL_ADDED, p, float(ratio[best]), self.threshold, channel_bin=best
+                EventKind.CHANNEL_ADDED,
+                burst.ramp,
+                float(ratio[best]),
+                self.threshold,
+                channel_bin=best,
             )
         return active
 
-    def _update_components(self, p: int, ramp: RampWork, active: ActiveSet) -> ActiveSet:
+    def _update_components(self, burst: BurstWork, active: ActiveSet) -> ActiveSet:
         active.refresh()
-        for channel_bin in ramp.bins.copy():
-            index = int(np.flatnonzero(ramp.bins == channel_bin)[0])
+        for channel_bin in burst.bins.copy():
+            index = int(np.flatnonzero(burst.bins == channel_bin)[0])
             rho, omega_sq = active.flat_prior_moments(index)
             ratio = activation_ratio(rho, omega_sq)
             # At a ratio of one the prior variance would be zero or negative, (77).
@@ -257,10 +218,10 @@ class InterferenceWorkspace:
                 active.set_precision(index, converged_precision(rho, omega_sq))
             else:
                 active = active.without(index)
-                ramp.bins = np.delete(ramp.bins, index)
+                burst.bins = np.delete(burst.bins, index)
                 self.record(
                     EventKind.CHANNEL_PRUNED,
-                    p,
+                    burst.ramp,
                     ratio,
                     self.prune_threshold,
                     channel_bin=int(channel_bin),
@@ -282,6 +243,6 @@ class InterferenceWorkspace:
             )
         )
 
-    def frozen_ramps(self) -> tuple[RampInterference | None, ...]:
+    def frozen_bursts(self) -> tuple[BurstComponents, ...]:
         """Freeze the result of the step."""
-        return tuple(None if ramp is None else ramp.freeze() for ramp in self.ramps)
+        return tuple(burst.freeze() for burst in self.bursts)

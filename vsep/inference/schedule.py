@@ -22,6 +22,8 @@ class Schedule:
     prune_margin_db : float
         By how much a channel component may fall below its threshold before it is pruned; without
         a margin components close to the threshold come and go for ever.
+    bursts_per_ramp : int
+        Bursts modelled in a ramp at most.
     channel_additions : int
         Channel components added per ramp and iteration at most.
     late_object_additions : int
@@ -47,6 +49,7 @@ class Schedule:
     interference_threshold_db: float
     first_threshold_db: float | None
     prune_margin_db: float
+    bursts_per_ramp: int
     channel_additions: int
     late_object_additions: int
     early_search: tuple[int, ...]
@@ -73,6 +76,7 @@ ROBUST: Final = Schedule(
     interference_threshold_db=6.0,
     first_threshold_db=13.0,
     prune_margin_db=1.0,
+    bursts_per_ramp=1,
     channel_additions=4,
     late_object_additions=4,
     early_search=(0, 2, 4, 6, 8, 10, 12),
@@ -87,6 +91,7 @@ PAPER: Final = Schedule(
     interference_threshold_db=3.0,
     first_threshold_db=None,
     prune_margin_db=0.0,
+    bursts_per_ramp=1,
     channel_additions=1,
     late_object_additions=1,
     early_search=(0,),
