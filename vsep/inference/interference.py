@@ -1,6 +1,5 @@
-"""Algorithm 2: the interference estimate of a frame, burst by burst, while one step changes it."""
+"""Algorithm 2: the interference estimate of a frame, ramp by ramp, while one step changes it."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,38 +14,41 @@ from vsep.signal.template import SignalModel
 
 
 @dataclass(slots=True, eq=False)
-class BurstWork:
-    """One burst inside a step: its parameters, and what they imply once computed."""
+class RampWork:
+    """The bursts of one ramp inside a step: their columns, and the posterior once computed.
+
+    Column i belongs to the chirp ``owners[i]`` and the grid bin ``bins[i]``; ``signals`` (B, N) is
+    what the columns of each chirp add up to.
+    """
 
     ramp: int
-    chirp: PlacedChirp
-    bins: IntArray
-    precisions: FloatArray
-    signal: ComplexArray
+    chirps: list[PlacedChirp] = field(default_factory=list)
+    owners: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    bins: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    precisions: FloatArray = field(default_factory=lambda: np.zeros(0))
     amplitudes: ComplexArray = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
     covariance: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
+    signals: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
     trace: float = 0.0
 
-    def freeze(self) -> BurstComponents:
-        """Hand over to the next state."""
-        return BurstComponents(
-            ramp=self.ramp,
-            start_frequency=self.chirp.start_frequency,
-            slope=self.chirp.slope,
-            active_bins=self.bins,
-            amplitudes=self.amplitudes,
-            covariance=self.covariance,
-            precisions=self.precisions,
-            energy=float(np.vdot(self.signal, self.signal).real),
-        )
+    @property
+    def templates(self) -> ComplexArray:
+        """(B, N) templates of the chirps."""
+        return np.stack([chirp.template for chirp in self.chirps])
 
-    def set_posterior(self, active: ActiveSet, grid: ChannelGrid) -> None:
-        """Take over mean and covariance, and what they make of the burst."""
-        self.amplitudes = active.amplitudes
-        self.covariance = active.covariance
-        self.precisions = active.precisions
-        self.trace = active.trace()
-        self.signal = self.chirp.template * (grid.atoms(self.bins) @ self.amplitudes)
+    def own(self, index: int) -> IntArray:
+        """Return the columns of one burst."""
+        return np.flatnonzero(self.owners == index)
+
+    def remove_burst(self, index: int) -> None:
+        """Take one burst out with its columns; the covariance is that of the next posterior."""
+        gone = self.own(index)
+        self.bins, self.precisions = np.delete(self.bins, gone), np.delete(self.precisions, gone)
+        self.amplitudes = np.delete(self.amplitudes, gone)
+        owners = np.delete(self.owners, gone)
+        self.owners = owners - (owners > index)
+        self.signals = np.delete(self.signals, index, axis=0)
+        del self.chirps[index]
 
 
 class InterferenceWorkspace:
@@ -76,110 +78,139 @@ class InterferenceWorkspace:
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
         self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
-        self.bursts = self._thaw(bursts)
+        self.ramps: dict[int, RampWork] = {}
         self.events: list[ComponentEvent] = []
+        self._thaw(bursts)
 
-    def _thaw(self, bursts: tuple[BurstComponents, ...]) -> list[BurstWork]:
+    def _thaw(self, bursts: tuple[BurstComponents, ...]) -> None:
         """Working copies, with all templates made in one call."""
         templates = self.model.template(
             np.array([burst.start_frequency for burst in bursts]),
             np.array([burst.slope for burst in bursts]),
         )
-        return [
-            BurstWork(
-                burst.ramp,
-                PlacedChirp(burst.start_frequency, burst.slope, template),
-                burst.active_bins,
-                burst.precisions,
-                template * (self.grid.atoms(burst.active_bins) @ burst.amplitudes),
-                burst.amplitudes,
-                burst.covariance,
-            )
-            for burst, template in zip(bursts, templates, strict=True)
-        ]
+        for burst, template in zip(bursts, templates, strict=True):
+            work = self.ramps.setdefault(burst.ramp, RampWork(burst.ramp))
+            owner = np.full(burst.num_components, len(work.chirps))
+            work.chirps.append(PlacedChirp(burst.start_frequency, burst.slope, template))
+            work.owners = np.concatenate([work.owners, owner])
+            work.bins = np.concatenate([work.bins, burst.active_bins])
+            work.precisions = np.concatenate([work.precisions, burst.precisions])
+            work.amplitudes = np.concatenate([work.amplitudes, burst.amplitudes])
+        for work in self.ramps.values():
+            self.synthesize(work)
 
     @property
     def trace(self) -> float:
-        """tr(U Psi C Psi^H U^H) summed over the bursts, for (65)."""
-        return sum(burst.trace for burst in self.bursts)
+        """tr(U Psi C Psi^H U^H) summed over the ramps, for (65)."""
+        return sum(ramp.trace for ramp in self.ramps.values())
 
     @property
     def signal(self) -> ComplexArray:
         """(P, N) sum of all bursts."""
         total = np.zeros(self.model.shape, dtype=np.complex128)
-        for burst in self.bursts:
-            total[burst.ramp] += burst.signal
+        for p, ramp in self.ramps.items():
+            total[p] = np.sum(ramp.signals, axis=0)
         return total
 
-    def bursts_in(self, ramp: int) -> list[BurstWork]:
-        """Return the bursts of one ramp."""
-        return [burst for burst in self.bursts if burst.ramp == ramp]
-
-    def each_with_residual(
-        self, residual: ComplexArray
-    ) -> Iterator[tuple[BurstWork, ComplexArray]]:
-        """Yield every burst with its ramp's residual (N,) less the ramp's other bursts."""
-        for burst in list(self.bursts):
-            others = [other for other in self.bursts_in(burst.ramp) if other is not burst]
-            yield burst, residual[burst.ramp] - sum(other.signal for other in others)
-
-    def insert(self, burst: BurstWork) -> None:
-        """Add a burst, behind the others of its ramp."""
-        self.bursts.append(burst)
-        self.bursts.sort(key=lambda each: each.ramp)
+    def synthesize(self, ramp: RampWork) -> None:
+        """Add up what the columns of every chirp make of it."""
+        lines = [
+            self.grid.atoms(ramp.bins[own]) @ ramp.amplitudes[own]
+            for own in map(ramp.own, range(len(ramp.chirps)))
+        ]
+        ramp.signals = ramp.templates * np.stack(lines)
 
     def update(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Run Algorithm 2 on every burst."""
-        for burst, own in self.each_with_residual(residual):
-            self._refine(burst, own, noise_precision)
-            active = self._posterior(burst, own, noise_precision)
-            active = self._add_components(burst, active, own)
-            active = self._update_components(burst, active)
-            burst.set_posterior(active, self.grid)
-            if len(active) == 0:
-                self.drop_if_empty(burst)
-                continue
-            self._refine(burst, own, noise_precision)
+        """Run Algorithm 2 on every ramp that holds a burst."""
+        for p, ramp in list(self.ramps.items()):
+            self._refine(ramp, residual[p], noise_precision)
+            active = self.posterior(ramp, residual[p], noise_precision)
+            for index in range(len(ramp.chirps)):
+                active = self._add_components(ramp, index, active, residual[p])
+            self.take_over(ramp, self._update_components(ramp, active))
+            self.drop_empty(ramp)
+            self._refine(ramp, residual[p], noise_precision)
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
 
-    def drop_if_empty(self, burst: BurstWork) -> None:
-        """Drop a burst that lost all its components; the literal schedule keeps the template."""
-        if self.schedule.first_threshold_db is not None:
-            self.bursts.remove(burst)
-            self.record(EventKind.CHIRP_DROPPED, burst.ramp, 0.0, self.prune_threshold)
+    def drop_empty(self, ramp: RampWork) -> None:
+        """Drop bursts that lost all their components; the literal schedule keeps the template."""
+        if self.schedule.first_threshold_db is None:
+            return
+        for index in reversed(range(len(ramp.chirps))):
+            if len(ramp.own(index)) == 0:
+                ramp.remove_burst(index)
+                self.record(EventKind.CHIRP_DROPPED, ramp.ramp, 0.0, self.prune_threshold)
+        if not ramp.chirps:
+            del self.ramps[ramp.ramp]
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Covariance and mean (61)-(62) at the present parameters, and the signal."""
-        for burst, own in self.each_with_residual(residual):
-            burst.set_posterior(self._posterior(burst, own, noise_precision), self.grid)
+        """Covariance and mean (61)-(62) at the present parameters."""
+        for p, ramp in self.ramps.items():
+            self.take_over(ramp, self.posterior(ramp, residual[p], noise_precision))
 
-    def _posterior(
-        self, burst: BurstWork, residual: ComplexArray, noise_precision: float
+    def take_over(self, ramp: RampWork, active: ActiveSet) -> None:
+        """Hand a posterior to its ramp."""
+        ramp.amplitudes = active.amplitudes
+        ramp.covariance = active.covariance
+        ramp.precisions = active.precisions
+        ramp.trace = active.trace()
+        self.synthesize(ramp)
+
+    def posterior(
+        self, ramp: RampWork, residual: ComplexArray, noise_precision: float
     ) -> ActiveSet:
+        """Posterior of all columns of a ramp at its present parameters."""
         return channel_posterior(
-            self.grid, burst.chirp.template, residual, burst.bins, burst.precisions, noise_precision
+            self.grid,
+            ramp.templates,
+            residual,
+            ramp.owners,
+            ramp.bins,
+            ramp.precisions,
+            noise_precision,
         )
 
-    def _refine(self, burst: BurstWork, residual: ComplexArray, noise_precision: float) -> None:
-        if len(burst.bins) == 0:
+    def _refine(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
+        for index in range(len(ramp.chirps)):
+            steps = self.schedule.refinement_steps
+            self.refine_burst(ramp, index, residual, noise_precision, max_steps=steps)
+
+    def refine_burst(
+        self,
+        ramp: RampWork,
+        index: int,
+        residual: ComplexArray,
+        noise_precision: float,
+        *,
+        max_steps: int,
+    ) -> None:
+        """Climb (71) in the parameters of one burst."""
+        if not np.any(ramp.owners == index):
             return
-        burst.chirp = refine_chirp(
-            burst.chirp,
-            self.model,
-            ChannelCost(self.grid, residual, burst.bins, burst.precisions, noise_precision),
-            max_steps=self.schedule.refinement_steps,
+        cost = ChannelCost(
+            grid=self.grid,
+            residual=residual,
+            templates=ramp.templates,
+            moving=index,
+            owners=ramp.owners,
+            bins=ramp.bins,
+            precisions=ramp.precisions,
+            noise_precision=noise_precision,
         )
+        ramp.chirps[index] = refine_chirp(ramp.chirps[index], self.model, cost, max_steps=max_steps)
 
     def _add_components(
-        self, burst: BurstWork, active: ActiveSet, residual: ComplexArray
+        self, ramp: RampWork, index: int, active: ActiveSet, residual: ComplexArray
     ) -> ActiveSet:
-        lags = self.grid.gram_lags(burst.chirp.template)
-        projections = self.grid.projections(burst.chirp.template, residual)
-        energy = float(lags[0].real)
+        template = ramp.chirps[index].template
+        lags = self.grid.gram_lags(ramp.templates, template)
+        projections = self.grid.projections(template, residual)
+        energy = float(lags[index, 0].real)
         every_bin = np.arange(self.grid.num_bins)
         for _ in range(self.schedule.channel_additions):
-            correlations = lags[(burst.bins[:, None] - every_bin[None, :]) % self.grid.num_bins]
+            differences = (ramp.bins[:, None] - every_bin[None, :]) % self.grid.num_bins
+            correlations = lags[ramp.owners[:, None], differences]
             ratio, inverse_rho = passive_ratios(
                 correlations,
                 projections,
@@ -188,7 +219,7 @@ class InterferenceWorkspace:
                 active.amplitudes,
                 active.noise_precision,
             )
-            ratio[burst.bins] = 0.0
+            ratio[ramp.bins[ramp.own(index)]] = 0.0
             best = int(np.argmax(ratio))
             if ratio[best] <= self.threshold:
                 return active
@@ -197,47 +228,49 @@ class InterferenceWorkspace:
             active = active.inserted(
                 len(active), correlations[:, best], complex(projections[best]), energy, precision
             )
-            burst.bins = np.append(burst.bins, best)
-            self.record(
-                EventKind.CHANNEL_ADDED,
-                burst.ramp,
-                float(ratio[best]),
-                self.threshold,
-                channel_bin=best,
-            )
+            ramp.owners = np.append(ramp.owners, index)
+            ramp.bins = np.append(ramp.bins, best)
+            ramp.precisions = active.precisions
+            self.record_component(EventKind.CHANNEL_ADDED, ramp.ramp, float(ratio[best]), best)
         return active
 
-    def _update_components(self, burst: BurstWork, active: ActiveSet) -> ActiveSet:
+    def _update_components(self, ramp: RampWork, active: ActiveSet) -> ActiveSet:
         active.refresh()
-        for channel_bin in burst.bins.copy():
-            index = int(np.flatnonzero(burst.bins == channel_bin)[0])
+        index = 0
+        while index < len(active):
             rho, omega_sq = active.flat_prior_moments(index)
             ratio = activation_ratio(rho, omega_sq)
             # At a ratio of one the prior variance would be zero or negative, (77).
             if ratio > max(self.prune_threshold, 1.0):
                 active.set_precision(index, converged_precision(rho, omega_sq))
-            else:
-                active = active.without(index)
-                burst.bins = np.delete(burst.bins, index)
-                self.record(
-                    EventKind.CHANNEL_PRUNED,
-                    burst.ramp,
-                    ratio,
-                    self.prune_threshold,
-                    channel_bin=int(channel_bin),
-                )
+                index += 1
+                continue
+            active = active.without(index)
+            channel_bin = int(ramp.bins[index])
+            self.record_component(EventKind.CHANNEL_PRUNED, ramp.ramp, ratio, channel_bin)
+            ramp.owners, ramp.bins = np.delete(ramp.owners, index), np.delete(ramp.bins, index)
         active.refresh()
         return active
 
-    def record(
-        self, kind: EventKind, ramp: int, ratio: float, threshold: float, *, channel_bin: int = -1
-    ) -> None:
-        """Add an event of the step."""
+    def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:
+        """Add an event of a burst."""
         self.events.append(
             ComponentEvent(
                 kind=kind,
                 snr_db=float(to_db(ratio)),
                 threshold_db=float(to_db(threshold)),
+                ramp=ramp,
+            )
+        )
+
+    def record_component(self, kind: EventKind, ramp: int, ratio: float, channel_bin: int) -> None:
+        """Add an event of a channel component."""
+        added = kind is EventKind.CHANNEL_ADDED
+        self.events.append(
+            ComponentEvent(
+                kind=kind,
+                snr_db=float(to_db(ratio)),
+                threshold_db=float(to_db(self.threshold if added else self.prune_threshold)),
                 ramp=ramp,
                 bin=channel_bin,
             )
@@ -245,4 +278,21 @@ class InterferenceWorkspace:
 
     def frozen_bursts(self) -> tuple[BurstComponents, ...]:
         """Freeze the result of the step."""
-        return tuple(burst.freeze() for burst in self.bursts)
+        bursts = []
+        for p in sorted(self.ramps):
+            ramp = self.ramps[p]
+            for index, chirp in enumerate(ramp.chirps):
+                own, signal = ramp.own(index), ramp.signals[index]
+                bursts.append(
+                    BurstComponents(
+                        ramp=p,
+                        start_frequency=chirp.start_frequency,
+                        slope=chirp.slope,
+                        active_bins=ramp.bins[own],
+                        amplitudes=ramp.amplitudes[own],
+                        covariance=ramp.covariance[np.ix_(own, own)],
+                        precisions=ramp.precisions[own],
+                        energy=float(np.vdot(signal, signal).real),
+                    )
+                )
+        return tuple(bursts)

@@ -27,8 +27,12 @@ class JointSeparator(FactorisedSeparator):
         interference = self.interference_workspace(state)
         searched = self.search_due(state)
         if searched:
-            residual = received - state.object_signal
-            BurstSearch(interference, residual, state.noise_precision).run()
+            BurstSearch(
+                interference,
+                received - state.object_signal,
+                state.noise_precision,
+                weakest_share=interference.schedule.weakest_burst_share(state.iteration),
+            ).run()
         received, num_used = self.set_aside(received, state)
         columns = JointColumns(received, state.objects, interference, state.noise_precision)
         columns.update()

@@ -90,8 +90,12 @@ class FactorisedSeparator:
         interference = self.interference_workspace(state)
         searched = self.search_due(state)
         if searched:
-            residual = received - state.object_signal
-            BurstSearch(interference, residual, state.noise_precision).run()
+            BurstSearch(
+                interference,
+                received - state.object_signal,
+                state.noise_precision,
+                weakest_share=interference.schedule.weakest_burst_share(state.iteration),
+            ).run()
         received, num_used = self.set_aside(received, state)
         residual = received - state.object_signal
         interference.update(residual, state.noise_precision)
@@ -210,8 +214,8 @@ def _separation_bound(
     error = expected_error(residual - interference.signal, traces)
     active = objects.active
     bound = weights_bound(active.amplitudes, active.covariance, active.precisions)
-    for burst in interference.bursts:
-        bound += weights_bound(burst.amplitudes, burst.covariance, burst.precisions)
+    for ramp in interference.ramps.values():
+        bound += weights_bound(ramp.amplitudes, ramp.covariance, ramp.precisions)
     return bound + noise_bound(num_used, noise_precision, error)
 
 
