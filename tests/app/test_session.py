@@ -29,7 +29,7 @@ def _state(iteration):
     return SeparationState(
         iteration=iteration,
         objects=objects,
-        interference=(None,),
+        bursts=(),
         noise_precision=1.0,
         object_signal=signal,
         interference_signal=signal.copy(),

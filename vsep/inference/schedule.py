@@ -71,8 +71,12 @@ class Schedule:
 
     def weakest_burst_share(self, iteration: int) -> float:
         """Share of a ramp's strongest burst that a further one must have (counted from 0)."""
-        early = iteration <= self.early_search[-1]
-        return float(from_db(-(self.early_burst_range_db if early else self.burst_range_db)))
+        late = self.search_is_late(iteration)
+        return float(from_db(-(self.burst_range_db if late else self.early_burst_range_db)))
+
+    def search_is_late(self, iteration: int) -> bool:
+        """Whether the early searches are over in this iteration (counted from 0)."""
+        return iteration > self.early_search[-1]
 
     def search_due(self, iteration: int) -> bool:
         """Whether the ramps are searched for bursts in this iteration (counted from 0)."""

@@ -7,6 +7,7 @@ changes is in the state, so a run can be paused, resumed and stepped back exactl
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from vsep._arrays import ComplexArray, from_db, require_range
 from vsep.inference.burst_search import BurstSearch
@@ -20,7 +21,9 @@ from vsep.inference.state import IterationInfo, ObjectComponents, SeparationStat
 from vsep.signal.atoms import gram, project
 from vsep.signal.template import SignalModel
 
-UNEXPLAINED = 20.0  # times the noise power: what a sample must exceed to be set aside
+UNEXPLAINED = 20.0  # times the noise power: what one in 5e8 noise samples exceeds is set aside ...
+RAISED, RAISED_SAMPLES = 3.0, 5  # ... with its neighbours, as long as their local mean is raised
+ALONG_THE_RAMP = np.array([[False] * 3, [True] * 3, [False] * 3])
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -87,15 +90,9 @@ class FactorisedSeparator:
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
-        interference = self.interference_workspace(state)
-        searched = self.search_due(state)
+        interference, searched = self.interference_workspace(state), self.search_due(state)
         if searched:
-            BurstSearch(
-                interference,
-                received - state.object_signal,
-                state.noise_precision,
-                weakest_share=interference.schedule.weakest_burst_share(state.iteration),
-            ).run()
+            self.search(interference, received, state)
         received, num_used = self.set_aside(received, state)
         residual = received - state.object_signal
         interference.update(residual, state.noise_precision)
@@ -126,6 +123,20 @@ class FactorisedSeparator:
             self.model, schedule, float(from_db(threshold_db)), state.bursts
         )
 
+    def search(
+        self, interference: InterferenceWorkspace, received: ComplexArray, state: SeparationState
+    ) -> None:
+        """Look for bursts; late in a run only in what is not set aside."""
+        schedule = interference.schedule
+        if schedule.search_is_late(state.iteration):
+            received, _ = self.set_aside(received, state)
+        BurstSearch(
+            interference,
+            received - state.object_signal,
+            state.noise_precision,
+            weakest_share=schedule.weakest_burst_share(state.iteration),
+        ).run()
+
     def set_aside(self, received: ComplexArray, state: SeparationState) -> tuple[ComplexArray, int]:
         """Replace samples that neither source explains by what both predict there.
 
@@ -145,8 +156,10 @@ class FactorisedSeparator:
             return received, received.size
         explained = state.object_signal + state.interference_signal
         power = np.abs(received - explained) ** 2
-        # The median of noise power is ln 2 times its mean: one in 5e8 noise samples exceeds this.
-        unexplained = power > UNEXPLAINED / np.log(2.0) * np.median(power)
+        noise = np.median(power) / np.log(2.0)  # the median of an exponential law is ln 2 its mean
+        certain = power > UNEXPLAINED * noise
+        raised = ndimage.uniform_filter1d(power, RAISED_SAMPLES, axis=1) > RAISED * noise
+        unexplained = ndimage.binary_propagation(certain, ALONG_THE_RAMP, certain | raised)
         return np.where(unexplained, explained, received), int(np.sum(~unexplained))
 
     def search_due(self, state: SeparationState) -> bool:
