@@ -1,0 +1,51 @@
+"""The mitigation methods by the names that users call them."""
+
+from collections.abc import Callable
+from inspect import signature
+from typing import Any, Final, Literal, TypeAlias, TypedDict, Unpack
+
+from vsep._arrays import InputError
+from vsep.mitigation.blanking import zeroing
+from vsep.mitigation.method import Mitigation
+
+Domain: TypeAlias = Literal["masked-2d", "explicit-1d"]
+
+MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
+    "zeroing": zeroing,
+}
+"""What makes each method; its keyword parameters are the settings that it has."""
+
+
+class MitigationSettings(TypedDict, total=False):
+    """Settings of the methods; what is left out keeps its default."""
+
+    domain: Domain
+
+
+def make_mitigation(name: str, **settings: Unpack[MitigationSettings]) -> Mitigation:
+    """Make the method of a name; settings that it does not have play no part.
+
+    Parameters
+    ----------
+    name : str
+        One of `MITIGATIONS`.
+    **settings
+        ``domain``: how the compressive-sensing methods compute, by two-dimensional masked residual
+        updates ("masked-2d") or with the explicit matrix ("explicit-1d").
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or a setting out of its range.
+
+    Examples
+    --------
+    >>> make_mitigation("zeroing", domain="masked-2d").name
+    'zeroing'
+    """
+    if name not in MITIGATIONS:
+        raise InputError(f"method is {name!r}; it must be one of {', '.join(MITIGATIONS)}.")
+    factory = MITIGATIONS[name]
+    known = signature(factory).parameters
+    used: dict[str, Any] = {key: value for key, value in settings.items() if key in known}
+    return factory(**used)
