@@ -5,13 +5,24 @@ from inspect import signature
 from typing import Any, Final, Literal, TypeAlias, TypedDict, Unpack
 
 from vsep._arrays import InputError
-from vsep.mitigation.blanking import zeroing
+from vsep.mitigation.autoregressive import autoregressive
+from vsep.mitigation.blanking import blanking, zeroing
+from vsep.mitigation.interpolation import linear, slow_time
+from vsep.mitigation.mca import mca, mca_2d
 from vsep.mitigation.method import Mitigation
+from vsep.mitigation.noise_canceller import noise_canceller
 
 Domain: TypeAlias = Literal["masked-2d", "explicit-1d"]
 
 MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
     "zeroing": zeroing,
+    "blanking": blanking,
+    "linear": linear,
+    "autoregressive": autoregressive,
+    "slow-time": slow_time,
+    "noise-canceller": noise_canceller,
+    "mca": mca,
+    "mca-2d": mca_2d,
 }
 """What makes each method; its keyword parameters are the settings that it has."""
 
