@@ -3,7 +3,7 @@ import pytest
 from vsep import InputError
 from vsep.studies.bench import draw_bench
 from vsep.studies.catalogue import CATALOGUE, make_study
-from vsep.studies.methods import NO_INTERFERENCE, method_names
+from vsep.studies.methods import NO_INTERFERENCE, estimator_names, method_names
 from vsep.studies.study import select_points
 
 
@@ -46,7 +46,11 @@ def test_figure_5_covers_the_levels_and_variants_that_are_asked_for():
 
 def test_noise_alone_is_not_run_without_interference():
     assert NO_INTERFERENCE not in make_study("false-alarms").methods
-    assert make_study("fig-3").methods == method_names()
+    assert make_study("fig-3").methods == estimator_names()
+
+
+def test_figure_5_compares_the_mitigation_methods_as_well():
+    assert make_study("fig-5").methods == method_names()
 
 
 def test_panels_indices_and_ranges_choose_points():

@@ -97,7 +97,11 @@ class MaskedSeparator:
         if energy == 0.0:
             raise InputError("received is zero at every sample that is not flagged.")
         state = self._object_only().init(received)
-        return replace(state, noise_precision=2.0 * (used.size - 1) / energy)
+        return replace(
+            state,
+            noise_precision=2.0 * (used.size - 1) / energy,
+            used_share=used.size / received.size,
+        )
 
     def step(
         self, received: ComplexArray, state: SeparationState

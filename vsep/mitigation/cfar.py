@@ -88,7 +88,10 @@ class Cfar:
             factor = num_cells * (self.false_alarm_rate ** (-1.0 / num_cells) - 1.0)
         else:
             rank = max(1, round(self.rank_share * num_cells))
-            level = ndimage.rank_filter(power, rank - 1, footprint=footprint, mode="wrap")
+            # One axis more: SciPy's filter of a single axis overlooks holes in the footprint.
+            level = ndimage.rank_filter(
+                power[None], rank - 1, footprint=footprint[None], mode="wrap"
+            )[0]
             factor = ordered_factor(self.false_alarm_rate, num_cells, rank)
         detected: BoolArray = power > factor * np.maximum(level, 0.0)
         return detected
