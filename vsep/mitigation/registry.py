@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from inspect import signature
-from typing import Any, Final, Literal, TypeAlias, TypedDict, Unpack
+from typing import Any, Final, TypedDict, Unpack
 
 from vsep._arrays import InputError
 from vsep.mitigation.autoregressive import autoregressive
@@ -11,8 +11,8 @@ from vsep.mitigation.interpolation import linear, slow_time
 from vsep.mitigation.mca import mca, mca_2d
 from vsep.mitigation.method import Mitigation
 from vsep.mitigation.noise_canceller import noise_canceller
-
-Domain: TypeAlias = Literal["masked-2d", "explicit-1d"]
+from vsep.mitigation.sparse import methods as sparse
+from vsep.mitigation.sparse.operators import Domain
 
 MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
     "zeroing": zeroing,
@@ -23,6 +23,17 @@ MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
     "noise-canceller": noise_canceller,
     "mca": mca,
     "mca-2d": mca_2d,
+    "ist": sparse.ist,
+    "iht": sparse.iht,
+    "iht-plain": sparse.iht_plain,
+    "pm-ist": sparse.pm_ist,
+    "pm-iht": sparse.pm_iht,
+    "fista": sparse.fista,
+    "omp": sparse.omp,
+    "cosamp": sparse.cosamp,
+    "amp": sparse.amp,
+    "gamp": sparse.gamp,
+    "yall1": sparse.yall1,
 }
 """What makes each method; its keyword parameters are the settings that it has."""
 
@@ -31,6 +42,7 @@ class MitigationSettings(TypedDict, total=False):
     """Settings of the methods; what is left out keeps its default."""
 
     domain: Domain
+    debias: bool
 
 
 def make_mitigation(name: str, **settings: Unpack[MitigationSettings]) -> Mitigation:
@@ -42,7 +54,8 @@ def make_mitigation(name: str, **settings: Unpack[MitigationSettings]) -> Mitiga
         One of `MITIGATIONS`.
     **settings
         ``domain``: how the compressive-sensing methods compute, by two-dimensional masked residual
-        updates ("masked-2d") or with the explicit matrix ("explicit-1d").
+        updates ("masked-2d") or with the explicit matrix ("explicit-1d"). ``debias``: whether they
+        end with a least-squares fit of the cells found.
 
     Raises
     ------
