@@ -11,7 +11,7 @@ from vsep.mitigation.interpolation import linear, slow_time
 from vsep.mitigation.mca import mca, mca_2d
 from vsep.mitigation.method import Mitigation
 from vsep.mitigation.noise_canceller import noise_canceller
-from vsep.mitigation.sparse import methods as sparse
+from vsep.mitigation.sparse import sparse_methods as sparse
 from vsep.mitigation.sparse.operators import Domain
 
 MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {

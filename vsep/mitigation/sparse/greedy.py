@@ -117,7 +117,7 @@ class Cosamp:
         As of `Omp`: only cells of A^H r above its limit are candidates.
     """
 
-    num_cells: int = 100
+    num_cells: int = 300
     growth: int = 5
     false_alarm_rate: float = 0.05
 

@@ -2,8 +2,9 @@
 
 Both add to the residual a memory term that removes, on average, what the estimate of a cell has put
 into its own pseudo-measurement; what disturbs a cell is then close to white Gaussian noise of a
-known level. The theory wants columns of unit norm and independent entries: the columns of A have
-norm delta = q/PN, which is divided out, and bursts are blocks, against which damping helps.
+known level. The theory wants columns of unit norm and independent entries: the squared norm of the
+columns of A is delta = q/PN, which is divided out, and bursts are blocks, against which damping
+helps (AMP) or a slowly falling noise level (GAMP).
 """
 
 import math
@@ -48,7 +49,7 @@ class Amp:
     """
 
     control: float = 2.0
-    damping: float = 0.5
+    damping: float = 0.7
 
     def start(self, operator: SensingOperator, measured: Samples) -> AmpState:
         """Zero spectrum; the residual is the measurement."""
@@ -67,9 +68,8 @@ class Amp:
         spectrum = soft_threshold(pseudo, threshold)
         memory = _mean_slope(pseudo, threshold) / share
         residual = measured - operator.forward(spectrum) + memory * state.residual
-        taken = _taken(share, self.damping)
-        if taken < 1.0:
-            residual = taken * residual + (1.0 - taken) * state.residual
+        if share <= _SAFE_SHARE:
+            residual = self.damping * residual + (1.0 - self.damping) * state.residual
         return AmpState(spectrum=spectrum, may_stop=True, residual=residual)
 
 
@@ -111,13 +111,10 @@ class Gamp:
         Factor of the schedule. Taken as known, the variance of the pseudo-measurement says that
         the side lobes of the mask are objects, and as with plain IHT they stay; so it starts where
         only the strongest cell stands out and falls by the square of this factor.
-    damping : float
-        As of `Amp`.
     """
 
-    initial_occupied: float = 0.05
+    initial_occupied: float = 0.01
     decay: float = 0.9
-    damping: float = 0.5
 
     def start(self, operator: SensingOperator, measured: Samples) -> GampState:
         """Zero spectrum; a hundredth of the mean power counts as noise."""
@@ -143,27 +140,23 @@ class Gamp:
         if state.cell_power == 0.0:
             return state
         share = operator.num_measurements / operator.num_cells
-        taken = _taken(share, self.damping)
         predicted = operator.forward(state.spectrum) - state.variance * state.scaled_residual
-        total = state.variance + state.noise_power
+        # The schedule counts as noise, in the samples as in the cells.
+        noise = max(state.noise_power, share * state.floor - state.variance)
+        total = state.variance + noise
         error = measured - predicted
         scaled = error / total
-        if taken < 1.0:
-            scaled = taken * scaled + (1.0 - taken) * state.scaled_residual
         pseudo_variance = total / share
         pseudo = state.spectrum + pseudo_variance * operator.adjoint(scaled)
-        posterior = _bernoulli_gaussian(pseudo, max(pseudo_variance, state.floor), state)
-        mean, probability, second_moment = posterior
+        mean, probability, second_moment = _bernoulli_gaussian(pseudo, pseudo_variance, state)
         error_power = float(np.vdot(error, error).real) / operator.num_measurements
-        noise_power = (
-            state.noise_power * (state.noise_power * error_power / total + state.variance) / total
-        )
+        noise_power = noise * (noise * error_power / total + state.variance) / total
         occupied = float(probability.mean(dtype=np.float64))
         energy = float(second_moment.mean(dtype=np.float64))
         spread = energy - float(np.vdot(mean, mean).real) / mean.size
         return GampState(
             spectrum=mean,
-            may_stop=state.floor <= pseudo_variance,
+            may_stop=share * state.floor <= state.variance + state.noise_power,
             scaled_residual=scaled,
             variance=max(spread, float(np.finfo(mean.real.dtype).eps) * energy),
             noise_power=noise_power,
@@ -171,11 +164,6 @@ class Gamp:
             cell_power=energy / max(occupied, _RARE),
             floor=self.decay**2 * state.floor,
         )
-
-
-def _taken(share: float, damping: float) -> float:
-    """Share of a new message that is taken: all of it while most samples are clean."""
-    return 1.0 if share > _SAFE_SHARE else damping
 
 
 def _mean_slope(values: Samples, threshold: float) -> float:

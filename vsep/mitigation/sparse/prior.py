@@ -73,7 +73,7 @@ class PriorModel:
     offset: float = 0.0
     divisor: float = 1.25
     largest: float = 0.95
-    detector: Cfar = field(default_factory=Cfar)
+    detector: Cfar = field(default_factory=lambda: Cfar(false_alarm_rate=1e-6))
 
     def __post_init__(self) -> None:
         """Check the settings."""

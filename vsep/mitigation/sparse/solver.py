@@ -48,3 +48,14 @@ def gradient_std(operator: SensingOperator, residual: Samples) -> float:
     cells: no transform and no pass over the cells is needed.
     """
     return float(np.linalg.norm(residual) / np.sqrt(operator.num_cells))
+
+
+def residual_update(
+    operator: SensingOperator, measured: Samples, spectrum: Samples
+) -> tuple[Samples, Samples]:
+    """Return the residual r = y - A x and the gradient step x + A^H r of (11) and (17)."""
+    residual = operator.forward(spectrum)
+    np.subtract(measured, residual, out=residual)
+    updated = operator.adjoint(residual)
+    updated += spectrum
+    return residual, updated

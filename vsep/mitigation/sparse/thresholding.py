@@ -2,11 +2,11 @@
 
     x_{t+1} = T_lambda(x_t + A^H (y - A x_t)),   lambda_t = beta std(A^H r_t)
 
-Hard thresholding by (12) alone locks on early artefacts of strong objects: in the first iterations
-the standard deviation is made by side lobes, not by noise, and what passes once is never removed.
-The schedule keeps ``lambda_t >= decay^t max|A^H y|``, so that strong objects are settled before
-weak ones may enter. With a prior the threshold of a cell is ``(1 - zeta(p)) lambda_t``, (13) and
-(15).
+The step size of (11) is one, because the norm of A is. Hard thresholding by (12) alone locks on
+early artefacts of strong objects: in the first iterations the standard deviation is made by side
+lobes, not by noise, and what passes once is never removed. The schedule keeps
+``lambda_t >= decay^t max|A^H y|``, so that strong objects are settled before weak ones may enter.
+With a prior the threshold of a cell is ``(1 - zeta(p)) lambda_t``, (13) and (15).
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ import numpy as np
 
 from vsep._arrays import FloatArray
 from vsep.mitigation.sparse.operators import RealSamples, Samples, SensingOperator
-from vsep.mitigation.sparse.solver import SolverState, gradient_std, zero_spectrum
+from vsep.mitigation.sparse.solver import SolverState, gradient_std, residual_update, zero_spectrum
 
 Shrinkage: TypeAlias = Literal["soft", "hard"]
 
@@ -48,8 +48,6 @@ class IterativeThresholding:
         beta of (12), typically 2 to 4.
     decay : float
         Factor of the schedule from one iteration to the next, below one; zero for no schedule.
-    step_size : float
-        vartheta of (11), above zero and at most one.
     relief : (P, N) float or None
         zeta(p) of every cell, in [0, 1): the share by which its threshold is lowered.
     """
@@ -57,7 +55,6 @@ class IterativeThresholding:
     shrinkage: Shrinkage
     control: float
     decay: float = 0.0
-    step_size: float = 1.0
     relief: FloatArray | None = None
 
     def start(self, operator: SensingOperator, measured: Samples) -> ThresholdingState:
@@ -72,12 +69,8 @@ class IterativeThresholding:
     ) -> ThresholdingState:
         """One masked residual update and one threshold, (11) and (12)."""
         assert isinstance(state, ThresholdingState)
-        residual = measured - operator.forward(state.spectrum)
+        residual, updated = residual_update(operator, measured, state.spectrum)
         noise = self.control * gradient_std(operator, residual)
-        updated = operator.adjoint(residual)
-        if self.step_size != 1.0:
-            updated *= self.step_size
-        updated += state.spectrum
         shrink = soft_threshold if self.shrinkage == "soft" else hard_threshold
         threshold = max(noise, state.floor)
         return ThresholdingState(

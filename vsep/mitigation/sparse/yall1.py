@@ -7,7 +7,7 @@ vector d of the samples and its image z, clipped to magnitude one in every cell,
 
     z = clip(A^H d + x / mu),   d = mu/(mu + nu) (A z - (A x - y)/mu),   x += 1.618 mu (A^H d - z)
 
-As in the other methods nu follows the residual by (12).
+Unless it is given, nu follows the residual by (12) as in the other methods.
 """
 
 from dataclasses import dataclass
@@ -45,10 +45,13 @@ class Yall1:
         beta of (12), which sets nu.
     scaling : float
         mu in units of the mean magnitude of the clean samples.
+    penalty : float or None
+        nu, in the unit of the spectrum; by (12) if None.
     """
 
     control: float = 2.0
     scaling: float = 1.0
+    penalty: float | None = None
 
     def start(self, operator: SensingOperator, measured: Samples) -> Yall1State:
         """Zero spectrum, zero dual vector."""
@@ -65,7 +68,9 @@ class Yall1:
         if scaling == 0.0:
             return state
         residual = operator.forward(state.spectrum) - measured
-        penalty = self.control * gradient_std(operator, residual)
+        penalty = self.penalty
+        if penalty is None:
+            penalty = self.control * gradient_std(operator, residual)
         clipped = _clip(state.dual_image + state.spectrum / scaling)
         dual = (scaling * operator.forward(clipped) - residual) / (scaling + penalty)
         dual_image = operator.adjoint(dual)

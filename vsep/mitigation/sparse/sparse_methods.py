@@ -3,17 +3,17 @@
 The thresholds are those that do best on Simulation II; see assets/docs/mitigation.md.
 """
 
+from vsep.mitigation.sparse.filling import SparseMitigation
 from vsep.mitigation.sparse.fista import Fista
 from vsep.mitigation.sparse.greedy import Cosamp, Omp
 from vsep.mitigation.sparse.message_passing import Amp, Gamp
-from vsep.mitigation.sparse.mitigation import SparseMitigation
 from vsep.mitigation.sparse.operators import Domain
 from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
 from vsep.mitigation.sparse.thresholding import IterativeThresholding
 from vsep.mitigation.sparse.yall1 import Yall1
 
-_SOFT_CONTROL = 2.0
-_HARD_CONTROL = 3.0
+_SOFT_CONTROL = 2.5
+_HARD_CONTROL = 3.5
 _DECAY = 0.8
 SOFT_PRIOR = PriorModel()
 HARD_PRIOR = PriorModel(largest=0.3)
