@@ -3,8 +3,8 @@
 import numpy as np
 import pylops
 import pytest
-from tests.vsep.sparse_bench import sparse_problem
 
+from tests.vsep.sparse_bench import sparse_problem
 from vsep.mitigation.sparse.fista import Fista, objective
 from vsep.mitigation.sparse.operators import ExplicitMatrix, MaskedFft
 
@@ -52,9 +52,9 @@ def test_the_minimum_meets_its_optimality_condition(problem):
     measured = operator.measured(frame)
     spectrum = advanced(Fista(penalty=PENALTY), operator, measured, 2000)
     gradient = operator.adjoint(measured - operator.forward(spectrum))
-    # |A^H r| is nu where x is not zero, in its phase, and at most nu elsewhere. What is left after
-    # 2000 iterations was measured to be 1e-13.
-    assert np.abs(gradient).max() <= PENALTY * (1.0 + 1e-9)
+    # |A^H r| is nu where x is not zero, in its phase, and at most nu elsewhere. After 2000
+    # iterations some 1e-15 is left.
+    assert np.abs(gradient).max() <= PENALTY * (1.0 + 1e-12)
     occupied = spectrum != 0.0
     phase = spectrum[occupied] / np.abs(spectrum[occupied])
-    np.testing.assert_allclose(gradient[occupied], PENALTY * phase, atol=1e-9 * PENALTY)
+    np.testing.assert_allclose(gradient[occupied], PENALTY * phase, atol=1e-12 * PENALTY)

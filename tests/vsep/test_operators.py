@@ -27,6 +27,8 @@ def test_adjoint_is_the_adjoint(domain, mask):
     left, right = np.vdot(image, samples), np.vdot(spectrum, operator.adjoint(samples))
     # 60 products of numbers near one, each good to 1e-16.
     assert abs(left - right) <= 1e-12 * np.linalg.norm(image) * np.linalg.norm(samples)
+    expected = operator.adjoint(samples)
+    np.testing.assert_array_equal(operator.adjoint_of_scratch(samples), expected)
 
 
 @pytest.mark.parametrize("domain", DOMAINS)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from tests.vsep.sparse_bench import sparse_problem
 
+from tests.vsep.sparse_bench import sparse_problem
 from vsep.mitigation.sparse.operators import MaskedFft
 from vsep.mitigation.sparse.solver import gradient_std
 from vsep.mitigation.sparse.thresholding import (

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
-from vsep.mitigation.sparse.solver import SolverState, gradient_std, residual_update, zero_spectrum
+from vsep.mitigation.sparse.solver import SolverState, residual_update, zero_spectrum
 from vsep.mitigation.sparse.thresholding import soft_threshold
 
 
@@ -59,10 +59,8 @@ class Fista:
     ) -> FistaState:
         """One gradient step from the extrapolated spectrum, one threshold, one extrapolation."""
         assert isinstance(state, FistaState)
-        residual, updated = residual_update(operator, measured, state.extrapolated)
-        penalty = self.penalty
-        if penalty is None:
-            penalty = self.control * gradient_std(operator, residual)
+        deviation, updated = residual_update(operator, measured, state.extrapolated)
+        penalty = self.control * deviation if self.penalty is None else self.penalty
         spectrum = soft_threshold(updated, penalty)
         momentum = 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * state.momentum**2))
         weight = (state.momentum - 1.0) / momentum

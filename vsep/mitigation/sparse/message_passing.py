@@ -148,17 +148,17 @@ class Gamp:
         scaled = error / total
         pseudo_variance = total / share
         pseudo = state.spectrum + pseudo_variance * operator.adjoint(scaled)
-        mean, probability, second_moment = _bernoulli_gaussian(pseudo, pseudo_variance, state)
+        mean, probability, variances = _bernoulli_gaussian(pseudo, pseudo_variance, state)
         error_power = float(np.vdot(error, error).real) / operator.num_measurements
         noise_power = noise * (noise * error_power / total + state.variance) / total
         occupied = float(probability.mean(dtype=np.float64))
-        energy = float(second_moment.mean(dtype=np.float64))
-        spread = energy - float(np.vdot(mean, mean).real) / mean.size
+        variance = float(variances.mean(dtype=np.float64))
+        energy = float(np.vdot(mean, mean).real) / mean.size + variance
         return GampState(
             spectrum=mean,
             may_stop=share * state.floor <= state.variance + state.noise_power,
             scaled_residual=scaled,
-            variance=max(spread, float(np.finfo(mean.real.dtype).eps) * energy),
+            variance=variance,
             noise_power=noise_power,
             occupied=min(max(occupied, _RARE), 1.0 - _RARE),
             cell_power=energy / max(occupied, _RARE),
@@ -176,13 +176,15 @@ def _mean_slope(values: Samples, threshold: float) -> float:
 def _bernoulli_gaussian(
     pseudo: Samples, pseudo_variance: float, state: GampState
 ) -> tuple[Samples, FloatArray, FloatArray]:
-    """Posterior mean, probability of being occupied, and second moment of every cell."""
+    """Posterior mean, probability of being occupied, and variance of every cell."""
     total = state.cell_power + pseudo_variance
     gain = state.cell_power / total
     odds_exponent = np.abs(pseudo) ** 2 * (gain / pseudo_variance)
     bias = np.log((1.0 - state.occupied) / state.occupied * (total / pseudo_variance))
     # Beyond 60 the exponential is below the rounding of one, and may not overflow.
-    probability = 1.0 / (1.0 + np.exp(np.clip(float(bias) - odds_exponent, -60.0, 60.0)))
-    mean = (probability * gain) * pseudo
-    second = probability * (np.abs(gain * pseudo) ** 2 + gain * pseudo_variance)
-    return mean, probability, second
+    odds = np.exp(np.clip(float(bias) - odds_exponent, -60.0, 60.0))
+    probability = 1.0 / (1.0 + odds)
+    value = gain * pseudo
+    # As a sum of positive terms: a difference of moments would be lost in single precision.
+    variance = probability * (gain * pseudo_variance + odds * probability * np.abs(value) ** 2)
+    return probability * value, probability, variance

@@ -49,6 +49,9 @@ class SensingOperator(Protocol):
     def adjoint(self, samples: Samples) -> Samples:
         """Return A^H y: the spectrum of clean samples, the others being zero."""
 
+    def adjoint_of_scratch(self, samples: Samples) -> Samples:
+        """Return A^H y as `adjoint` does; the samples may be overwritten."""
+
     def inner_products(self, cells: IntArray, others: IntArray) -> ComplexArray:
         """(K, M) inner products of columns of A; cells count along the stacked spectrum."""
 
@@ -100,6 +103,11 @@ class MaskedFft:
     def adjoint(self, samples: Samples) -> Samples:
         """(P, N) spectrum of (P, N) samples that are zero where interfered."""
         spectrum: Samples = ifft2(samples, norm="ortho")
+        return spectrum
+
+    def adjoint_of_scratch(self, samples: Samples) -> Samples:
+        """(P, N) spectrum of (P, N) samples, in their own memory."""
+        spectrum: Samples = ifft2(samples, norm="ortho", overwrite_x=True)
         return spectrum
 
     def inner_products(self, cells: IntArray, others: IntArray) -> ComplexArray:
@@ -168,6 +176,10 @@ class ExplicitMatrix:
         """(PN,) spectrum of (q,) samples."""
         # (y^H A)^H: conjugating two vectors is cheaper than the matrix.
         return np.asarray((samples.conj() @ self._matrix).conj())
+
+    def adjoint_of_scratch(self, samples: Samples) -> Samples:
+        """(PN,) spectrum of (q,) samples."""
+        return self.adjoint(samples)
 
     def inner_products(self, cells: IntArray, others: IntArray) -> ComplexArray:
         """(K, M) inner products of columns."""

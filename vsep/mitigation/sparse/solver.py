@@ -52,10 +52,11 @@ def gradient_std(operator: SensingOperator, residual: Samples) -> float:
 
 def residual_update(
     operator: SensingOperator, measured: Samples, spectrum: Samples
-) -> tuple[Samples, Samples]:
-    """Return the residual r = y - A x and the gradient step x + A^H r of (11) and (17)."""
+) -> tuple[float, Samples]:
+    """Return std(A^H r) of (12) and the gradient step x + A^H r of (11) and (17), r = y - A x."""
     residual = operator.forward(spectrum)
     np.subtract(measured, residual, out=residual)
-    updated = operator.adjoint(residual)
+    noise = gradient_std(operator, residual)
+    updated = operator.adjoint_of_scratch(residual)
     updated += spectrum
-    return residual, updated
+    return noise, updated

@@ -16,7 +16,7 @@ import numpy as np
 
 from vsep._arrays import FloatArray
 from vsep.mitigation.sparse.operators import RealSamples, Samples, SensingOperator
-from vsep.mitigation.sparse.solver import SolverState, gradient_std, residual_update, zero_spectrum
+from vsep.mitigation.sparse.solver import SolverState, residual_update, zero_spectrum
 
 Shrinkage: TypeAlias = Literal["soft", "hard"]
 
@@ -69,8 +69,8 @@ class IterativeThresholding:
     ) -> ThresholdingState:
         """One masked residual update and one threshold, (11) and (12)."""
         assert isinstance(state, ThresholdingState)
-        residual, updated = residual_update(operator, measured, state.spectrum)
-        noise = self.control * gradient_std(operator, residual)
+        deviation, updated = residual_update(operator, measured, state.spectrum)
+        noise = self.control * deviation
         shrink = soft_threshold if self.shrinkage == "soft" else hard_threshold
         threshold = max(noise, state.floor)
         return ThresholdingState(
