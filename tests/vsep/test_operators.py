@@ -87,7 +87,7 @@ def test_what_interfered_samples_hold_plays_no_part(mask):
 
 
 def test_a_matrix_that_would_not_fit_is_refused():
-    with pytest.raises(InputError, match=r"256 x 128 samples.*at most 134217728"):
+    with pytest.raises(InputError, match=r"256 x 128 samples.*at most 67108864"):
         ExplicitMatrix(np.zeros((256, 128), dtype=bool), np.complex64)
 
 

@@ -82,7 +82,7 @@ class SparseMitigation:
         "hann" or "rectangular", in both dimensions.
     tolerance : float
         A run has settled when the spectrum changes by less than this share of its norm. At 1e-2
-        iterative soft thresholding would stop some 14 dB too early.
+        iterative soft thresholding would stop some 10 dB too early.
     max_iterations : int
         At most this many iterations.
     debias : bool

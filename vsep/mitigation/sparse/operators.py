@@ -26,7 +26,7 @@ Samples: TypeAlias = NDArray[np.complexfloating[Any, Any]]
 RealSamples: TypeAlias = NDArray[np.floating[Any]]
 Domain: TypeAlias = Literal["masked-2d", "explicit-1d"]
 DOMAINS: tuple[Domain, ...] = get_args(Domain)
-_LARGEST_MATRIX = 2**27  # elements: a frame of 128 x 64 still fits (0.5 GB in single precision)
+_LARGEST_MATRIX = 2**26  # elements: a frame of 128 x 64 just fits (1 GB in double precision)
 
 
 class SensingOperator(Protocol):
