@@ -191,6 +191,7 @@ def test_the_number_of_iterations_is_bounded(small):
         ({"tolerance": 0.0}, "tolerance is 0"),
         ({"max_iterations": 0}, "max_iterations is 0"),
         ({"domain": "cube"}, "domain is 'cube'"),
+        ({"window": "kaiser"}, "window is 'kaiser'; it must be hann or rectangular"),
     ],
 )
 def test_unusable_settings_are_refused(setting, message):

@@ -7,12 +7,12 @@ sparse spectrum synthesises, divided by the window.
 """
 
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import cast, get_args
 
 import numpy as np
 from scipy.fft import fft2
 
-from vsep._arrays import BoolArray, FloatArray, frozen, require_range
+from vsep._arrays import BoolArray, FloatArray, InputError, frozen, require_range
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.sparse.operators import (
     Domain,
@@ -106,6 +106,9 @@ class SparseMitigation:
     def __post_init__(self) -> None:
         """Check the settings that are not checked elsewhere."""
         require_domain(self.domain)
+        if self.window not in get_args(Window):
+            allowed = " or ".join(get_args(Window))
+            raise InputError(f"window is {self.window!r}; it must be {allowed}.")
         require_range("tolerance", self.tolerance, 1e-12, 1.0)
         require_range("max_iterations", self.max_iterations, 1, 1_000_000)
 
