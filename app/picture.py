@@ -213,7 +213,7 @@ def _burst_levels(backdrop: Backdrop, state: SeparationState) -> FloatArray:
 
 def _table(backdrop: Backdrop, state: SeparationState) -> tuple[TableRow, ...]:
     radar, objects = backdrop.radar, state.objects
-    std = dispersion_std(objects, state.noise_precision, radar.shape)
+    std = dispersion_std(objects, state.effective_precision, radar.shape)
     cell_m, cell_mps = resolution_cells(radar)
     found = Located(
         ids=tuple(int(number) for number in objects.component_ids),

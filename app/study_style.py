@@ -8,6 +8,7 @@ _COLOURS = {
     "factorised": "#0072B2",
     "joint": "#009E73",
     "object-only": "#D55E00",
+    "masked": "#E69F00",
     "no-interference": "#7F7F7F",
     "scene": "#CC79A7",
     "bound": "#000000",
@@ -25,6 +26,7 @@ _MARKERS = {
     "factorised": "circle",
     "joint": "square",
     "object-only": "triangle",
+    "masked": "inverted_triangle",
     "no-interference": "diamond",
 }
 _OTHER_MARKERS = ("inverted_triangle", "star", "hex", "plus")

@@ -17,18 +17,26 @@ FLOORS = {
     "vsep._version": 0,
     "vsep.signal": 1,
     "vsep.inference": 2,
-    "vsep.mitigation": 2,
     "vsep.analysis": 2,
-    "vsep.files": 3,
+    # A detector of interfered samples fits objects.
+    "vsep.mitigation": 3,
+    "vsep.files": 4,
     # The rows of a study are written as result lines are.
-    "vsep.studies": 4,
-    "vsep": 5,
-    "vsep.commands": 6,
-    "vsep.study_commands": 6,
-    "vsep.study_options": 7,
-    "vsep.cli": 8,
+    "vsep.studies": 5,
+    "vsep": 6,
+    "vsep.commands": 7,
+    "vsep.mitigate_commands": 7,
+    "vsep.study_commands": 7,
+    "vsep.mitigate_options": 8,
+    "vsep.study_options": 8,
+    "vsep.cli": 9,
 }
-COMMAND_LINE = ("vsep.commands", "vsep.study_commands", "vsep.cli")
+COMMAND_LINE = (
+    "vsep.commands",
+    "vsep.mitigate_commands",
+    "vsep.study_commands",
+    "vsep.cli",
+)
 DRAWING = {"panel", "panel_material_ui", "bokeh", "holoviews"}
 # `vsep` beside the standard library; the command line also draws a progress bar and calls the app.
 LIBRARIES = {"numpy", "scipy", "vsep"}

@@ -12,6 +12,7 @@ from typing import NoReturn
 
 from vsep._arrays import InputError
 from vsep._version import __version__
+from vsep.mitigate_options import add_mask_option, add_mitigate
 from vsep.signal.presets import PRESET_NAMES
 from vsep.study_options import add_study
 
@@ -111,6 +112,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_simulate(commands)
     _add_separate(commands)
     _add_report(commands)
+    add_mitigate(commands)
     add_study(commands)
     return parser
 
@@ -220,11 +222,12 @@ def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the estimator")
     group.add_argument(
         "--estimator",
-        choices=("factorised", "joint", "object-only"),
+        choices=("factorised", "joint", "object-only", "masked"),
         default="factorised",
-        help="objects and interference with separate posteriors or a joint one, or objects alone "
-        "(default: factorised)",
+        help="objects and interference with separate posteriors or a joint one, objects alone, or "
+        "objects from the samples that the mask leaves (default: factorised)",
     )
+    add_mask_option(group)
     group.add_argument(
         "--schedule",
         choices=("robust", "paper"),

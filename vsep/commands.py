@@ -11,8 +11,9 @@ from typing import Any, TextIO
 import numpy as np
 from tqdm import tqdm
 
-from vsep._arrays import InputError
+from vsep._arrays import BoolArray, InputError
 from vsep.files.frame import Frame, read_frame, write_frame
+from vsep.files.frame_mask import frame_mask
 from vsep.files.results import as_json, result_line, separated_signals
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import make_estimator
@@ -74,7 +75,7 @@ def report_frame(options: argparse.Namespace) -> int:
     from app.report import write_report
 
     frame = read_frame(options.frame)
-    separator = make_separator(options, _model_of(frame))
+    separator = _separator_of(options, frame)
     settings = describe_run(options, frame, separator)
     write_report(frame, Path(options.out), separator=separator, settings=settings)
     return 0
@@ -85,7 +86,7 @@ def _separate_frame(path: str, options: argparse.Namespace, results: TextIO) -> 
     line: dict[str, Any]
     try:
         frame = read_frame(path)
-        solution = run(make_separator(options, _model_of(frame)), frame.received)
+        solution = run(_separator_of(options, frame), frame.received)
         line = result_line(path, solution, frame.radar)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
@@ -107,12 +108,21 @@ def _require_usable(options: argparse.Namespace) -> None:
     make_separator(options, model)
 
 
-def _model_of(frame: Frame) -> SignalModel:
-    return SignalModel.of_radar(frame.radar, frame.assumed_filter)
+def _separator_of(options: argparse.Namespace, frame: Frame) -> Estimator:
+    masked = options.estimator == "masked"
+    mask = frame_mask(frame, options.mask) if masked else None
+    model = SignalModel.of_radar(frame.radar, frame.assumed_filter)
+    return make_separator(options, model, mask)
 
 
-def make_separator(options: argparse.Namespace, model: SignalModel) -> Estimator:
+def make_separator(
+    options: argparse.Namespace, model: SignalModel, mask: BoolArray | None = None
+) -> Estimator:
     """Make the estimator that the options of ``separate`` and ``report`` describe."""
+    if options.mask is not None and options.estimator != "masked":
+        raise InputError(
+            f"--mask is {options.mask}, and {options.estimator} takes none; it is for masked."
+        )
     return make_estimator(
         options.estimator,
         model,
@@ -121,6 +131,7 @@ def make_separator(options: argparse.Namespace, model: SignalModel) -> Estimator
         interference_threshold_db=options.interference_threshold_db,
         schedule=options.schedule,
         max_iterations=options.max_iterations,
+        mask=mask,
     )
 
 
@@ -129,6 +140,8 @@ def describe_run(options: argparse.Namespace, frame: Frame, separator: Estimator
     assumed = frame.assumed_filter
     settings = {key: frame.settings[key] for key in ("preset", "seed") if key in frame.settings}
     settings["estimator"] = options.estimator
+    if options.mask is not None:
+        settings["mask"] = options.mask
     if options.estimator == "factorised":
         settings["schedule"] = options.schedule
         if options.interference_threshold_db is not None:

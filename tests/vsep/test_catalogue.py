@@ -3,12 +3,13 @@ import pytest
 from vsep import InputError
 from vsep.studies.bench import draw_bench
 from vsep.studies.catalogue import CATALOGUE, make_study
-from vsep.studies.methods import NO_INTERFERENCE, method_names
+from vsep.studies.methods import NO_INTERFERENCE, estimator_names, method_names
 from vsep.studies.study import select_points
 
 
 def test_the_catalogue_has_the_promised_studies():
-    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-6", "separability", "false-alarms"]
+    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-5-methods", "fig-6"]
+    names += ["separability", "false-alarms"]
     assert list(CATALOGUE) == names
 
 
@@ -46,7 +47,14 @@ def test_figure_5_covers_the_levels_and_variants_that_are_asked_for():
 
 def test_noise_alone_is_not_run_without_interference():
     assert NO_INTERFERENCE not in make_study("false-alarms").methods
-    assert make_study("fig-3").methods == method_names()
+    assert make_study("fig-3").methods == estimator_names()
+
+
+def test_one_study_of_figure_5_compares_the_mitigation_methods_as_well():
+    assert make_study("fig-5-methods").methods == method_names()
+    assert make_study("fig-5").methods == estimator_names()
+    # Any of them can be asked for in the others.
+    assert make_study("fig-5", methods=("zeroing", "masked")).methods == ("zeroing", "masked")
 
 
 def test_panels_indices_and_ranges_choose_points():

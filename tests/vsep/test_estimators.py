@@ -17,6 +17,7 @@ def test_every_name_gives_its_estimator():
         "FactorisedSeparator",
         "JointSeparator",
         "ObjectOnlySeparator",
+        "MaskedSeparator",
     ]
 
 

@@ -3,7 +3,14 @@ import pytest
 
 from vsep import InputError, ObjectOnlySeparator, RaisedCosineFilter, SignalModel
 from vsep.inference.estimators import ESTIMATORS
-from vsep.studies.methods import NO_INTERFERENCE, make_estimator, method_names, require_methods
+from vsep.mitigation.registry import MITIGATIONS
+from vsep.studies.methods import (
+    NO_INTERFERENCE,
+    estimator_names,
+    make_estimator,
+    method_names,
+    require_methods,
+)
 from vsep.studies.study import Point, TrialSettings
 
 MODEL = SignalModel(
@@ -18,8 +25,10 @@ def point(**changes):
     return Point(panel="a", scene="simulation-1", snr_db=30.0, sir_db=0.0, **changes)
 
 
-def test_every_registered_estimator_is_a_method_and_the_reference_comes_last():
-    assert method_names() == (*ESTIMATORS, NO_INTERFERENCE)
+def test_all_estimators_and_mitigations_are_methods_and_the_reference_comes_last():
+    assert method_names() == (*ESTIMATORS, *MITIGATIONS, NO_INTERFERENCE)
+    assert len(set(method_names())) == len(method_names())
+    assert estimator_names() == (*ESTIMATORS, NO_INTERFERENCE)
 
 
 @pytest.mark.parametrize("method", method_names())

@@ -1,6 +1,7 @@
 """Channels, scenes and the truth of a frame."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,3 +84,16 @@ def test_interfered_samples_exceed_a_share_of_the_peak_power():
 
 def test_frame_without_interference_has_no_interfered_samples():
     assert not truth(np.zeros((2, 3), dtype=complex)).interfered_samples().any()
+
+
+def test_perfect_mask_holds_what_exceeds_the_noise():
+    interference = np.array([[10.0, 1.5, 1.4], [0.0, 0.0, -1.5j]])
+    known = replace(truth(interference), noise_precision=0.5)  # a noise power of 2
+    np.testing.assert_array_equal(known.perfect_mask(), [[True, True, False], [False, False, True]])
+    np.testing.assert_array_equal(known.perfect_mask(share_of_noise=2.0), np.abs(interference) > 2)
+
+
+def test_perfect_mask_of_a_real_frame_lies_under_the_peak():
+    interference = np.array([[10.0, 0.4, 0.3]])
+    real = replace(truth(interference), noise_precision=float("nan"))
+    np.testing.assert_array_equal(real.perfect_mask(), [[True, True, False]])

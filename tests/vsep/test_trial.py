@@ -119,3 +119,13 @@ def test_the_cutoff_of_gospa_decides_what_is_a_miss(cutoff):
     (row,) = run_trial(one)
     # At 15 dB the bound is 2.7e-4 cycles per sample, 0.07 cells.
     assert row["misses"] == (1 if cutoff == 0.01 else 0)
+
+
+def test_mitigation_methods_clean_the_frame_for_the_object_only_estimator():
+    names = ("object-only", "zeroing", "masked", "no-interference")
+    rows = {row["method"]: row for row in run_trial(trial(methods=names, sir_db=-30.0))}
+    assert all(row["status"] == "done" for row in rows.values())
+    assert rows["object-only"]["sinr_db"] < 0.0 < rows["zeroing"]["sinr_db"]
+    assert rows["zeroing"]["sinr_db"] < rows["masked"]["sinr_db"]
+    # Without the samples of the burst the masked estimator finds the object all the same.
+    assert (rows["masked"]["misses"], rows["masked"]["false_alarms"]) == (0, 0)

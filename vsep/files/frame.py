@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import ComplexArray, InputError, frozen
+from vsep._arrays import BoolArray, ComplexArray, InputError, frozen
 from vsep.files.archive import Archive, Source
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
-from vsep.files.truth_keys import read_truth, truth_arrays
+from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth
@@ -57,6 +57,8 @@ class Frame:
         Whether the file keeps its single ramp as a vector.
     settings : mapping of str to str
         How it was simulated: preset, snr_db, sir_db and seed, where known.
+    truth_mask : (P, N) bool or None
+        Which samples are interfered, where the file says so.
 
     Raises
     ------
@@ -72,6 +74,7 @@ class Frame:
     beat_sign: int = -1
     is_vector: bool = False
     settings: Mapping[str, str] = field(default_factory=dict)
+    truth_mask: BoolArray | None = None
 
     def __post_init__(self) -> None:
         """Check the signal and freeze it."""
@@ -95,10 +98,20 @@ class Frame:
         """The file's filter, or the default one: raised cosine, a quarter of the sample rate."""
         return self.anti_aliasing_filter or default_filter(self.radar.sample_rate_hz)
 
+    @property
+    def perfect_mask(self) -> BoolArray | None:
+        """(P, N) interfered samples: the file's own mask, else by its truth, else None."""
+        if self.truth_mask is not None:
+            return self.truth_mask
+        return None if self.truth is None else self.truth.perfect_mask()
+
     def in_file_sign(self, signal: ComplexArray) -> ComplexArray:
         """Turn a (P, N) signal of the paper's sign into the sign and shape of the file."""
-        signal = signal if self.beat_sign == -1 else np.conj(signal)
-        return signal[0] if self.is_vector else signal
+        return self.in_file_shape(signal if self.beat_sign == -1 else np.conj(signal))
+
+    def in_file_shape(self, samples: NDArray[Any]) -> NDArray[Any]:
+        """Turn (P, N) samples into the shape of the file's."""
+        return samples[0] if self.is_vector else samples
 
 
 def read_frame(source: Source, *, name: str | None = None) -> Frame:
@@ -125,6 +138,7 @@ def read_frame(source: Source, *, name: str | None = None) -> Frame:
             beat_sign = _read_beat_sign(archive)
             anti_aliasing_filter = read_filter(archive, beat_sign)
             truth = read_truth(archive, radar.shape, beat_sign)
+            truth_mask = read_truth_mask(archive, radar.shape)
         except InputError as error:
             raise _naming(label, error) from error
         return Frame(
@@ -136,6 +150,7 @@ def read_frame(source: Source, *, name: str | None = None) -> Frame:
             beat_sign=beat_sign,
             is_vector=stored.ndim == 1,
             settings=_read_settings(archive),
+            truth_mask=truth_mask,
         )
 
 
@@ -172,6 +187,8 @@ def write_frame(path: str | Path, frame: Frame) -> None:
         arrays |= filter_arrays(frame.anti_aliasing_filter, frame.beat_sign)
     if frame.truth is not None:
         arrays |= truth_arrays(frame.truth, frame.in_file_sign)
+    if frame.truth_mask is not None:
+        arrays["truth_mask"] = frame.in_file_shape(frame.truth_mask)
     arrays |= {
         key: kind(frame.settings[key]) for key, kind in _SETTINGS.items() if key in frame.settings
     }

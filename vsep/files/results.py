@@ -84,7 +84,7 @@ def separated_signals(frame: Frame, solution: Solution) -> dict[str, Any]:
 
 def _object_entries(solution: Solution, radar: ChirpSequence) -> list[dict[str, Any]]:
     objects = solution.objects
-    std = dispersion_std(objects, solution.state.noise_precision, radar.shape)
+    std = dispersion_std(objects, solution.state.effective_precision, radar.shape)
     columns = {
         "beat": objects.beats,
         "doppler": objects.dopplers,

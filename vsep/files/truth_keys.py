@@ -3,7 +3,8 @@
 ``truth_beat``, ``truth_doppler`` (L,) and ``truth_amplitude`` (L,) are in the paper's sign;
 ``truth_object_signal`` and ``truth_interference_signal`` have the shape and sign of ``received``;
 ``truth_noise_precision`` is a number; ``truth_bursts`` is (K, 3): ramp, start frequency in Hz and
-slope in Hz/s of every burst. An incomplete truth is no truth: nothing needs it.
+slope in Hz/s of every burst. An incomplete truth is no truth: nothing needs it. ``truth_mask``,
+boolean and of the shape of ``received``, says by itself which samples are interfered.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import ComplexArray, InputError
+from vsep._arrays import BoolArray, ComplexArray, InputError, frozen
 from vsep.files.archive import Archive
 from vsep.signal.scene import GroundTruth, TrueBurst
 
@@ -62,6 +63,33 @@ def read_truth(archive: Archive, shape: tuple[int, int], beat_sign: int) -> Grou
         bursts=_read_bursts(archive, shape[0]),
         noise_precision=archive.number("truth_noise_precision", float("nan")),
     )
+
+
+def read_truth_mask(archive: Archive, shape: tuple[int, int]) -> BoolArray | None:
+    """Read which samples are interfered; None where the file does not say.
+
+    Parameters
+    ----------
+    archive : Archive
+        The frame file.
+    shape : (int, int)
+        Ramps and samples of the frame.
+
+    Raises
+    ------
+    InputError
+        If the mask is not boolean or has another shape than the frame.
+    """
+    if "truth_mask" not in archive:
+        return None
+    mask = archive.array("truth_mask")
+    shapes = [shape, shape[1:]] if shape[0] == 1 else [shape]
+    if mask.dtype != np.bool_ or mask.shape not in shapes:
+        raise InputError(
+            f"truth_mask has shape {mask.shape} and type {mask.dtype}; it must be boolean and of "
+            f"the shape of received, {shape}."
+        )
+    return frozen(mask.reshape(shape))
 
 
 def truth_arrays(

@@ -1,23 +1,29 @@
 """The estimators by the names that users call them."""
 
 from dataclasses import fields
-from typing import Any, Final, TypedDict, Unpack
+from typing import Any, Final, TypeAlias, TypedDict, Unpack
 
-from vsep._arrays import InputError
+from vsep._arrays import BoolArray, InputError
 from vsep.inference.estimator import Estimator
 from vsep.inference.joint import JointSeparator
+from vsep.inference.masked import MaskedSeparator
 from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.separator import FactorisedSeparator
 from vsep.signal.template import SignalModel
 
-ESTIMATORS: Final[dict[str, type[FactorisedSeparator] | type[ObjectOnlySeparator]]] = {
+AnyEstimator: TypeAlias = (
+    type[FactorisedSeparator] | type[ObjectOnlySeparator] | type[MaskedSeparator]
+)
+
+ESTIMATORS: Final[dict[str, AnyEstimator]] = {
     "factorised": FactorisedSeparator,
     "joint": JointSeparator,
     "object-only": ObjectOnlySeparator,
+    "masked": MaskedSeparator,
 }
 
 
-def estimator_by_name(name: str) -> type[FactorisedSeparator] | type[ObjectOnlySeparator]:
+def estimator_by_name(name: str) -> AnyEstimator:
     """Return the estimator class a user names.
 
     Raises
@@ -43,6 +49,7 @@ class EstimatorSettings(TypedDict, total=False):
     interference_threshold_db: float | None
     schedule: str
     max_iterations: int
+    mask: BoolArray | None
 
 
 def make_estimator(
@@ -57,7 +64,7 @@ def make_estimator(
     model : SignalModel
         Size, sampling and assumed filter.
     **settings
-        See `FactorisedSeparator`.
+        See `FactorisedSeparator` and, for the mask of samples to ignore, `MaskedSeparator`.
 
     Raises
     ------

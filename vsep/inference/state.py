@@ -134,6 +134,8 @@ class SeparationState:
     search_pending : bool
         Whether the next step shall search every ramp for bursts although its turn has not come:
         the run is about to converge.
+    used_share : float
+        Share of the frame's samples that count; below one where an estimator ignores some.
     """
 
     iteration: int
@@ -144,10 +146,16 @@ class SeparationState:
     interference_signal: ComplexArray
     next_component_id: int
     search_pending: bool = False
+    used_share: float = 1.0
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
         _freeze_arrays(self)
+
+    @property
+    def effective_precision(self) -> float:
+        """Noise precision at which a whole frame would tell as much as the samples that count."""
+        return self.noise_precision * self.used_share
 
     @property
     def interfered_ramps(self) -> tuple[int, ...]:

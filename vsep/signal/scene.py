@@ -134,6 +134,19 @@ class GroundTruth:
         mask: BoolArray = (power > relative_level * peak) & (peak > 0.0)
         return mask
 
+    def perfect_mask(self, share_of_noise: float = 1.0) -> BoolArray:
+        """(P, N) mask of the samples that a repair must replace, as nobody but the truth knows it.
+
+        A sample counts as interfered where the power of the interference exceeds this share of the
+        noise power. Keeping a sample that holds less costs less than losing it. A real frame has no
+        known noise power: there it is 30 dB below the interference's peak, `interfered_samples`.
+        """
+        if np.isnan(self.noise_precision):
+            return self.interfered_samples()
+        power = np.abs(self.interference_signal) ** 2
+        mask: BoolArray = power * self.noise_precision > share_of_noise
+        return mask
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Observation:

@@ -124,6 +124,18 @@ def range_doppler_map(
     return RangeDopplerMap(dopplers, beats, np.ascontiguousarray(np.abs(spectrum.T) ** 2))
 
 
+def hann_window(num_samples: int) -> FloatArray:
+    """Weights of a Hann window without its two zeros: a single sample has weight one.
+
+    Examples
+    --------
+    >>> hann_window(3).round(3)
+    array([0.5, 1. , 0.5])
+    """
+    phase = np.pi * (np.arange(num_samples) + 1.0) / (num_samples + 1.0)
+    return np.asarray(np.sin(phase) ** 2)
+
+
 def _checked(signal: ComplexArray, num_axes: tuple[int, ...]) -> ComplexArray:
     array = np.asarray(signal, dtype=np.complex128)
     if array.ndim not in num_axes or array.size == 0:
@@ -153,7 +165,5 @@ def _window(num_samples: int, window: Window) -> FloatArray:
     if window == "rectangular":
         return np.ones(num_samples)
     if window == "hann":
-        # Without the two zeros at the ends, so that one sample has weight one.
-        phase = np.pi * (np.arange(num_samples) + 1.0) / (num_samples + 1.0)
-        return np.asarray(np.sin(phase) ** 2)
+        return hann_window(num_samples)
     raise InputError(f"The window is {window!r}; it must be 'hann' or 'rectangular'.")

@@ -1,13 +1,18 @@
-"""What is compared: every registered estimator, and the run without interference.
+"""What is compared: every registered estimator and mitigation method, and no interference at all.
+
+A mitigation method is given the perfect mask, and the object-only estimator its cleaned frame; the
+masked estimator ignores the samples of the same mask. So none of them pays for finding the bursts,
+which the separation does by itself.
 
 "no-interference" is the object-only estimator on the same objects and the same noise without the
 bursts. Paired with it, a method's cost is seen ten times sharper than in an average.
 """
 
-from vsep._arrays import InputError
+from vsep._arrays import BoolArray, InputError
 from vsep.inference import estimators
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import ESTIMATORS, EstimatorSettings
+from vsep.mitigation.registry import MITIGATIONS
 from vsep.signal.template import SignalModel
 from vsep.studies.study import Point, TrialSettings
 
@@ -16,6 +21,11 @@ NO_INTERFERENCE = "no-interference"
 
 def method_names() -> tuple[str, ...]:
     """Return the names of all methods, the reference last."""
+    return (*ESTIMATORS, *MITIGATIONS, NO_INTERFERENCE)
+
+
+def estimator_names() -> tuple[str, ...]:
+    """Return the names of the methods that work on the received frame, the reference last."""
     return (*ESTIMATORS, NO_INTERFERENCE)
 
 
@@ -43,9 +53,15 @@ def require_methods(names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def make_estimator(
-    method: str, model: SignalModel, point: Point, settings: TrialSettings
+    method: str,
+    model: SignalModel,
+    point: Point,
+    settings: TrialSettings,
+    mask: BoolArray | None = None,
 ) -> Estimator:
     """Return the estimator of a method, with the threshold of a point.
+
+    That of a mitigation method, which is run first, is the object-only one.
 
     Parameters
     ----------
@@ -57,6 +73,8 @@ def make_estimator(
         Gives the threshold.
     settings : TrialSettings
         Give the schedule, to those that have one.
+    mask : (P, N) bool, optional
+        Interfered samples, for the masked estimator.
 
     Raises
     ------
@@ -64,10 +82,11 @@ def make_estimator(
         If the method is unknown or the threshold out of range.
     """
     require_methods((method,))
-    name = "object-only" if method == NO_INTERFERENCE else method
+    name = method if method in ESTIMATORS else "object-only"
     options: EstimatorSettings = {
         "object_threshold_db": point.object_threshold_db,
         "schedule": settings.schedule,
+        "mask": mask,
     }
     if point.false_alarm_rate is not None:
         options["false_alarm_rate"] = point.false_alarm_rate

@@ -64,7 +64,16 @@ def _figure_3_plans() -> list[Plan]:
     return plans
 
 
-def _figure_5_plans() -> list[Plan]:
+_FIGURE_5_PANELS = (
+    ("5a-c", "snr_db", "over SNR at SIR -20 dB"),
+    ("5d-f", "sir_db", "over SIR at SNR 60 dB"),
+    ("5-edges", "sir_db", "exact convolution with the interferer's ramp edges"),
+    ("5-two-bursts", "sir_db", "two bursts in every interfered ramp"),
+)
+_METHODS_PANELS = (("methods", "sir_db", "over SIR at SNR 60 dB, after mitigation"),)
+
+
+def _figure_5_plans(panels: tuple[tuple[str, str, str], ...]) -> list[Plan]:
     return [
         Plan(
             panel=panel,
@@ -74,12 +83,7 @@ def _figure_5_plans() -> list[Plan]:
             title=f"Fig. {panel}: {about}",
             log_y=metric == "mean_assigned_error",
         )
-        for panel, x, about in (
-            ("5a-c", "snr_db", "over SNR at SIR -20 dB"),
-            ("5d-f", "sir_db", "over SIR at SNR 60 dB"),
-            ("5-edges", "sir_db", "exact convolution with the interferer's ramp edges"),
-            ("5-two-bursts", "sir_db", "two bursts in every interfered ramp"),
-        )
+        for panel, x, about in panels
         for metric, label in (
             ("mean_assigned_error", "mean assigned error [cycles]"),
             ("misses", "misses a frame"),
@@ -158,7 +162,8 @@ def _false_alarm_plans() -> list[Plan]:
 
 PLANS: dict[str, list[Plan]] = {
     "fig-3": _figure_3_plans(),
-    "fig-5": _figure_5_plans(),
+    "fig-5": _figure_5_plans(_FIGURE_5_PANELS),
+    "fig-5-methods": _figure_5_plans(_METHODS_PANELS),
     "separability": _separability_plans(),
     "false-alarms": _false_alarm_plans(),
 }

@@ -4,6 +4,8 @@
 machine can run it. What goes wrong inside becomes a row with its reason.
 """
 
+import time
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,6 +17,8 @@ from vsep.analysis.separability import separability
 from vsep.inference.run import run
 from vsep.inference.state import Solution
 from vsep.inference.uncertainty import dispersion_std
+from vsep.mitigation.method import mitigate
+from vsep.mitigation.registry import MITIGATIONS, make_mitigation
 from vsep.signal.scene import Observation
 from vsep.studies.bench import Bench, draw_bench
 from vsep.studies.methods import NO_INTERFERENCE, make_estimator
@@ -55,10 +59,18 @@ def failed_rows(trial: Trial, reason: str) -> list[Row]:
 
 
 def separate(trial: Trial, method: str, bench: Bench) -> tuple[Observation, Solution]:
-    """Run one method of a trial; return the frame it saw and what it made of it."""
-    observation = bench.clean if method == NO_INTERFERENCE else bench.interfered
-    estimator = make_estimator(method, bench.model, trial.point, trial.settings)
-    return observation, run(estimator, observation.received)
+    """Run one method of a trial; return the frame its estimator saw and what that made of it."""
+    observation, seconds = bench.clean if method == NO_INTERFERENCE else bench.interfered, 0.0
+    mask = bench.truth.perfect_mask()
+    if method in MITIGATIONS:
+        start = time.perf_counter()
+        cleaned = mitigate(make_mitigation(method), observation.received, mask).cleaned
+        seconds = time.perf_counter() - start
+        received = np.asarray(cleaned, dtype=np.complex128)
+        observation = Observation(received=received, truth=observation.truth)
+    estimator = make_estimator(method, bench.model, trial.point, trial.settings, mask)
+    solution = run(estimator, observation.received)
+    return observation, replace(solution, seconds=solution.seconds + seconds)
 
 
 def _run_method(trial: Trial, method: str, bench: Bench, shared: Row) -> Row:
@@ -152,7 +164,7 @@ def _result_entries(
 def _assigned_entries(errors: FrameErrors, solution: Solution, shape: tuple[int, int]) -> Row:
     """Signed errors and reported standard deviations of the assigned objects, truth by truth."""
     found = errors.found_indices
-    std = dispersion_std(solution.objects, solution.state.noise_precision, shape)
+    std = dispersion_std(solution.objects, solution.state.effective_precision, shape)
     entries = {
         "assigned": errors.gospa.true_indices.tolist(),
         "beat_errors": _short_list(errors.beat_errors),

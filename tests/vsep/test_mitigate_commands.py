@@ -1,0 +1,128 @@
+"""``vsep mitigate``, and ``vsep separate`` with a mask."""
+
+import json
+
+import numpy as np
+import pytest
+
+from vsep import cli
+from vsep.files.frame import read_frame
+from vsep.mitigate_options import METHODS
+from vsep.mitigation.masks.detectors import detect_interference
+from vsep.mitigation.method import mitigate
+from vsep.mitigation.registry import MITIGATIONS, make_mitigation
+
+
+@pytest.fixture
+def frame_file(tmp_path):
+    """A frame of Simulation II with its truth."""
+    path = tmp_path / "frame.npz"
+    options = ["--preset", "simulation-2-a", "--seed", "7", "--out", str(path)]
+    assert cli.main(["simulate", *options]) == 0
+    return path
+
+
+def mitigated(frame_file, *options):
+    folder = frame_file.parent / "cleaned"
+    assert cli.main(["mitigate", str(frame_file), *options, "--out", str(folder)]) == 0
+    with np.load(folder / frame_file.name) as archive:
+        assert sorted(archive.files) == ["cleaned", "mask"]
+        return archive["cleaned"], archive["mask"]
+
+
+@pytest.mark.parametrize("name", MITIGATIONS)
+def test_every_method_writes_its_cleaned_frame_and_the_mask(frame_file, name):
+    cleaned, mask = mitigated(frame_file, "--method", name, "--mask", "truth")
+    frame = read_frame(frame_file)
+    np.testing.assert_array_equal(mask, frame.truth.perfect_mask())
+    expected = mitigate(make_mitigation(name), frame.received, mask).cleaned
+    np.testing.assert_array_equal(cleaned, expected)
+
+
+def test_masks_are_found_by_name_and_the_domain_is_a_choice(frame_file):
+    options = ("--method", "linear", "--domain", "explicit-1d", "--mask", "amplitude")
+    _, mask = mitigated(frame_file, *options)
+    expected = detect_interference("amplitude", read_frame(frame_file).received)
+    np.testing.assert_array_equal(mask, expected)
+
+
+def test_the_files_own_mask_comes_before_its_truth(frame_file):
+    mask = np.zeros((16, 128), dtype=bool)
+    mask[:, 5] = True
+    with np.load(frame_file) as archive:
+        arrays = dict(archive)
+    np.savez(frame_file, **arrays, truth_mask=mask)
+    cleaned, found = mitigated(frame_file, "--method", "zeroing")
+    np.testing.assert_array_equal(found, mask)
+    np.testing.assert_array_equal(cleaned, np.where(mask, 0, arrays["received"]))
+
+
+def test_signals_keep_the_sign_of_the_file(tmp_path, frame_arrays):
+    arrays = frame_arrays(beat_sign=1)
+    mask = np.zeros((4, 32), dtype=bool)
+    mask[1, 4:9] = True
+    np.savez(tmp_path / "frame.npz", **arrays, truth_mask=mask)
+    cleaned, _ = mitigated(tmp_path / "frame.npz", "--method", "zeroing")
+    np.testing.assert_array_equal(cleaned, np.where(mask, 0, arrays["received"]))
+
+
+def refused(capsys, *arguments):
+    try:
+        code = cli.main(arguments)
+    except SystemExit as stop:
+        code = stop.code
+    assert code == 2
+    sentence = capsys.readouterr().err
+    assert sentence.startswith("vsep: ")
+    assert sentence.count("\n") == 1
+    return sentence
+
+
+def test_what_cannot_be_done_ends_in_one_sentence(capsys, tmp_path, frame_arrays):
+    real = tmp_path / "real.npz"
+    np.savez(real, **frame_arrays())
+    out = str(tmp_path / "out")
+    run = ("mitigate", str(real), "--out", out, "--method")
+    assert "method is 'magic'" in refused(capsys, *run, "magic")
+    assert "real.npz holds neither truth_mask" in refused(
+        capsys, *run, "zeroing", "--mask", "truth"
+    )
+    assert "invalid choice: 'guess'" in refused(capsys, *run, "zeroing", "--mask", "guess")
+    lost = tmp_path / "lost.npz"
+    np.savez(lost, **frame_arrays(truth_mask=np.ones((4, 32), dtype=bool)))
+    sentence = refused(capsys, "mitigate", str(lost), "--out", out, "--method", "zeroing")
+    assert sentence == f"vsep: {lost}: All 128 samples are flagged as interfered; at least one " + (
+        "must be clean.\n"
+    )
+    own = ("mitigate", str(real), "--method", "zeroing", "--out", str(tmp_path))
+    assert "would overwrite a frame" in refused(capsys, *own)
+    twice = ("mitigate", str(real), str(real), "--method", "zeroing", "--out", out)
+    assert "2 frames are named real" in refused(capsys, *twice)
+
+
+def test_one_unreadable_frame_does_not_lose_the_others(capsys, tmp_path, frame_file):
+    out = tmp_path / "out"
+    arguments = ["mitigate", str(tmp_path / "none.npz"), str(frame_file), "--method", "zeroing"]
+    assert cli.main([*arguments, "--out", str(out)]) == 2
+    assert "none.npz does not exist" in capsys.readouterr().err
+    assert (out / "frame.npz").exists()
+
+
+def test_the_help_names_every_method():
+    assert set(MITIGATIONS) <= {name.strip() for name in METHODS.split(",")}
+
+
+@pytest.mark.parametrize("mask", ["truth", "autoregressive"])
+def test_the_masked_estimator_separates_a_frame_file(tmp_path, frame_file, mask):
+    results = tmp_path / "results.jsonl"
+    arguments = ["separate", str(frame_file), "--out", str(results), "--estimator", "masked"]
+    assert cli.main([*arguments, "--mask", mask]) == 0
+    line = json.loads(results.read_text())
+    assert line["termination"] == "converged"
+    # Ten objects, some of which share a resolution cell.
+    assert 7 <= len(line["objects"]) <= 11
+
+
+def test_a_mask_without_the_masked_estimator_is_refused(capsys, tmp_path, frame_file):
+    arguments = ("separate", str(frame_file), "--out", str(tmp_path / "r.jsonl"), "--mask", "truth")
+    assert "--mask is truth, and factorised takes none" in refused(capsys, *arguments)

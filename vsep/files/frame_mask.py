@@ -1,0 +1,45 @@
+"""The mask of a frame's interfered samples, by the names that users call it."""
+
+from typing import Final
+
+from vsep._arrays import BoolArray, InputError
+from vsep.files.frame import Frame
+from vsep.mitigation.masks.detectors import DETECTORS, detect_interference
+
+TRUTH: Final = "truth"
+MASK_NAMES: Final = (TRUTH, *DETECTORS)
+
+
+def frame_mask(frame: Frame, name: str | None = None) -> BoolArray:
+    """Return which samples of a frame are interfered.
+
+    Parameters
+    ----------
+    frame : Frame
+        The frame.
+    name : str, optional
+        "truth": the file's ``truth_mask``, or by the interference that its truth holds; otherwise
+        one of `DETECTORS`. By default the truth where it is known, else "autoregressive".
+
+    Returns
+    -------
+    (P, N) bool
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, or the truth is asked for and not known.
+    """
+    if name is None:
+        name = "autoregressive" if frame.perfect_mask is None else TRUTH
+    if name not in MASK_NAMES:
+        raise InputError(f"mask is {name!r}; it must be one of {', '.join(MASK_NAMES)}.")
+    if name != TRUTH:
+        return detect_interference(name, frame.received)
+    mask = frame.perfect_mask
+    if mask is None:
+        raise InputError(
+            f"{frame.name} holds neither truth_mask nor the truth of a simulation; choose a mask "
+            f"among {', '.join(DETECTORS)}."
+        )
+    return mask

@@ -1,0 +1,49 @@
+"""Methods that do not iterate: one step leads from the received frame to the cleaned one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from vsep._arrays import BoolArray, frozen
+from vsep.mitigation.method import FrameArray, MitigationState, require_clean
+
+Repair: TypeAlias = Callable[[FrameArray, BoolArray], FrameArray]
+
+
+@dataclass(frozen=True, slots=True)
+class DirectMitigation:
+    """A method of one step.
+
+    Parameters
+    ----------
+    name : str
+        The name a user calls it by.
+    repair : callable
+        Takes the (P, N) frame and the mask of interfered samples, at least one of them clean;
+        returns the cleaned frame. A function of a module, so that the method can be pickled.
+    """
+
+    name: str
+    repair: Repair
+
+    def init(self, received: FrameArray, mask: BoolArray) -> MitigationState:
+        """State before the step: the received frame itself.
+
+        Raises
+        ------
+        InputError
+            If no sample is clean.
+        """
+        require_clean(mask)
+        return MitigationState(iteration=0, cleaned=received)
+
+    def step(
+        self, received: FrameArray, mask: BoolArray, state: MitigationState
+    ) -> MitigationState:
+        """Repair the frame."""
+        cleaned = self.repair(received, mask).astype(received.dtype, copy=False)
+        return MitigationState(iteration=state.iteration + 1, cleaned=frozen(cleaned), change=0.0)
+
+    def finished(self, state: MitigationState) -> bool:
+        """After one step."""
+        return state.iteration >= 1

@@ -1,0 +1,50 @@
+"""The detectors of interfered samples by the names that users call them."""
+
+from collections.abc import Callable
+from typing import Final
+
+from vsep._arrays import BoolArray, InputError, frozen
+from vsep.mitigation.masks.amplitude import amplitude_mask
+from vsep.mitigation.masks.prediction import prediction_mask
+from vsep.mitigation.masks.residual import residual_mask
+from vsep.mitigation.method import FrameArray, checked_frame
+
+DETECTORS: Final[dict[str, Callable[[FrameArray], BoolArray]]] = {
+    "amplitude": amplitude_mask,
+    "autoregressive": prediction_mask,
+    "residual": residual_mask,
+}
+
+
+def detect_interference(name: str, received: FrameArray) -> BoolArray:
+    """Find the interfered samples of a frame.
+
+    Parameters
+    ----------
+    name : str
+        One of `DETECTORS`.
+    received : (P, N) complex
+        The frame.
+
+    Returns
+    -------
+    (P, N) bool
+        True where a sample is interfered; read-only.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or the frame cannot be used.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> frame = np.exp(-0.2j * np.pi * np.arange(64))[None]
+    >>> frame[0, 30:40] += 50.0 * np.exp(1j * np.arange(10) ** 2)
+    >>> mask = detect_interference("autoregressive", frame)
+    >>> bool(mask[0, 30:40].all()), bool(mask[0, :20].any())
+    (True, False)
+    """
+    if name not in DETECTORS:
+        raise InputError(f"mask is {name!r}; it must be one of {', '.join(DETECTORS)}.")
+    return frozen(DETECTORS[name](checked_frame(received)))

@@ -1,0 +1,1 @@
+"""Compressive-sensing mitigation: a sparse range-Doppler spectrum from the clean samples."""

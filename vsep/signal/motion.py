@@ -1,0 +1,69 @@
+"""Objects that move from one frame to the next with the velocities that their Doppler tells."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from vsep._arrays import require_range
+from vsep.signal.radar import ChirpSequence
+from vsep.signal.scene import Channel, Scene
+
+
+def moved_paths(radar: ChirpSequence, channel: Channel, elapsed_s: float) -> Channel:
+    """Where the paths of an object channel are after some time, at constant velocity.
+
+    With the velocity v the Doppler frequency is 2 v f_0 / c and the delay grows by 2 v / c a
+    second: by nu / f_0. The phase turns on as it does within a frame, by exp(-j 2 pi nu t).
+
+    Parameters
+    ----------
+    radar : ChirpSequence
+        Gives the carrier f_0.
+    channel : Channel
+        Two-way delays and Doppler frequencies.
+    elapsed_s : float
+        Time that passes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from vsep.signal.presets import preset_radar
+    >>> channel = Channel(
+    ...     delays_s=np.array([1e-7]), dopplers_hz=np.array([7.9e3]), weights=np.ones(1)
+    ... )
+    >>> moved_paths(preset_radar("simulation-2-a"), channel, 0.05).delays_s
+    array([1.05e-07])
+    """
+    return Channel(
+        delays_s=channel.delays_s + channel.dopplers_hz * (elapsed_s / radar.start_frequency_hz),
+        dopplers_hz=channel.dopplers_hz,
+        weights=channel.weights * np.exp(-2j * np.pi * channel.dopplers_hz * elapsed_s),
+    )
+
+
+def moving_scenes(
+    radar: ChirpSequence, scene: Scene, num_frames: int, *, cycle_s: float = 0.05
+) -> Iterator[Scene]:
+    """Yield the scene of every measurement cycle; the first is the scene itself.
+
+    Parameters
+    ----------
+    radar : ChirpSequence
+        The victim.
+    scene : Scene
+        Objects at the start; interferers and levels stay.
+    num_frames : int
+        How many scenes.
+    cycle_s : float
+        From frame to frame; 50 ms is usual in cars.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+    """
+    require_range("num_frames", num_frames, 1, 1_000_000)
+    require_range("cycle_s", cycle_s, 0.0, 1e3, "s")
+    for index in range(num_frames):
+        yield replace(scene, objects=moved_paths(radar, scene.objects, index * cycle_s))
