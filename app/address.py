@@ -5,9 +5,11 @@ A link names only what it changes. What it does not name keeps the value of its 
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
+from urllib.parse import urlencode
 
+import panel as pn
 import param
 
 from app.settings import LOADED_FRAME, PRESETS, Settings, preset_values
@@ -84,6 +86,33 @@ def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
             if "preset" in values:
                 values[name] = preset_values(values["preset"])[name]
     return values, complaints
+
+
+def set_query(key: str, value: str | None) -> None:
+    """Set one value in the address of this session's page, None takes it out."""
+    location = pn.state.location
+    if location is not None:
+        query = {name: held for name, held in location.query_params.items() if name != key}
+        added = {} if value is None else {key: value}
+        location.search = "?" + urlencode({**query, **added})
+
+
+def synchronise(settings: Settings, complain: Callable[[str], None]) -> None:
+    """Keep the address of the page in step with the settings, from now on.
+
+    The browser's own address wins while a page is loading, so this comes after.
+    """
+    location = pn.state.location
+    if location is None:
+        return
+
+    def refuse(values: dict[str, Any]) -> None:
+        query = {QUERY_NAMES[name]: value for name, value in values.items()}
+        for complaint in parse_query(query)[1]:
+            complain(complaint)
+
+    location.search = ""
+    location.sync(settings, dict(QUERY_NAMES), on_error=refuse)
 
 
 def _parse(parameter: Any, value: Any) -> Any:

@@ -82,3 +82,10 @@ def heading(text: str) -> Any:
 def small_text(text: str) -> str:
     """Return a remark below a control as HTML."""
     return f'<p style="font-size:11px;margin:0;opacity:.75">{text}</p>'
+
+
+def page_link(address: str, text: str) -> Any:
+    """Return a link in the header to another page of the program."""
+    return pn.pane.HTML(
+        f'<a href="{address}" style="color:white;font-size:13px">{text}</a>', margin=(0, 12)
+    )
