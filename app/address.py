@@ -35,6 +35,7 @@ QUERY_NAMES = {
     "estimator": "estimator",
     "schedule": "schedule",
     "false_alarm_rate": "false_alarms",
+    "object_threshold_db": "threshold",
     "max_iterations": "max_iterations",
     "ramp": "ramp",
     "speed": "speed",
@@ -120,6 +121,8 @@ def _parse(parameter: Any, value: Any) -> Any:
     try:
         if isinstance(value, str) and not isinstance(parameter, param.Selector):
             value = json.loads(value)
+        if value is None and parameter.allow_None:
+            return None
         if isinstance(parameter, param.Number):
             value = _number(value, whole=isinstance(parameter, param.Integer))
         elif isinstance(parameter, param.Boolean) and value in (0, 1):
@@ -148,4 +151,5 @@ def _allowed(parameter: Any) -> str:
         return "true or false"
     lowest, highest = parameter.bounds
     kind = "a whole number" if isinstance(parameter, param.Integer) else "a number"
-    return f"{kind} between {lowest:g} and {highest:g}"
+    empty = ", or null" if parameter.allow_None else ""
+    return f"{kind} between {lowest:g} and {highest:g}{empty}"

@@ -3,6 +3,7 @@
 from typing import Any
 
 import panel as pn
+from bokeh.models import CustomJSTickFormatter
 
 from app.assets import path
 from app.views.progress import ProgressView
@@ -82,6 +83,22 @@ def heading(text: str) -> Any:
 def small_text(text: str) -> str:
     """Return a remark below a control as HTML."""
     return f'<p style="font-size:11px;margin:0;opacity:.75">{text}</p>'
+
+
+def unseen_title(text: str) -> Any:
+    """Return the heading of a page for those who hear it; the header shows it already."""
+    return pn.pane.HTML(
+        f'<h1 class="unseen">{text}</h1>',
+        margin=0,
+        height=0,
+        sizing_mode="stretch_width",
+        stylesheets=[stylesheet("tables")],
+    )
+
+
+def number_or_nothing() -> Any:
+    """Return the format of a number that may be left out; an empty field shows its placeholder."""
+    return CustomJSTickFormatter(code="return tick == null ? '' : String(tick)")
 
 
 def page_link(address: str, text: str) -> Any:

@@ -11,14 +11,16 @@ import panel as pn
 from tornado.websocket import WebSocketClosedError
 
 from app.page import TITLE, Dashboard
-from app.study_page import TITLE as STUDIES_TITLE
-from app.study_page import StudyPage
+from app.studies.page import TITLE as STUDIES_TITLE
+from app.studies.page import StudyPage
 from vsep._arrays import InputError
 
 NUM_WORKERS = 2
 UNUSED_SESSION_MS = 4000
 CHECK_SESSIONS_MS = 2000
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
+# Those whose studies have to be ended with the server.
+_STUDY_PAGES: set[StudyPage] = set()
 
 
 @cache
@@ -47,11 +49,13 @@ def build_studies(*, own_folder: bool) -> Any:
     page = StudyPage(document.add_next_tick_callback, own_folder=own_folder)
     pn.state.onload(page.start)
     pn.state.on_session_destroyed(partial(_closed, page))
+    _STUDY_PAGES.add(page)
     return page.page()
 
 
 def _closed(page: StudyPage, context: Any) -> None:
     del context
+    _STUDY_PAGES.discard(page)
     page.close()
 
 
@@ -128,4 +132,8 @@ def serve(*, port: int = 5006, address: str = "127.0.0.1", show: bool = False) -
     logging.getLogger("bokeh").setLevel(logging.WARNING)
     server = make_server(port=port, address=address, show=show)
     server.start()
-    server.io_loop.start()
+    try:
+        server.io_loop.start()
+    finally:
+        for page in _STUDY_PAGES:
+            page.close()

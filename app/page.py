@@ -13,13 +13,13 @@ from bokeh.models import ColumnDataSource, CustomJS, Span
 
 from app.address import parse_query, set_query, synchronise
 from app.controls import Controls
-from app.layout import card, page_link, panel, progress_card, stylesheet, theme
+from app.layout import card, page_link, panel, progress_card, stylesheet, theme, unseen_title
 from app.loop import Crew, FrameLoop, Stage
 from app.picture import Picture
 from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
+from app.studies.trial_link import TRIAL_KEY, trial_of_query
 from app.transport import Transport
-from app.trial_link import TRIAL_KEY, trial_of_query
 from app.views.progress import ProgressView
 from app.views.ramps import RampStrip
 from app.views.range_doppler import RangeDopplerView
@@ -152,13 +152,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             stylesheets=[stylesheet("body")],
         )
         main = pn.Column(
-            pn.pane.HTML(
-                f'<h1 class="unseen">{TITLE}</h1>',
-                margin=0,
-                height=0,
-                sizing_mode="stretch_width",
-                stylesheets=[stylesheet("tables")],
-            ),
+            unseen_title(TITLE),
             self.transport.layout(stylesheet("transport")),
             body,
             margin=0,

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from bokeh.models import ColumnDataSource
 
-from app.study_curves import StudyCurves
-from app.study_figures import draw_panel, panel_columns, panel_shape, update_panel
-from app.study_form import StudyForm
-from app.study_page import StudyPage, compose
-from app.study_progress import Pace, progress_text
-from app.study_scatter import ScatterChoice, StudyScatter, make_dots, worst_html, worst_rows
-from app.study_session import StudyPhase, StudySnapshot
+from app.studies.curves import StudyCurves
+from app.studies.figures import draw_panel, panel_columns, panel_shape, update_panel
+from app.studies.form import StudyForm
+from app.studies.page import StudyPage, compose
+from app.studies.progress import Pace, progress_text
+from app.studies.scatter import ScatterChoice, StudyScatter, make_dots, worst_html, worst_rows
+from app.studies.session import StudyPhase, StudySnapshot
 from vsep import InputError
 from vsep.studies.catalogue import make_study
 from vsep.studies.figures import study_panels

@@ -2,7 +2,7 @@ import time
 
 import pytest
 
-from app.study_session import StudyPhase, StudySession
+from app.studies.session import StudyPhase, StudySession
 from vsep import InputError
 from vsep.studies.catalogue import make_study
 from vsep.studies.engine import record_study

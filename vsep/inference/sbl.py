@@ -231,32 +231,3 @@ def threshold_from_false_alarm_rate(rate: float, num_ramps: int, num_samples: in
     if argument <= -np.exp(-1.0):
         return 1.0
     return max(1.0, float((-power * lambertw(argument, -1)).real))
-
-
-def false_alarm_rate_from_threshold(threshold: float, num_ramps: int, num_samples: int) -> float:
-    r"""Return the expected number of false alarms in a noise-only frame at a threshold.
-
-    The inverse of `threshold_from_false_alarm_rate`.
-
-    Parameters
-    ----------
-    threshold : float
-        T, linear, at least 1.
-    num_ramps, num_samples : int
-        P and N.
-
-    Returns
-    -------
-    float
-        False alarms per frame.
-
-    Examples
-    --------
-    >>> threshold = threshold_from_false_alarm_rate(0.05, 1, 256)
-    >>> round(false_alarm_rate_from_threshold(threshold, 1, 256), 12)
-    0.05
-    """
-    maxima = np.pi * threshold / 3.0
-    if num_ramps == 1:
-        return float(num_samples * np.sqrt(maxima) * np.exp(-threshold))
-    return float(num_samples * num_ramps * maxima * np.exp(-threshold))

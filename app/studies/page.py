@@ -15,24 +15,26 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import panel as pn
 import panel_material_ui as pmu
 
-from app.layout import page_link, panel, stylesheet, theme
-from app.study_curves import StudyCurves
-from app.study_form import StudyForm
-from app.study_progress import Pace
-from app.study_scatter import Dots, ScatterChoice, StudyScatter, make_dots
-from app.study_session import StudyPhase, StudySession, StudySnapshot
-from app.study_transport import StudyTransport
+from app.layout import page_link, panel, stylesheet, theme, unseen_title
+from app.studies.curves import StudyCurves
+from app.studies.form import StudyForm
+from app.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
+from app.studies.session import StudyPhase, StudySession, StudySnapshot
+from app.studies.transport import StudyTransport
 from vsep._arrays import InputError
 from vsep.files.results import as_json
+from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
 from vsep.studies.panels import AnyPanel
 from vsep.studies.plans import PLANS
+from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.scatter import FRAME_VALUES
+from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
 
 _LOG = logging.getLogger(__name__)
@@ -41,6 +43,8 @@ TITLE = "vsep: studies"
 SHORTEST_PERIOD_S = 1.0
 # Making panels of many rows must not take more than this share of the server's time.
 LARGEST_SHARE = 0.25
+_UPLOADED = "uploaded"
+_Result = TypeVar("_Result")
 
 
 @cache
@@ -73,14 +77,15 @@ class StudyPage:
     ) -> None:
         self._post = post
         self._folder = tempfile.TemporaryDirectory(prefix="vsep-studies-")
+        # Rows that are opened get a folder of their own: they must not mix with those made here.
+        self._home = Path(self._folder.name)
         self.session: StudySession | None = None
         self._name = ""
         self._panels: Sequence[AnyPanel] = ()
         self._seen: tuple[int, ScatterChoice] | None = None
         self._told, self._closed = "", False
-        self._pace = Pace()
         self._task: asyncio.Task[None] | None = None
-        self.form = StudyForm(own_folder=own_folder)
+        self.form = StudyForm(self.load, own_folder=own_folder)
         self.curves, self.scatter = StudyCurves(), StudyScatter()
         self.transport = StudyTransport(run=self._run, halt=self._halt, rows=self._rows)
         self.transport.figure.param.watch(self._figure_chosen, "value")
@@ -119,6 +124,7 @@ class StudyPage:
             stylesheets=[stylesheet("body")],
         )
         main = pn.Column(
+            unseen_title(TITLE),
             self.transport.layout(stylesheet("transport")),
             body,
             margin=0,
@@ -151,80 +157,48 @@ class StudyPage:
             self.session.stop()
         threading.Thread(target=_clean_up, args=(self.session, self._folder), daemon=True).start()
 
-    async def _follow(self) -> None:
-        while True:
-            started = time.monotonic()
-            try:
-                await self._look()
-            except Exception as error:
-                _LOG.error("the panels of a study failed", exc_info=error)
-                self._post(partial(self.complain, f"{type(error).__name__}: {error}"))
-            spent = time.monotonic() - started
-            await asyncio.sleep(max(SHORTEST_PERIOD_S, spent / LARGEST_SHARE))
+    async def load(self, name: str, content: bytes) -> None:
+        """Open a file of rows; a bad one becomes a notification and nothing else changes."""
+        try:
+            home = Path(tempfile.mkdtemp(dir=self._folder.name))
+            study = await _in_thread(_keep_rows, home / _UPLOADED, content, name)
+            if self._closed or self._is_busy():
+                return
+            self.form.take(study)
+            path = (home / _UPLOADED).rename(self.form.path(home))
+            self._home = home
+            await self._open(self.form.study(), path)
+        except (InputError, OSError) as error:
+            self.complain(str(error))
 
-    async def _look(self) -> None:
-        session = self.session
-        if session is None:
-            return
-        snapshot = session.snapshot()
-        choice = ScatterChoice(study=self._name, panel=self.panel.value, value=self.value.value)
-        seen = len(snapshot.rows), choice
-        picture = None
-        if snapshot.rows and seen != self._seen:
-            loop = asyncio.get_running_loop()
-            picture = await loop.run_in_executor(study_pool(), compose, snapshot.rows, choice)
-        if session is self.session:
-            self._seen = seen
-            self._post(partial(self._show, snapshot, picture))
-
-    def _show(self, snapshot: StudySnapshot, picture: StudyPicture | None) -> None:
-        """Show how far the study is; called with the document locked."""
-        with pn.io.hold():
-            busy = self.transport.show(snapshot, self._pace.left_s(snapshot))
-            self.form.lock(busy)
-            if picture is not None:
-                self._panels = picture.panels
-                self.transport.offer(list(dict.fromkeys(one.title for one in picture.panels)))
-                self._show_curves()
-                self.scatter.show(picture.dots)
-        self._tell(snapshot)
-
-    def _tell(self, snapshot: StudySnapshot) -> None:
-        """Notify of an error once, and of the first trial that has no result."""
-        failed = (row["reason"] for row in snapshot.rows if row["status"] == FAILED)
-        sentence = snapshot.error
-        if not sentence and snapshot.num_failed:
-            sentence = f"A trial has no result ({next(failed)}); the study goes on."
-        if sentence and sentence != self._told:
-            self.complain(sentence)
-        self._told = sentence
-
-    def _show_curves(self) -> None:
-        title = self.transport.figure.value
-        self.curves.show([one for one in self._panels if one.title == title])
+    def complain(self, sentence: str) -> None:
+        """Notify the user of what cannot be done."""
+        if pn.state.notifications is not None:
+            pn.state.notifications.error(sentence, duration=8000)
 
     async def _run(self, _: Any) -> None:
         """Start what the form asks for, or go on with it."""
         try:
-            study = self.form.study()
-            path = self.form.path(Path(self._folder.name))
-            loop = asyncio.get_running_loop()
-            workers = self.form.workers.value or 1
-            make = partial(StudySession, study, path, workers=workers)
-            session = await loop.run_in_executor(study_pool(), make)
+            session = await self._open(self.form.study(), self.form.path(self._home))
         except (InputError, OSError) as error:
             self.complain(str(error))
             return
+        if session is not None:
+            session.start()
+            self._show(session.snapshot(), None)
+
+    async def _open(self, study: Study, path: Path) -> StudySession | None:
+        """Make the session of a study and its file, and show it; None if another one runs."""
+        make = partial(StudySession, study, path, workers=self.form.workers.value)
+        session = await _in_thread(make)
         if self._closed or self._is_busy():
-            return
+            return None
         panels = [name for name in self.form.panels.options if name in self.form.panels.value]
         kept = self.panel.value if self.panel.value in panels else panels[0]
+        self.session, self._seen, self._name, self._told = session, None, study.name, ""
         self.panel.param.update(options=panels, value=kept)
-        self.session, self._seen, self._name = session, None, study.name
-        snapshot = session.snapshot()
-        self._pace.begin(len(snapshot.rows))
-        session.start()
         self._show(session.snapshot(), None)
+        return session
 
     def _is_busy(self) -> bool:
         busy = (StudyPhase.RUNNING, StudyPhase.STOPPING)
@@ -241,22 +215,91 @@ class StudyPage:
         self.transport.download.filename = f"{self._name}.jsonl"
         return io.StringIO("".join(as_json(row) + "\n" for row in rows))
 
+    async def _follow(self) -> None:
+        while True:
+            started = time.monotonic()
+            try:
+                await self._look()
+            except Exception as error:
+                sentence = f"The rows cannot be drawn ({type(error).__name__}: {error})."
+                if sentence != self._told:
+                    _LOG.error("the panels of a study failed", exc_info=error)
+                    self._post(partial(self.complain, sentence))
+                self._told = sentence
+            spent = time.monotonic() - started
+            await asyncio.sleep(max(SHORTEST_PERIOD_S, spent / LARGEST_SHARE))
+
+    async def _look(self) -> None:
+        session = self.session
+        if session is None:
+            return
+        snapshot = session.snapshot()
+        choice = ScatterChoice(study=self._name, panel=self.panel.value, value=self.value.value)
+        seen = len(snapshot.rows), choice
+        picture = None
+        if seen != self._seen:
+            picture = await _in_thread(compose, snapshot.rows, choice)
+        if session is self.session:
+            self._seen = seen
+            self._post(partial(self._show, snapshot, picture))
+
+    def _show(self, snapshot: StudySnapshot, picture: StudyPicture | None) -> None:
+        """Show how far the study is; called with the document locked."""
+        with pn.io.hold():
+            self.form.lock(self.transport.show(snapshot))
+            if picture is not None:
+                self._panels = picture.panels
+                self.transport.offer(list(dict.fromkeys(one.title for one in picture.panels)))
+                self._show_curves()
+                self.scatter.show(picture.dots)
+        self._tell(snapshot)
+
+    def _tell(self, snapshot: StudySnapshot) -> None:
+        """Notify of an error once, and of the first trial that has no result."""
+        sentence = snapshot.error
+        if not sentence and snapshot.num_failed:
+            reason = next(row["reason"] for row in snapshot.rows if row["status"] == FAILED)
+            sentence = f"A trial has no result ({reason}); the others go on."
+        if sentence and sentence != self._told:
+            self.complain(sentence)
+            self._told = sentence
+
+    def _show_curves(self) -> None:
+        title = self.transport.figure.value
+        self.curves.show([one for one in self._panels if one.title == title])
+
     def _figure_chosen(self, event: Any) -> None:
         """Show the figure, and the trials of its panel where it has one."""
         self._show_curves()
-        own = [plan.panel for plan in PLANS[self._name] if plan.title == event.new]
+        own = [plan.panel for plan in PLANS.get(self._name, ()) if plan.title == event.new]
         if own and self.panel.value not in own and own[0] in self.panel.options:
             self.panel.value = own[0]
-
-    def complain(self, sentence: str) -> None:
-        """Notify the user of what cannot be done."""
-        if pn.state.notifications is not None:
-            pn.state.notifications.error(sentence, duration=8000)
 
 
 def compose(rows: Sequence[Row], choice: ScatterChoice) -> StudyPicture:
     """Make what the page shows of rows."""
-    return StudyPicture(panels=study_panels(rows), dots=make_dots(rows, choice))
+    panels = [*example_panels(rows), *study_panels(rows)]
+    return StudyPicture(panels=panels, dots=make_dots(rows, choice))
+
+
+async def _in_thread(function: Callable[..., _Result], *arguments: Any) -> _Result:
+    return await asyncio.get_running_loop().run_in_executor(study_pool(), function, *arguments)
+
+
+def _keep_rows(path: Path, content: bytes, name: str) -> Study:
+    """Write rows that were uploaded into a file and return their study.
+
+    Raises
+    ------
+    InputError
+        If they are no rows of a study, or cannot be drawn; it says so under the user's name.
+    """
+    path.write_bytes(content)
+    try:
+        study = study_of_rows(read_rows(path), path)
+    except InputError as error:
+        raise InputError(str(error).replace(str(path), name)) from error
+    return study
 
 
 def _clean_up(session: StudySession | None, folder: "tempfile.TemporaryDirectory[str]") -> None:

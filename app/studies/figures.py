@@ -15,8 +15,8 @@ from bokeh.models import ColumnDataSource, Div, HoverTool, Legend, Title
 from bokeh.plotting import figure
 from bokeh.resources import INLINE
 
-from app.study_print import write_print
-from app.study_style import DASHES, colour, marker, width
+from app.studies.print import write_print
+from app.studies.style import DASHES, colour, marker, width
 from vsep._arrays import InputError
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels

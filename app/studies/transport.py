@@ -7,8 +7,7 @@ import panel as pn
 import panel_material_ui as pmu
 
 from app.layout import stylesheet
-from app.study_progress import progress_text
-from app.study_session import StudyPhase, StudySnapshot
+from app.studies.session import StudyPhase, StudySnapshot
 
 _BUTTON = {"size": "small", "margin": (9, 3)}
 
@@ -96,17 +95,41 @@ class StudyTransport:
             kept = self.figure.value if self.figure.value in titles else next(iter(titles), None)
             self.figure.param.update(options=titles, value=kept)
 
-    def show(self, snapshot: StudySnapshot, left_s: float | None) -> bool:
+    def show(self, snapshot: StudySnapshot) -> bool:
         """Show how far the study is; return whether it is at work."""
         busy = snapshot.phase in (StudyPhase.RUNNING, StudyPhase.STOPPING)
         self.run.disabled = busy
         self.halt.disabled = snapshot.phase is not StudyPhase.RUNNING
         self.download.disabled = not snapshot.rows
         self.bar.value = int(100 * len(snapshot.rows) / snapshot.num_rows)
-        self.progress.object = f'<span class="status">{progress_text(snapshot, left_s)}</span>'
+        self.progress.object = f'<span class="status">{progress_text(snapshot)}</span>'
         self.status.object = _status_html(snapshot.phase)
         return busy
 
 
 def _status_html(phase: StudyPhase) -> str:
     return f'<strong role="status" style="font-size:13px;white-space:nowrap">{phase.value}</strong>'
+
+
+def progress_text(snapshot: StudySnapshot) -> str:
+    """Return how far a study is, in one line."""
+    parts = [f"{len(snapshot.rows)} of {snapshot.num_rows} rows"]
+    if snapshot.num_failed:
+        parts.append(f"{snapshot.num_failed} failed")
+    if snapshot.left_s is not None:
+        parts.append(f"{duration(snapshot.left_s)} left")
+    return " · ".join(parts)
+
+
+def duration(seconds: float) -> str:
+    """Return a duration as people say it.
+
+    Examples
+    --------
+    >>> duration(42.3), duration(600.0), duration(9000.0)
+    ('42 s', '10 min', '2 h 30 min')
+    """
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60} min"

@@ -23,9 +23,9 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from app.layout import card, stylesheet
-from app.study_style import colour, marker
-from app.trial_link import TRIAL_KEY, trial_link
-from vsep.studies.plans import PLANS
+from app.studies.style import colour, marker
+from app.studies.trial_link import TRIAL_KEY, trial_link
+from vsep.studies.plans import PLANS, Plan
 from vsep.studies.scatter import Scatter, scatter
 from vsep.studies.trial import Row
 
@@ -41,9 +41,10 @@ _OPEN = """
 const source = cb_data.source
 const index = source.selected.indices[0]
 source.selected.indices = []
-if (index == null || performance.now() - (window.vsep_opened ?? -1e6) < 500) { return }
+const link = source.data.link[index]
+if (!link || performance.now() - (window.vsep_opened ?? -1e6) < 500) { return }
 window.vsep_opened = performance.now()
-window.open("./?KEY=" + encodeURIComponent(source.data.link[index]), "_blank")
+window.open("./?KEY=" + encodeURIComponent(link), "_blank")
 """.replace("KEY", TRIAL_KEY)
 
 
@@ -57,13 +58,17 @@ class ScatterChoice:
 
     @property
     def x(self) -> str:
-        """The parameter over which the panel is drawn."""
-        return next(plan.x for plan in PLANS[self.study] if plan.panel == self.panel)
+        """The parameter over which the panel is drawn; examples have no curves over any."""
+        return next((plan.x for plan in self._plans), "sir_db")
 
     @property
     def log_x(self) -> bool:
         """Whether that parameter has a logarithmic axis."""
-        return any(plan.log_x for plan in PLANS[self.study] if plan.panel == self.panel)
+        return any(plan.log_x for plan in self._plans)
+
+    @property
+    def _plans(self) -> list[Plan]:
+        return [plan for plan in PLANS.get(self.study, ()) if plan.panel == self.panel]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +167,7 @@ class StudyScatter:
 
 
 def _empty_figure() -> figure:
-    plot = figure(toolbar_location=None, outline_line_color=None)
+    plot = figure(x_range=(0, 1), y_range=(0, 1), toolbar_location=None, outline_line_color=None)
     plot.scatter([], [])
     plot.axis.visible = plot.grid.visible = False
     return plot
@@ -206,11 +211,19 @@ def worst_html(worst: Sequence[tuple[float, Row]]) -> str:
     if not worst:
         return '<p class="empty">No trial yet.</p>'
     lines = "".join(
-        f'<tr><td><a target="_blank" href="./?{TRIAL_KEY}={quote(trial_link(row), safe="")}">'
-        f"point {row['point_index']}, realization {row['realization']}</a></td>"
+        f"<tr><td>{_trial_html(row)}</td>"
         f"<td>{escape(row['method'])}</td><td>{row['point']['snr_db']:g}</td>"
         f"<td>{row['point']['sir_db']:g}</td><td>{value:.3g}</td></tr>"
         for value, row in worst
     )
     head = "<tr><th>trial</th><th>method</th><th>SNR</th><th>SIR</th><th>value</th></tr>"
     return f'<table class="trials"><thead>{head}</thead><tbody>{lines}</tbody></table>'
+
+
+def _trial_html(row: Row) -> str:
+    """Name a trial, as a link where the live view can repeat it."""
+    name = f"point {row['point_index']}, realization {row['realization']}"
+    link = trial_link(row)
+    if not link:
+        return name
+    return f'<a target="_blank" href="./?{TRIAL_KEY}={quote(link, safe="")}">{name}</a>'

@@ -1,7 +1,7 @@
 import pytest
 
 from app.settings import LOADED_FRAME, Settings
-from app.trial_link import open_trial, trial_link, trial_of_query
+from app.studies.trial_link import open_trial, trial_link, trial_of_query
 from app.work import advance, prepare
 from vsep import InputError
 from vsep.inference.state import Termination

@@ -12,8 +12,8 @@ import panel as pn
 from bokeh.models import Legend, Title
 
 from app.layout import card, stylesheet
-from app.study_figures import draw_panel, panel_shape, update_panel
-from app.study_style import DASHES, colour, marker, width
+from app.studies.figures import draw_panel, panel_shape, update_panel
+from app.studies.style import DASHES, colour, marker, width
 from vsep.studies.panels import AnyPanel, BoxPanel, Series
 
 _LABEL_SIZE = "11px"
@@ -50,7 +50,7 @@ class StudyCurves:
         shapes = [panel_shape(panel) for panel in panels]
         if [shape[:2] for shape in shapes] != [shape[:2] for shape in self._shapes]:
             self._places = [_place(panel) for panel in panels]
-            self.grid.objects = _rows(self._places)
+            self.grid.objects = _rows(self._places) or [_hint()]
         else:
             for index, panel in enumerate(panels):
                 note, pane = self._places[index].objects
@@ -101,7 +101,7 @@ def _rows(places: Sequence[Any]) -> list[Any]:
             margin=0,
             sizing_mode="stretch_both",
             styles={"flex": "1 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("maps")],
+            stylesheets=[stylesheet("column")],
         )
         for start in range(0, len(places), columns)
     ]
