@@ -154,9 +154,7 @@ class Controls:
             **_TIGHT,
         )
         self._bind("false_alarm_rate", rate, "value_throttled")
-        self._number(
-            "object_threshold_db", placeholder="from the false alarms", format=number_or_nothing()
-        )
+        self._optional_number("object_threshold_db", placeholder="from the false alarms")
         self._number("max_iterations")
 
     def _slider(self, name: str, **options: Any) -> None:
@@ -188,11 +186,10 @@ class Controls:
         )
         self._bind(name, select, "value")
 
-    def _number(self, name: str, **options: Any) -> None:
+    def _number(self, name: str) -> None:
         parameter = Settings.param[name]
         lowest, highest = parameter.bounds
-        kind = pmu.IntInput if isinstance(parameter, param.Integer) else pmu.FloatInput
-        number = kind(
+        number = pmu.IntInput(
             label=parameter.label,
             description=parameter.doc,
             start=lowest,
@@ -200,10 +197,36 @@ class Controls:
             value=getattr(self.settings, name),
             margin=_SELECT_MARGIN,
             **_TIGHT,
-            **options,
         )
         # The browser sets "value" once the user leaves the field; "value_throttled" it never sets.
         self._bind(name, number, "value")
+
+    def _optional_number(self, name: str, *, placeholder: str) -> None:
+        """Make a field that may be empty; what is no such number is marked and changes nothing."""
+        parameter = Settings.param[name]
+        field = pmu.TextInput(
+            label=parameter.label,
+            description=parameter.doc,
+            placeholder=placeholder,
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self.widgets[name] = field
+
+        def take(event: Any) -> None:
+            try:
+                self.settings.param.update(**{name: number_or_nothing(event.new)})
+                field.error_state = False
+            except ValueError:
+                field.error_state = True
+
+        def show(*_: Any) -> None:
+            value = getattr(self.settings, name)
+            field.value = "" if value is None else repr(value)
+
+        show()
+        field.param.watch(take, "value")
+        self.settings.param.watch(show, name)
 
     def _switch(self, name: str) -> None:
         parameter = Settings.param[name]
@@ -223,7 +246,7 @@ class Controls:
         parameter = Settings.param[name]
 
         def take(event: Any) -> None:
-            if event.new is None and not parameter.allow_None:
+            if event.new is None:
                 return
             within = isinstance(parameter, param.Number)
             value = parameter.crop_to_bounds(event.new) if within else event.new

@@ -3,7 +3,6 @@
 from typing import Any
 
 import panel as pn
-from bokeh.models import CustomJSTickFormatter
 
 from app.assets import path
 from app.views.progress import ProgressView
@@ -96,9 +95,15 @@ def unseen_title(text: str) -> Any:
     )
 
 
-def number_or_nothing() -> Any:
-    """Return the format of a number that may be left out; an empty field shows its placeholder."""
-    return CustomJSTickFormatter(code="return tick == null ? '' : String(tick)")
+def number_or_nothing(text: str) -> float | None:
+    """Return the number in a field, None if it is empty; anything else is a ValueError.
+
+    Examples
+    --------
+    >>> number_or_nothing("9.5"), number_or_nothing(" ")
+    (9.5, None)
+    """
+    return float(text) if text.strip() else None
 
 
 def page_link(address: str, text: str) -> Any:

@@ -26,6 +26,10 @@ _SHAPES = {
     "triangle": '<path d="M11 1.5L14.5 8H7.5Z"/>',
     "diamond": '<path d="M11 1L14 5L11 9L8 5Z"/>',
 }
+_MARKS = {
+    "crosses": '<path d="M8 2L14 8M8 8L14 2"/>',
+    "stems": '<circle cx="11" cy="5" r="3.5"/>',
+}
 
 
 class StudyCurves:
@@ -146,13 +150,13 @@ def _sample(series: Series) -> str:
     shade = colour(series.role)
     shade = _SCREEN_COLOURS.get(shade, shade)
     dash = _DASH_ARRAYS[DASHES[series.variant % len(DASHES)]]
-    shape = ""
+    line = f'<path d="M0 5H22" stroke-width="{width(series.role)}" stroke-dasharray="{dash}"/>'
     if series.kind == "curve":
-        shape = f'<g fill="{shade}">{_SHAPES.get(marker(series.role), "")}</g>'
+        line += f'<g fill="{shade}">{_SHAPES.get(marker(series.role), "")}</g>'
     elif series.kind == "dashed":
-        dash = _DASH_ARRAYS["dashed"]
+        line = f'<path d="M0 5H22" stroke-width="1.5" stroke-dasharray="{_DASH_ARRAYS["dashed"]}"/>'
+    elif series.kind in _MARKS:
+        line = _MARKS[series.kind]
     return (
-        f'<svg width="22" height="10" aria-hidden="true" fill="none" stroke="{shade}">'
-        f'<path d="M0 5H22" stroke-width="{width(series.role)}" stroke-dasharray="{dash}"/>'
-        f"{shape}</svg>"
+        f'<svg width="22" height="10" aria-hidden="true" fill="none" stroke="{shade}">{line}</svg>'
     )

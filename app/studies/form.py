@@ -82,13 +82,12 @@ class StudyForm:
             description="Robust: searches bursts anew in early iterations. Paper: literal order.",
             **_TIGHT,
         )
-        self.threshold = _real(
-            "Object threshold [dB]",
-            None,
-            (0.0, 100.0),
-            "In the place of the study's own thresholds; empty leaves those.",
+        self.threshold = pmu.TextInput(
+            label="Object threshold [dB]",
             placeholder="the study's own",
-            format=number_or_nothing(),
+            description="In the place of the study's own thresholds; empty leaves those.",
+            margin=_MARGIN,
+            **_TIGHT,
         )
         self.cutoff = _real(
             "GOSPA cutoff [cells]",
@@ -157,6 +156,12 @@ class StudyForm:
             if widget.value is None:
                 raise InputError(f"{widget.label} is empty; it must be a number.")
             require_range(widget.label, widget.value, widget.start, widget.end)
+        try:
+            threshold_db = number_or_nothing(self.threshold.value)
+        except ValueError as error:
+            raise InputError(
+                f"{self.threshold.label} is {self.threshold.value!r}; it must be a number or empty."
+            ) from error
         return make_study(
             self.study_name.value,
             realizations=self.realizations.value,
@@ -168,7 +173,7 @@ class StudyForm:
                 gospa_cutoff=self.cutoff.value,
                 gospa_order=self.order.value,
             ),
-            object_threshold_db=self.threshold.value,
+            object_threshold_db=threshold_db,
         )
 
     def take(self, study: Study) -> None:
@@ -186,7 +191,7 @@ class StudyForm:
         self.seed.value, self.schedule.value = settings.seed, settings.schedule
         self.cutoff.value, self.order.value = settings.gospa_cutoff, settings.gospa_order
         own = study.points == CATALOGUE[study.name].points()
-        self.threshold.value = None if own else study.points[0].object_threshold_db
+        self.threshold.value = "" if own else repr(study.points[0].object_threshold_db)
         # Its rows lie where this page keeps them.
         self.folder.value = ""
 
@@ -203,13 +208,13 @@ class StudyForm:
         if not folder.is_dir():
             raise InputError(f"The results folder {chosen} is not there; make it or name another.")
         words = [self.study_name.value, f"seed-{self.seed.value}", self.schedule.value]
-        for widget, name, usual in (
-            (self.threshold, "threshold", None),
-            (self.cutoff, "cutoff", DEFAULT_CUTOFF),
-            (self.order, "order", DEFAULT_ORDER),
+        for value, name, usual in (
+            (self.threshold.value.strip(), "threshold", ""),
+            (self.cutoff.value, "cutoff", DEFAULT_CUTOFF),
+            (self.order.value, "order", DEFAULT_ORDER),
         ):
-            if widget.value != usual:
-                words.append(f"{name}-{widget.value:g}")
+            if value != usual:
+                words.append(f"{name}-{value}")
         return folder / f"{'-'.join(words)}.jsonl"
 
     def _study_chosen(self, *_: Any) -> None:
@@ -257,9 +262,7 @@ def _number(label: str, value: int, bounds: tuple[int, int], text: str) -> Any:
     )
 
 
-def _real(
-    label: str, value: float | None, bounds: tuple[float, float], text: str, **options: Any
-) -> Any:
+def _real(label: str, value: float, bounds: tuple[float, float], text: str) -> Any:
     return pmu.FloatInput(
         label=label,
         value=value,
@@ -268,7 +271,6 @@ def _real(
         description=text,
         margin=_MARGIN,
         **_TIGHT,
-        **options,
     )
 
 
