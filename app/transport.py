@@ -47,6 +47,7 @@ class Transport:
             min_width=200,
             margin=(0, 18),
         )
+        self._forget_the_committed()
         # Not "value": a slow browser sends back values that the run has moved on from, and one of
         # them would hold the run.
         self.scrub.param.watch(self._scrubbed, "value_throttled")
@@ -133,12 +134,15 @@ class Transport:
     def _scrubbed(self, event: Any) -> None:
         if event.new == _NOTHING_COMMITTED:
             return
-        # The browser reports changes only, and the same iteration may be wanted again.
-        with param.edit_constant(self.scrub):
-            self.scrub.value_throttled = _NOTHING_COMMITTED
+        self._forget_the_committed()
         if event.new != self._session.cursor:
             self._session.scrub(int(event.new))
             self._wake()
+
+    def _forget_the_committed(self) -> None:
+        """Let the browser commit any iteration: it reports changes only."""
+        with param.edit_constant(self.scrub):
+            self.scrub.value_throttled = _NOTHING_COMMITTED
 
     def _speed_set(self, event: Any) -> None:
         if event.new is not None:

@@ -40,11 +40,14 @@ def test_an_old_value_that_a_slow_browser_sends_back_does_not_hold_the_run(sessi
 
 def test_the_same_iteration_can_be_looked_at_twice(session, transport):
     transport.scrub.end = session.num_steps
+    # The browser reports changes only: what it holds must be no iteration.
+    assert transport.scrub.value_throttled == -1
     for _ in range(2):
         release(transport.scrub, 1)
         assert (session.cursor, session.phase) == (1, Phase.PAUSED)
         release(transport.scrub, session.num_steps)
         assert session.phase is Phase.FINISHED
+        assert transport.scrub.value_throttled == -1
 
 
 def test_a_ramp_is_taken_from_its_field_within_the_frame(session):
