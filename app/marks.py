@@ -115,16 +115,17 @@ def no_marks() -> Marks:
 
 def channel_marks(backdrop: Backdrop, state: SeparationState, ramp: int) -> Marks:
     """Return the channel components of a ramp; a bin is read as the beat of an object."""
-    burst, radar = state.interference[ramp], backdrop.radar
-    if burst is None:
+    bursts, radar = state.bursts_in(ramp), backdrop.radar
+    if not bursts:
         return no_marks()
     bins_per_cycle = CHANNEL_GRID_FACTOR * radar.num_samples
-    variance = np.real(np.diagonal(burst.covariance))
-    count = burst.num_components
+    bins = np.concatenate([burst.active_bins for burst in bursts])
+    power = np.concatenate([np.abs(burst.amplitudes) ** 2 for burst in bursts])
+    variance = np.concatenate([np.real(np.diagonal(burst.covariance)) for burst in bursts])
     return Marks(
-        ranges_m=radar.range_from_beat(burst.active_bins / bins_per_cycle),
-        velocities_mps=np.zeros(count),
-        levels_db=backdrop.level_db(np.abs(burst.amplitudes) ** 2 / radar.num_samples),
-        snr_db=to_db(np.abs(burst.amplitudes) ** 2 / variance),
-        opacity=np.ones(count),
+        ranges_m=radar.range_from_beat(bins / bins_per_cycle),
+        velocities_mps=np.zeros(len(bins)),
+        levels_db=backdrop.level_db(power / radar.num_samples),
+        snr_db=to_db(power / variance),
+        opacity=np.ones(len(bins)),
     )

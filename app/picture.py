@@ -207,7 +207,7 @@ def _signals(axis: FloatArray, values: FloatArray) -> Signals:
 
 def _burst_levels(backdrop: Backdrop, state: SeparationState) -> FloatArray:
     power = np.mean(np.abs(state.interference_signal) ** 2, axis=1)
-    modelled = np.array([burst is not None for burst in state.interference])
+    modelled = np.isin(np.arange(len(power)), state.interfered_ramps)
     return np.where(modelled, backdrop.level_db(power), np.nan)
 
 

@@ -7,14 +7,31 @@ from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
 from vsep.inference.channel import channel_posterior
 from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
 
-BINS = np.array([0, 1, 7])
+OWNERS, BINS = np.array([0, 1, 0]), np.array([0, 1, 7])
+OTHER = burst(-0.5, 0.0123)  # crosses the burst that is refined
+
+
+def cost_of(residual, precisions, noise_precision):
+    """Cost (71) of a ramp with two crossing bursts, by the template of the first."""
+    return ChannelCost(
+        grid=GRID,
+        residual=residual,
+        templates=np.stack([burst(0.78, -0.0118), OTHER]),
+        moving=0,
+        owners=OWNERS,
+        bins=BINS,
+        precisions=precisions,
+        noise_precision=noise_precision,
+    )
 
 
 def test_cost_is_the_dense_expression_71_up_to_the_weights_it_names():
     template, precisions, noise_precision = burst(0.78, -0.0118), np.array([0.2, 0.5, 1.0]), 30.0
     residual = template * 2.0 + noise(2, 0.1)
-    active = channel_posterior(GRID, template, residual, BINS, precisions, noise_precision)
-    atoms = dense_channel(template)[:, BINS]
+    templates = np.stack([template, OTHER])
+    active = channel_posterior(GRID, templates, residual, OWNERS, BINS, precisions, noise_precision)
+    columns = [dense_channel(templates[b])[:, k] for b, k in zip(OWNERS, BINS, strict=True)]
+    atoms = np.stack(columns, axis=1)
     covariance = np.linalg.inv(noise_precision * atoms.conj().T @ atoms + np.diag(precisions))
     projected = atoms.conj().T @ residual
     fit = noise_precision**2 * (projected.conj() @ covariance @ projected).real
@@ -25,9 +42,9 @@ def test_cost_is_the_dense_expression_71_up_to_the_weights_it_names():
 def test_gradient_equals_finite_differences():
     start, slope, reference = 0.781, -0.01175, 66.0
     precisions, noise_precision = np.array([0.2, 0.5, 1.0]), 30.0
-    residual = burst(0.78, -0.0118) * (2.0 + 0.4j) + noise(3, 0.1)
+    residual = burst(0.78, -0.0118) * (2.0 + 0.4j) + OTHER * 1.5j + noise(3, 0.1)
 
-    model_cost = ChannelCost(GRID, residual, BINS, precisions, noise_precision)
+    model_cost = cost_of(residual, precisions, noise_precision)
 
     def cost(frequency_step, slope_step):
         return model_cost.value(
@@ -50,7 +67,7 @@ def test_gradient_equals_finite_differences():
 def test_refinement_never_lowers_the_cost():
     rng = np.random.default_rng(9)
     residual = burst(0.78, -0.0118) + noise(5, 0.3)
-    cost = ChannelCost(GRID, residual, BINS, np.full(3, 0.5), 5.0)
+    cost = cost_of(residual, np.full(3, 0.5), 5.0)
     for _ in range(20):
         start = rng.uniform(0.5, 1.0)
         slope = -start / rng.uniform(20.0, 110.0)

@@ -22,13 +22,18 @@ def test_search_and_refinement_find_a_burst_exactly(centre, slope):
     length = 2 * MODEL.normalised_cutoff / abs(found.slope[1])
     assert abs(-found.start_frequency[1] / found.slope[1] - centre) < 0.1 * length
     assert abs(found.slope[1] / slope - 1) < 0.15
-    bins = np.zeros(1, dtype=np.int64)
-    refined = refine_chirp(
-        place_chirp(found.start_frequency[1], found.slope[1], MODEL),
-        MODEL,
-        ChannelCost(GRID, residual[1], bins, np.zeros(1), 0.5e8),
-        max_steps=20,
+    start, zero = place_chirp(found.start_frequency[1], found.slope[1], MODEL), np.zeros(1)
+    cost = ChannelCost(
+        grid=GRID,
+        residual=residual[1],
+        templates=start.template[None],
+        moving=0,
+        owners=zero.astype(int),
+        bins=zero.astype(int),
+        precisions=zero,
+        noise_precision=0.5e8,
     )
+    refined = refine_chirp(start, MODEL, cost, max_steps=20)
     # Noise 80 dB below the burst: deviations of the parameters are below 1e-6 of their values.
     assert -refined.start_frequency / refined.slope == pytest.approx(centre, abs=1e-3)
     assert refined.slope == pytest.approx(slope, rel=1e-4)

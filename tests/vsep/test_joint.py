@@ -32,7 +32,7 @@ def settled():
 
 def columns_of(model, received, state):
     threshold = float(from_db(ROBUST.interference_threshold_db))
-    work = InterferenceWorkspace(model, ROBUST, threshold, state.interference)
+    work = InterferenceWorkspace(model, ROBUST, threshold, state.bursts)
     return JointColumns(received, state.objects, work, state.noise_precision)
 
 
@@ -44,14 +44,12 @@ def dense_dictionary(model, state):
         / np.sqrt(model.num_ramps * model.num_samples)
         for b, d in zip(state.objects.beats, state.objects.dopplers, strict=True)
     ]
-    for p, ramp in enumerate(state.interference):
-        if ramp is None:
-            continue
-        template = model.template(np.array([ramp.start_frequency]), np.array([ramp.slope]))[0]
-        for k in ramp.active_bins:
+    for burst in state.bursts:
+        template = model.template(np.array([burst.start_frequency]), np.array([burst.slope]))[0]
+        for k in burst.active_bins:
             column = np.zeros(model.shape, dtype=complex)
             line = np.exp(-2j * np.pi * k * samples / model.num_grid_bins)
-            column[p] = template * line / np.sqrt(model.num_samples)
+            column[burst.ramp] = template * line / np.sqrt(model.num_samples)
             atoms.append(column.ravel())
     return np.stack(atoms, axis=1)
 
@@ -60,8 +58,7 @@ def test_posterior_is_that_of_the_concatenated_dictionary(settled):
     model, received, state = settled
     atoms = dense_dictionary(model, state)
     precisions = np.concatenate(
-        [state.objects.precisions]
-        + [ramp.precisions for ramp in state.interference if ramp is not None]
+        [state.objects.precisions, *[burst.precisions for burst in state.bursts]]
     )
     precision_matrix = state.noise_precision * atoms.conj().T @ atoms + np.diag(precisions)
     covariance = np.linalg.inv(precision_matrix)
@@ -79,9 +76,9 @@ def test_posterior_is_that_of_the_concatenated_dictionary(settled):
 def test_chirp_gradient_of_the_joint_evidence_equals_finite_differences(settled):
     model, received, state = settled
     columns = columns_of(model, received, state)
-    p, ramp = next((p, r) for p, r in enumerate(columns.interference.ramps) if r is not None)
-    cost = columns.chirp_cost(p, ramp)
-    start, slope = ramp.chirp.start_frequency + 1e-4, ramp.chirp.slope * 1.001
+    ramp = next(iter(columns.interference.ramps.values()))
+    chirp, cost = ramp.chirps[0], columns.chirp_cost(ramp, 0)
+    start, slope = chirp.start_frequency + 1e-4, chirp.slope * 1.001
     reference = -start / slope
 
     def value(frequency_step, slope_step):

@@ -7,8 +7,8 @@ import pytest
 from vsep.files.frame import Frame
 from vsep.files.results import as_json, result_line, separated_signals
 from vsep.inference.state import (
+    BurstComponents,
     ObjectComponents,
-    RampInterference,
     SeparationState,
     Solution,
     Termination,
@@ -41,13 +41,15 @@ LINE_KEYS = {
 def example_solution(shape: tuple[int, int], beats: list[float]) -> Solution:
     """A solution made by hand: no estimator, so every number of the line can be told in advance."""
     count = len(beats)
-    burst = RampInterference(
+    burst = BurstComponents(
+        ramp=shape[0] - 1,
         start_frequency=0.5,
         slope=-0.02,
         active_bins=np.arange(3),
         amplitudes=np.ones(3, dtype=complex),
         covariance=np.eye(3, dtype=complex),
         precisions=np.ones(3),
+        energy=25.0,
     )
     interference = np.zeros(shape, dtype=complex)
     interference[-1, :5] = 2.0 + 1.0j
@@ -63,7 +65,7 @@ def example_solution(shape: tuple[int, int], beats: list[float]) -> Solution:
                 covariance=np.eye(count, dtype=complex) * 0.25,
                 precisions=np.zeros(count),
             ),
-            interference=(None,) * (shape[0] - 1) + (burst,),
+            bursts=(burst,),
             noise_precision=4.0,
             object_signal=np.full(shape, 1.0j),
             interference_signal=interference,

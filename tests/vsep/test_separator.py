@@ -122,7 +122,7 @@ def test_both_sources_and_the_noise_account_for_the_frame(received, solution):
     power = np.mean(np.abs(rest) ** 2)
     # lambda counts the weights' uncertainty on top: about one degree of freedom per component.
     components = state.objects.num_components
-    components += sum(ramp.num_components for ramp in state.interference if ramp is not None)
+    components += sum(burst.num_components for burst in state.bursts)
     assert 1.0 / state.noise_precision == pytest.approx(
         power * (1 + components / received.size), rel=0.02
     )
@@ -150,7 +150,7 @@ def test_bursts_are_found_in_the_right_ramps_with_the_right_parameters(solution)
     assert solution.state.interfered_ramps == tuple(sorted(bursts))
     rate = ESTIMATORS["robust"].model.sample_rate_hz
     for ramp, burst in bursts.items():
-        found = solution.state.interference[ramp]
+        (found,) = solution.state.bursts_in(ramp)
         true_centre = -burst.start_frequency_hz / burst.slope_hz_per_s * rate
         # The slope is known to (1/SNR)^1/2 over the squared time-bandwidth product, but trades
         # with the channel's delays: a tenth of the burst is what the channel can absorb.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vsep.inference.sbl import ActiveSet, activation_ratio
-from vsep.inference.state import ObjectComponents, RampInterference
+from vsep.inference.state import BurstComponents, ObjectComponents
 
 
 def test_component_snr_is_the_activation_ratio_minus_one():
@@ -26,13 +26,15 @@ def test_component_snr_is_the_activation_ratio_minus_one():
 
 
 def test_burst_centre_is_where_its_frequency_is_zero():
-    ramp = RampInterference(
+    ramp = BurstComponents(
+        ramp=0,
         start_frequency=0.5,
         slope=-0.01,
         active_bins=np.array([0, 3]),
         amplitudes=np.ones(2, dtype=complex),
         covariance=np.eye(2, dtype=complex),
         precisions=np.ones(2),
+        energy=1.0,
     )
     assert ramp.centre == 50.0
     assert ramp.num_components == 2

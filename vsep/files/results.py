@@ -12,7 +12,7 @@ import numpy as np
 
 from vsep._arrays import to_db
 from vsep.files.frame import Frame
-from vsep.inference.state import RampInterference, Solution
+from vsep.inference.state import BurstComponents, Solution
 from vsep.inference.uncertainty import dispersion_std
 from vsep.signal.radar import ChirpSequence
 
@@ -32,18 +32,14 @@ def result_line(file: str, solution: Solution, radar: ChirpSequence) -> dict[str
     Returns
     -------
     dict
-        ``file``; ``objects``; ``interference``, one entry per ramp with a burst;
+        ``file``; ``objects``; ``interference``, one entry per burst;
         ``noise_precision`` in 1/power; ``iterations``; ``termination``; ``seconds``.
     """
     state = solution.state
     return {
         "file": file,
         "objects": _object_entries(solution, radar),
-        "interference": [
-            _ramp_entry(ramp, burst, state.interference_signal[ramp], radar)
-            for ramp, burst in enumerate(state.interference)
-            if burst is not None
-        ],
+        "interference": [_burst_entry(burst, radar) for burst in state.bursts],
         "noise_precision": state.noise_precision,
         "iterations": solution.iterations,
         "termination": solution.termination.name.lower(),
@@ -107,16 +103,14 @@ def _object_entries(solution: Solution, radar: ChirpSequence) -> list[dict[str, 
     ]
 
 
-def _ramp_entry(
-    ramp: int, burst: RampInterference, signal: np.ndarray[Any, Any], radar: ChirpSequence
-) -> dict[str, Any]:
+def _burst_entry(burst: BurstComponents, radar: ChirpSequence) -> dict[str, Any]:
     rate = radar.sample_rate_hz
     return {
-        "ramp": ramp,
+        "ramp": burst.ramp,
         "start_frequency_hz": burst.start_frequency * rate,
         "slope_hz_per_s": burst.slope * rate**2,
         "num_components": burst.num_components,
-        "energy": float(np.sum(np.abs(signal) ** 2)),
+        "energy": burst.energy,
     }
 
 

@@ -1,4 +1,8 @@
-"""The interference channel of one ramp: line spectra on a fixed grid, seen through a burst."""
+"""The interference channel of one ramp: line spectra on a fixed grid, seen through its bursts.
+
+A column of a ramp is ``template * psi_k``: the template of one of its bursts and an atom of the
+grid. All columns of a ramp share one posterior, for bursts that cross each other correlate.
+"""
 
 import numpy as np
 from scipy import fft
@@ -20,29 +24,45 @@ class ChannelGrid:
         twiddle = np.exp(-2j * np.pi * np.arange(self.num_bins) / self.num_bins)
         return np.asarray(twiddle[turns] / np.sqrt(self.num_samples))
 
-    def gram_lags(self, template: ComplexArray) -> ComplexArray:
-        """Gram entry of two channel atoms as a function of their bin difference, one FFT."""
-        lags = fft.ifft(np.abs(template) ** 2, self.num_bins)
+    def gram_lags(self, first: ComplexArray, second: ComplexArray) -> ComplexArray:
+        """Gram entry of two columns by their bin difference, one FFT for templates (..., N)."""
+        lags = fft.ifft(first.conj() * second, self.num_bins)
         return np.asarray(lags * (self.num_bins / self.num_samples))
 
-    def projections(self, template: ComplexArray, residual: ComplexArray) -> ComplexArray:
-        """(U Psi)^H r of every bin of the grid, one FFT."""
-        spectrum = fft.ifft(template.conj() * residual, self.num_bins)
+    def projections(self, templates: ComplexArray, residual: ComplexArray) -> ComplexArray:
+        """(U Psi)^H r of every bin of the grid, one FFT a template (..., N)."""
+        spectrum = fft.ifft(templates.conj() * residual, self.num_bins)
         return np.asarray(spectrum * (self.num_bins / np.sqrt(self.num_samples)))
 
 
 def channel_posterior(
     grid: ChannelGrid,
-    template: ComplexArray,
+    templates: ComplexArray,
     residual: ComplexArray,
+    owners: IntArray,
     bins: IntArray,
     precisions: FloatArray,
     noise_precision: float,
 ) -> ActiveSet:
-    """Weight posterior (60)-(62) of the active bins of one ramp."""
-    lags = grid.gram_lags(template)
-    gram = lags[(bins[:, None] - bins[None, :]) % grid.num_bins]
-    projections = grid.projections(template, residual)[bins]
+    """Weight posterior (60)-(62) of the columns of one ramp.
+
+    Parameters
+    ----------
+    grid : ChannelGrid
+        The channel grid.
+    templates : (B, N) complex
+        Templates of the ramp's bursts.
+    residual : (N,) complex
+        Received ramp minus the object estimate.
+    owners, bins, precisions : (K,) arrays
+        Burst, bin and prior precision of every column.
+    noise_precision : float
+        lambda.
+    """
+    lags = grid.gram_lags(templates[:, None], templates[None, :])
+    differences = (bins[:, None] - bins[None, :]) % grid.num_bins
+    gram = lags[owners[:, None], owners[None, :], differences]
+    projections = grid.projections(templates, residual)[owners, bins]
     return ActiveSet(gram, projections, precisions, noise_precision)
 
 

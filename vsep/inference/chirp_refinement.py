@@ -34,8 +34,9 @@ class ChirpCost(Protocol):
         """Cost, gradient (2,) and curvature (2, 2) for the template's derivatives (2, N)."""
 
 
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ChannelCost:
-    """Cost (71) of a ramp: ``log|C| + lambda h^H beta`` with the projections h.
+    """Cost (71) of a ramp: ``log|C| + lambda h^H beta``, as a function of one burst's template.
 
     Parameters
     ----------
@@ -43,44 +44,54 @@ class ChannelCost:
         The channel grid.
     residual : (N,) complex
         Received ramp minus the object estimate.
-    bins, precisions : (K,) arrays
-        Active bins and their prior precisions, held fixed.
+    templates : (B, N) complex
+        Templates of all bursts of the ramp.
+    moving : int
+        Which of them is changed.
+    owners, bins, precisions : (K,) arrays
+        Burst, bin and prior precision of every column, held fixed.
     noise_precision : float
         lambda.
     """
 
-    def __init__(
-        self,
-        grid: ChannelGrid,
-        residual: ComplexArray,
-        bins: IntArray,
-        precisions: FloatArray,
-        noise_precision: float,
-    ) -> None:
-        self.grid = grid
-        self.residual = residual
-        self.bins = bins
-        self.precisions = precisions
-        self.noise_precision = noise_precision
-        self.atoms = grid.atoms(bins)
+    grid: ChannelGrid
+    residual: ComplexArray
+    templates: ComplexArray
+    moving: int
+    owners: IntArray
+    bins: IntArray
+    precisions: FloatArray
+    noise_precision: float
 
-    def _posterior(self, template: ComplexArray) -> ActiveSet:
+    def _templates(self, template: ComplexArray) -> ComplexArray:
+        templates = self.templates.copy()
+        templates[self.moving] = template
+        return templates
+
+    def _posterior(self, templates: ComplexArray) -> ActiveSet:
         return channel_posterior(
-            self.grid, template, self.residual, self.bins, self.precisions, self.noise_precision
+            self.grid,
+            templates,
+            self.residual,
+            self.owners,
+            self.bins,
+            self.precisions,
+            self.noise_precision,
         )
 
     def value(self, template: ComplexArray) -> float:
         """Cost of a template (N,)."""
-        return self._posterior(template).cost()
+        return self._posterior(self._templates(template)).cost()
 
     def slopes(
         self, template: ComplexArray, derivatives: ComplexArray
     ) -> tuple[float, FloatArray, FloatArray]:
         """Cost, exact gradient and Gauss-Newton curvature."""
-        active = self._posterior(template)
-        columns = template[:, None] * self.atoms
+        templates = self._templates(template)
+        active = self._posterior(templates)
+        atoms, own = self.grid.atoms(self.bins), np.flatnonzero(self.owners == self.moving)
         gradient, curvature = template_slopes(
-            derivatives, self.atoms, columns, active, np.arange(len(active)), self.residual
+            derivatives, atoms[:, own], templates[self.owners].T * atoms, active, own, self.residual
         )
         return active.cost(), gradient, curvature
 

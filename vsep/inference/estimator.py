@@ -7,7 +7,9 @@ from vsep.inference.state import EventKind, IterationInfo, SeparationState, Term
 from vsep.signal.template import SignalModel
 
 SETTLED_DEVIATIONS = 0.01  # objects move by less than this share of their standard deviation ...
-SETTLED_NOISE = 1e-4  # ... and lambda by less than this share (its own is 1/sqrt(PN)): converged
+SETTLED_NOISE = 1e-3  # ... and lambda by less than this share (its own is 1/sqrt(PN)): converged
+# A channel component at its threshold may come and go for ever; what it moves is looked at instead.
+SETTLING_EVENTS = {EventKind.OBJECT_REJECTED, EventKind.CHANNEL_ADDED, EventKind.CHANNEL_PRUNED}
 
 
 class Estimator(Protocol):
@@ -36,7 +38,7 @@ class Estimator(Protocol):
 def is_quiet(info: IterationInfo) -> bool:
     """Whether a step changed nothing that matters."""
     return (
-        all(event.kind is EventKind.OBJECT_REJECTED for event in info.events)
+        all(event.kind in SETTLING_EVENTS for event in info.events)
         and info.max_frequency_change < SETTLED_DEVIATIONS
         and abs(info.noise_precision_change) < SETTLED_NOISE
     )

@@ -1,4 +1,4 @@
-"""Algorithm 2 with the burst search around it: the interference estimate, ramp by ramp."""
+"""Algorithm 2: the interference estimate of a frame, ramp by ramp, while one step changes it."""
 
 from dataclasses import dataclass, field
 
@@ -6,45 +6,49 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
 from vsep.inference.channel import ChannelGrid, channel_posterior, passive_ratios
-from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirp, refine_chirp
-from vsep.inference.chirp_search import find_single_chirps
+from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, refine_chirp
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.schedule import Schedule
-from vsep.inference.state import ComponentEvent, EventKind, RampInterference
+from vsep.inference.state import BurstComponents, ComponentEvent, EventKind
 from vsep.signal.template import SignalModel
-
-START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
-CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
 
 
 @dataclass(slots=True, eq=False)
 class RampWork:
-    """One ramp inside a step: its parameters, and what they imply once computed."""
+    """The bursts of one ramp inside a step: their columns, and the posterior once computed.
 
-    chirp: PlacedChirp
-    bins: IntArray
-    precisions: FloatArray
+    Column i belongs to the chirp ``owners[i]`` and the grid bin ``bins[i]``; ``signals`` (B, N) is
+    what the columns of each chirp add up to.
+    """
+
+    ramp: int
+    chirps: list[PlacedChirp] = field(default_factory=list)
+    owners: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    bins: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    precisions: FloatArray = field(default_factory=lambda: np.zeros(0))
     amplitudes: ComplexArray = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
     covariance: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
+    signals: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
     trace: float = 0.0
 
-    def freeze(self) -> RampInterference:
-        """Hand over to the next state."""
-        return RampInterference(
-            start_frequency=self.chirp.start_frequency,
-            slope=self.chirp.slope,
-            active_bins=self.bins,
-            amplitudes=self.amplitudes,
-            covariance=self.covariance,
-            precisions=self.precisions,
-        )
+    @property
+    def templates(self) -> ComplexArray:
+        """(B, N) templates of the chirps."""
+        return np.stack([chirp.template for chirp in self.chirps])
 
-    def set_posterior(self, active: ActiveSet) -> None:
-        """Take over mean and covariance."""
-        self.amplitudes = active.amplitudes
-        self.covariance = active.covariance
-        self.precisions = active.precisions
-        self.trace = active.trace()
+    def own(self, index: int) -> IntArray:
+        """Return the columns of one burst."""
+        return np.flatnonzero(self.owners == index)
+
+    def remove_burst(self, index: int) -> None:
+        """Take one burst out with its columns; the covariance is that of the next posterior."""
+        gone = self.own(index)
+        self.bins, self.precisions = np.delete(self.bins, gone), np.delete(self.precisions, gone)
+        self.amplitudes = np.delete(self.amplitudes, gone)
+        owners = np.delete(self.owners, gone)
+        self.owners = owners - (owners > index)
+        self.signals = np.delete(self.signals, index, axis=0)
+        del self.chirps[index]
 
 
 class InterferenceWorkspace:
@@ -58,7 +62,7 @@ class InterferenceWorkspace:
         Order and limits of the updates.
     threshold : float
         T_beta, linear.
-    ramps : tuple of RampInterference or None
+    bursts : tuple of BurstComponents
         Where the step starts from.
     """
 
@@ -67,162 +71,146 @@ class InterferenceWorkspace:
         model: SignalModel,
         schedule: Schedule,
         threshold: float,
-        ramps: tuple[RampInterference | None, ...],
+        bursts: tuple[BurstComponents, ...],
     ) -> None:
         self.model = model
         self.schedule = schedule
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
-        first = schedule.first_threshold_db
-        self.first_threshold = threshold if first is None else float(from_db(first))
         self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
-        self.ramps = self._thaw(ramps)
-        self.signal = np.zeros(model.shape, dtype=np.complex128)
+        self.ramps: dict[int, RampWork] = {}
         self.events: list[ComponentEvent] = []
+        self._thaw(bursts)
 
-    def _thaw(self, ramps: tuple[RampInterference | None, ...]) -> list[RampWork | None]:
-        """Working copies, with the templates of all ramps made in one call."""
-        held = [(p, ramp) for p, ramp in enumerate(ramps) if ramp is not None]
-        work: list[RampWork | None] = [None] * len(ramps)
-        if held:
-            templates = self.model.template(
-                np.array([ramp.start_frequency for _, ramp in held]),
-                np.array([ramp.slope for _, ramp in held]),
-            )
-            for (p, ramp), template in zip(held, templates, strict=True):
-                chirp = PlacedChirp(ramp.start_frequency, ramp.slope, template)
-                work[p] = RampWork(
-                    chirp, ramp.active_bins, ramp.precisions, ramp.amplitudes, ramp.covariance
-                )
-        return work
+    def _thaw(self, bursts: tuple[BurstComponents, ...]) -> None:
+        """Working copies, with all templates made in one call."""
+        templates = self.model.template(
+            np.array([burst.start_frequency for burst in bursts]),
+            np.array([burst.slope for burst in bursts]),
+        )
+        for burst, template in zip(bursts, templates, strict=True):
+            work = self.ramps.setdefault(burst.ramp, RampWork(burst.ramp))
+            owner = np.full(burst.num_components, len(work.chirps))
+            work.chirps.append(PlacedChirp(burst.start_frequency, burst.slope, template))
+            work.owners = np.concatenate([work.owners, owner])
+            work.bins = np.concatenate([work.bins, burst.active_bins])
+            work.precisions = np.concatenate([work.precisions, burst.precisions])
+            work.amplitudes = np.concatenate([work.amplitudes, burst.amplitudes])
+        for work in self.ramps.values():
+            self.synthesize(work)
 
     @property
     def trace(self) -> float:
         """tr(U Psi C Psi^H U^H) summed over the ramps, for (65)."""
-        return sum(ramp.trace for ramp in self.ramps if ramp is not None)
+        return sum(ramp.trace for ramp in self.ramps.values())
 
-    def search(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Look for a single chirp in every ramp; start, drop and restart what disagrees."""
-        found = find_single_chirps(residual, self.model)
-        for p in range(self.model.num_ramps):
-            ratio = noise_precision * float(found.score[p])
-            confirmed = ratio > self.first_threshold and found.score[p] > found.tone_score[p]
-            kind = self._verdict(self.ramps[p], float(found.score[p]), confirmed, residual[p])
-            if kind is None:
-                continue
-            self.ramps[p] = None
-            if kind is not EventKind.CHIRP_DROPPED:
-                self.ramps[p] = self._started(
-                    found.start_frequency[p], found.slope[p], residual[p], noise_precision
-                )
-            self.record(kind, p, ratio, self.first_threshold)
+    @property
+    def signal(self) -> ComplexArray:
+        """(P, N) sum of all bursts."""
+        total = np.zeros(self.model.shape, dtype=np.complex128)
+        for p, ramp in self.ramps.items():
+            total[p] = np.sum(ramp.signals, axis=0)
+        return total
 
-    def _verdict(
-        self, current: RampWork | None, score: float, confirmed: bool, residual: ComplexArray
-    ) -> EventKind | None:
-        """Tell what a search means for a ramp; None if all stays as it is."""
-        if self.schedule.first_threshold_db is None:
-            return EventKind.CHIRP_STARTED
-        if current is None:
-            return EventKind.CHIRP_STARTED if confirmed else None
-        if not confirmed:
-            return EventKind.CHIRP_DROPPED
-        better = score > CLEARLY_BETTER * self._single_score(current, residual)
-        return EventKind.CHIRP_RESTARTED if better else None
-
-    def _single_score(self, ramp: RampWork, residual: ComplexArray) -> float:
-        """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""
-        template = ramp.chirp.template
-        energy = float(np.vdot(template, template).real) / self.model.num_samples
-        projections = self.grid.projections(template, residual)
-        return float(np.max(np.abs(projections)) ** 2 / energy)
-
-    def _started(
-        self, start_frequency: float, slope: float, residual: ComplexArray, noise_precision: float
-    ) -> RampWork:
-        """Begin with one component at zero delay, polished from the search grid."""
-        chirp = place_chirp(start_frequency, slope, self.model)
-        if self.schedule.first_threshold_db is None:
-            return RampWork(chirp, np.zeros(0, dtype=np.int64), np.zeros(0))
-        bins, flat = np.zeros(1, dtype=np.int64), np.zeros(1)
-        cost = ChannelCost(self.grid, residual, bins, flat, noise_precision)
-        chirp = refine_chirp(chirp, self.model, cost, max_steps=START_STEPS)
-        started = RampWork(chirp, bins, flat)
-        active = self._posterior(started, residual, noise_precision)
-        rho, omega_sq = active.flat_prior_moments(0)
-        active.set_precision(0, converged_precision(rho, omega_sq))
-        started.set_posterior(active)
-        return started
+    def synthesize(self, ramp: RampWork) -> None:
+        """Add up what the columns of every chirp make of it."""
+        lines = [
+            self.grid.atoms(ramp.bins[own]) @ ramp.amplitudes[own]
+            for own in map(ramp.own, range(len(ramp.chirps)))
+        ]
+        ramp.signals = ramp.templates * np.stack(lines)
 
     def update(self, residual: ComplexArray, noise_precision: float) -> None:
         """Run Algorithm 2 on every ramp that holds a burst."""
-        for p, ramp in enumerate(self.ramps):
-            if ramp is None:
-                continue
+        for p, ramp in list(self.ramps.items()):
             self._refine(ramp, residual[p], noise_precision)
-            active = self._posterior(ramp, residual[p], noise_precision)
-            active = self._add_components(p, ramp, active, residual[p])
-            active = self._update_components(p, ramp, active)
-            ramp.set_posterior(active)
-            if len(active) == 0:
-                self.drop_if_empty(p)
-                continue
+            active = self.posterior(ramp, residual[p], noise_precision)
+            for index in range(len(ramp.chirps)):
+                active = self._add_components(ramp, index, active, residual[p])
+            self.take_over(ramp, self._update_components(ramp, active))
+            self.drop_empty(ramp)
             self._refine(ramp, residual[p], noise_precision)
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
-        else:
-            self._synthesize()
 
-    def drop_if_empty(self, p: int) -> None:
-        """Drop a burst that lost all its components; the literal schedule keeps the template."""
-        if self.schedule.first_threshold_db is not None:
-            self.ramps[p] = None
-            self.record(EventKind.CHIRP_DROPPED, p, 0.0, self.prune_threshold)
+    def drop_empty(self, ramp: RampWork) -> None:
+        """Drop bursts that lost all their components; the literal schedule keeps the template."""
+        if self.schedule.first_threshold_db is None:
+            return
+        for index in reversed(range(len(ramp.chirps))):
+            if len(ramp.own(index)) == 0:
+                ramp.remove_burst(index)
+                self.record(EventKind.CHIRP_DROPPED, ramp.ramp, 0.0, self.prune_threshold)
+        if not ramp.chirps:
+            del self.ramps[ramp.ramp]
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Covariance and mean (61)-(62) at the present parameters, and the signal."""
-        for p, ramp in enumerate(self.ramps):
-            if ramp is not None:
-                ramp.set_posterior(self._posterior(ramp, residual[p], noise_precision))
-        self._synthesize()
+        """Covariance and mean (61)-(62) at the present parameters."""
+        for p, ramp in self.ramps.items():
+            self.take_over(ramp, self.posterior(ramp, residual[p], noise_precision))
 
-    def _posterior(
+    def take_over(self, ramp: RampWork, active: ActiveSet) -> None:
+        """Hand a posterior to its ramp."""
+        ramp.amplitudes = active.amplitudes
+        ramp.covariance = active.covariance
+        ramp.precisions = active.precisions
+        ramp.trace = active.trace()
+        self.synthesize(ramp)
+
+    def posterior(
         self, ramp: RampWork, residual: ComplexArray, noise_precision: float
     ) -> ActiveSet:
+        """Posterior of all columns of a ramp at its present parameters."""
         return channel_posterior(
-            self.grid, ramp.chirp.template, residual, ramp.bins, ramp.precisions, noise_precision
+            self.grid,
+            ramp.templates,
+            residual,
+            ramp.owners,
+            ramp.bins,
+            ramp.precisions,
+            noise_precision,
         )
-
-    def _synthesize(self) -> None:
-        self.signal = np.zeros(self.model.shape, dtype=np.complex128)
-        for p, ramp in enumerate(self.ramps):
-            if ramp is not None:
-                line = self.grid.atoms(ramp.bins) @ ramp.amplitudes
-                self.signal[p] = ramp.chirp.template * line
 
     def _refine(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
-        if len(ramp.bins) == 0:
+        for index in range(len(ramp.chirps)):
+            steps = self.schedule.refinement_steps
+            self.refine_burst(ramp, index, residual, noise_precision, max_steps=steps)
+
+    def refine_burst(
+        self,
+        ramp: RampWork,
+        index: int,
+        residual: ComplexArray,
+        noise_precision: float,
+        *,
+        max_steps: int,
+    ) -> None:
+        """Climb (71) in the parameters of one burst."""
+        if not np.any(ramp.owners == index):
             return
-        ramp.chirp = refine_chirp(
-            ramp.chirp,
-            self.model,
-            ChannelCost(self.grid, residual, ramp.bins, ramp.precisions, noise_precision),
-            max_steps=self.schedule.refinement_steps,
+        cost = ChannelCost(
+            grid=self.grid,
+            residual=residual,
+            templates=ramp.templates,
+            moving=index,
+            owners=ramp.owners,
+            bins=ramp.bins,
+            precisions=ramp.precisions,
+            noise_precision=noise_precision,
         )
+        ramp.chirps[index] = refine_chirp(ramp.chirps[index], self.model, cost, max_steps=max_steps)
 
     def _add_components(
-        self,
-        p: int,
-        ramp: RampWork,
-        active: ActiveSet,
-        residual: ComplexArray,
+        self, ramp: RampWork, index: int, active: ActiveSet, residual: ComplexArray
     ) -> ActiveSet:
-        lags = self.grid.gram_lags(ramp.chirp.template)
-        projections = self.grid.projections(ramp.chirp.template, residual)
-        energy = float(lags[0].real)
+        template = ramp.chirps[index].template
+        lags = self.grid.gram_lags(ramp.templates, template)
+        projections = self.grid.projections(template, residual)
+        energy = float(lags[index, 0].real)
         every_bin = np.arange(self.grid.num_bins)
         for _ in range(self.schedule.channel_additions):
-            correlations = lags[(ramp.bins[:, None] - every_bin[None, :]) % self.grid.num_bins]
+            differences = (ramp.bins[:, None] - every_bin[None, :]) % self.grid.num_bins
+            correlations = lags[ramp.owners[:, None], differences]
             ratio, inverse_rho = passive_ratios(
                 correlations,
                 projections,
@@ -231,7 +219,7 @@ class InterferenceWorkspace:
                 active.amplitudes,
                 active.noise_precision,
             )
-            ratio[ramp.bins] = 0.0
+            ratio[ramp.bins[ramp.own(index)]] = 0.0
             best = int(np.argmax(ratio))
             if ratio[best] <= self.threshold:
                 return active
@@ -240,48 +228,71 @@ class InterferenceWorkspace:
             active = active.inserted(
                 len(active), correlations[:, best], complex(projections[best]), energy, precision
             )
+            ramp.owners = np.append(ramp.owners, index)
             ramp.bins = np.append(ramp.bins, best)
-            self.record(
-                EventKind.CHANNEL_ADDED, p, float(ratio[best]), self.threshold, channel_bin=best
-            )
+            ramp.precisions = active.precisions
+            self.record_component(EventKind.CHANNEL_ADDED, ramp.ramp, float(ratio[best]), best)
         return active
 
-    def _update_components(self, p: int, ramp: RampWork, active: ActiveSet) -> ActiveSet:
+    def _update_components(self, ramp: RampWork, active: ActiveSet) -> ActiveSet:
         active.refresh()
-        for channel_bin in ramp.bins.copy():
-            index = int(np.flatnonzero(ramp.bins == channel_bin)[0])
+        index = 0
+        while index < len(active):
             rho, omega_sq = active.flat_prior_moments(index)
             ratio = activation_ratio(rho, omega_sq)
             # At a ratio of one the prior variance would be zero or negative, (77).
             if ratio > max(self.prune_threshold, 1.0):
                 active.set_precision(index, converged_precision(rho, omega_sq))
-            else:
-                active = active.without(index)
-                ramp.bins = np.delete(ramp.bins, index)
-                self.record(
-                    EventKind.CHANNEL_PRUNED,
-                    p,
-                    ratio,
-                    self.prune_threshold,
-                    channel_bin=int(channel_bin),
-                )
+                index += 1
+                continue
+            active = active.without(index)
+            channel_bin = int(ramp.bins[index])
+            self.record_component(EventKind.CHANNEL_PRUNED, ramp.ramp, ratio, channel_bin)
+            ramp.owners, ramp.bins = np.delete(ramp.owners, index), np.delete(ramp.bins, index)
         active.refresh()
         return active
 
-    def record(
-        self, kind: EventKind, ramp: int, ratio: float, threshold: float, *, channel_bin: int = -1
-    ) -> None:
-        """Add an event of the step."""
+    def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:
+        """Add an event of a burst."""
         self.events.append(
             ComponentEvent(
                 kind=kind,
                 snr_db=float(to_db(ratio)),
                 threshold_db=float(to_db(threshold)),
                 ramp=ramp,
+            )
+        )
+
+    def record_component(self, kind: EventKind, ramp: int, ratio: float, channel_bin: int) -> None:
+        """Add an event of a channel component."""
+        added = kind is EventKind.CHANNEL_ADDED
+        self.events.append(
+            ComponentEvent(
+                kind=kind,
+                snr_db=float(to_db(ratio)),
+                threshold_db=float(to_db(self.threshold if added else self.prune_threshold)),
+                ramp=ramp,
                 bin=channel_bin,
             )
         )
 
-    def frozen_ramps(self) -> tuple[RampInterference | None, ...]:
+    def frozen_bursts(self) -> tuple[BurstComponents, ...]:
         """Freeze the result of the step."""
-        return tuple(None if ramp is None else ramp.freeze() for ramp in self.ramps)
+        bursts = []
+        for p in sorted(self.ramps):
+            ramp = self.ramps[p]
+            for index, chirp in enumerate(ramp.chirps):
+                own, signal = ramp.own(index), ramp.signals[index]
+                bursts.append(
+                    BurstComponents(
+                        ramp=p,
+                        start_frequency=chirp.start_frequency,
+                        slope=chirp.slope,
+                        active_bins=ramp.bins[own],
+                        amplitudes=ramp.amplitudes[own],
+                        covariance=ramp.covariance[np.ix_(own, own)],
+                        precisions=ramp.precisions[own],
+                        energy=float(np.vdot(signal, signal).real),
+                    )
+                )
+        return tuple(bursts)

@@ -8,6 +8,7 @@ not subtracted but stands among the columns. The price is a covariance of all co
 from dataclasses import dataclass
 
 from vsep._arrays import ComplexArray, from_db
+from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.joint_columns import JointColumns
 from vsep.inference.objects import ObjectWorkspace
@@ -26,7 +27,12 @@ class JointSeparator(FactorisedSeparator):
         interference = self.interference_workspace(state)
         searched = self.search_due(state)
         if searched:
-            interference.search(received - state.object_signal, state.noise_precision)
+            BurstSearch(
+                interference,
+                received - state.object_signal,
+                state.noise_precision,
+                weakest_share=interference.schedule.weakest_burst_share(state.iteration),
+            ).run()
         received, num_used = self.set_aside(received, state)
         columns = JointColumns(received, state.objects, interference, state.noise_precision)
         columns.update()

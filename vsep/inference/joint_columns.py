@@ -54,7 +54,7 @@ class JointColumns:
         self.rebuild()
 
     def _ramps(self) -> list[tuple[int, RampWork]]:
-        return [(p, ramp) for p, ramp in enumerate(self.interference.ramps) if ramp is not None]
+        return list(self.interference.ramps.items())
 
     def rebuild(self) -> None:
         """Posterior of all columns from scratch."""
@@ -80,7 +80,7 @@ class JointColumns:
         precisions = [np.zeros(0)]
         for p, ramp in self._ramps():
             atoms = self.interference.grid.atoms(ramp.bins)
-            beat.append((ramp.chirp.template[:, None] * atoms).T)
+            beat.append(ramp.templates[ramp.owners] * atoms.T)
             doppler.append(np.tile(np.eye(num_ramps)[p], (len(ramp.bins), 1)))
             precisions.append(ramp.precisions)
         return Background(
@@ -90,13 +90,13 @@ class JointColumns:
     def update(self) -> None:
         """Run Algorithm 2 on every ramp that holds a burst, on the joint posterior."""
         for p, ramp in self._ramps():
-            self._refine(p, ramp)
-            self._add_components(p, ramp)
+            self._refine(ramp)
+            for index in range(len(ramp.chirps)):
+                self._add_components(p, ramp, index)
             self._update_components(p, ramp)
-            if len(ramp.bins) == 0:
-                self.interference.drop_if_empty(p)
+            self.interference.drop_empty(ramp)
             self.rebuild()
-            self._refine(p, ramp)
+            self._refine(ramp)
 
     def expected_error(self) -> float:
         """Denominator of (65) with the joint posterior."""
@@ -104,14 +104,12 @@ class JointColumns:
         return expected_error(rest, self.active.trace())
 
     def take_over(self) -> None:
-        """Hand every ramp its block of the posterior, and synthesize the interference."""
-        signal: ComplexArray = np.zeros(self.received.shape, dtype=np.complex128)
+        """Hand every ramp its block of the posterior."""
         for p, ramp in self._ramps():
             own = np.flatnonzero(self.owners == p)
             ramp.amplitudes = self.active.amplitudes[own]
             ramp.covariance = self.active.covariance[np.ix_(own, own)]
-            signal[p] = self.factors[0][own].T @ ramp.amplitudes
-        self.interference.signal = signal
+            self.interference.synthesize(ramp)
 
     def members(self, p: int) -> IntArray:
         """Return the indices of the columns with a part in ramp p: all objects, and its own."""
@@ -122,26 +120,27 @@ class JointColumns:
         beat, doppler = self.factors
         return np.asarray((beat[members] * doppler[members, p][:, None]).T)
 
-    def _refine(self, p: int, ramp: RampWork) -> None:
-        if len(ramp.bins) == 0:
-            return
-        ramp.chirp = refine_chirp(
-            ramp.chirp,
-            self.interference.model,
-            self.chirp_cost(p, ramp),
-            max_steps=self.interference.schedule.refinement_steps,
-        )
-        self.rebuild()
+    def _refine(self, ramp: RampWork) -> None:
+        for index in range(len(ramp.chirps)):
+            if len(ramp.own(index)) == 0:
+                continue
+            ramp.chirps[index] = refine_chirp(
+                ramp.chirps[index],
+                self.interference.model,
+                self.chirp_cost(ramp, index),
+                max_steps=self.interference.schedule.refinement_steps,
+            )
+            self.rebuild()
 
-    def chirp_cost(self, p: int, ramp: RampWork) -> ChirpCost:
-        """Log evidence of the whole frame as a function of one ramp's template."""
-        return _JointCost(self, p, ramp)
+    def chirp_cost(self, ramp: RampWork, index: int) -> ChirpCost:
+        """Log evidence of the whole frame as a function of one burst's template."""
+        return _JointCost(self, ramp, index)
 
-    def _add_components(self, p: int, ramp: RampWork) -> None:
-        work, template = self.interference, ramp.chirp.template
-        lags = work.grid.gram_lags(template)
+    def _add_components(self, p: int, ramp: RampWork, index: int) -> None:
+        work, template = self.interference, ramp.chirps[index].template
+        lags = work.grid.gram_lags(ramp.templates, template)
         projections = work.grid.projections(template, self.received[p])
-        num_bins, energy = work.grid.num_bins, float(lags[0].real)
+        num_bins, energy = work.grid.num_bins, float(lags[index, 0].real)
         beat, doppler = self.factors
         count = len(self.points)
         seen = beat[:count].conj() * template * doppler[:count, p].conj()[:, None]
@@ -149,7 +148,7 @@ class JointColumns:
         for _ in range(work.schedule.channel_additions):
             members = self.members(p)
             lag = (ramp.bins[:, None] - np.arange(num_bins)[None, :]) % num_bins
-            correlations = np.concatenate([with_objects, lags[lag]])
+            correlations = np.concatenate([with_objects, lags[ramp.owners[:, None], lag]])
             ratio, inverse_rho = passive_ratios(
                 correlations,
                 projections,
@@ -158,7 +157,7 @@ class JointColumns:
                 self.active.amplitudes[members],
                 self.noise_precision,
             )
-            ratio[ramp.bins] = 0.0
+            ratio[ramp.bins[ramp.own(index)]] = 0.0
             best = int(np.argmax(ratio))
             if ratio[best] <= work.threshold:
                 return
@@ -166,22 +165,19 @@ class JointColumns:
             all_correlations = np.zeros(len(self.active), dtype=np.complex128)
             all_correlations[members] = correlations[:, best]
             own = np.flatnonzero(self.owners == p)
-            index = int(own[-1]) + 1 if len(own) else len(self.owners)
+            place = int(own[-1]) + 1 if len(own) else len(self.owners)
             precision = converged_precision(rho, float(ratio[best]) * rho)
             self.active = self.active.inserted(
-                index, all_correlations, complex(projections[best]), energy, precision
+                place, all_correlations, complex(projections[best]), energy, precision
             )
-            self.owners = np.insert(self.owners, index, p)
-            ramp.bins = np.append(ramp.bins, best)
+            self.owners = np.insert(self.owners, place, p)
+            ramp.owners, ramp.bins = np.append(ramp.owners, index), np.append(ramp.bins, best)
             ramp.precisions = np.append(ramp.precisions, precision)
-            work.record(
-                EventKind.CHANNEL_ADDED, p, float(ratio[best]), work.threshold, channel_bin=best
-            )
+            work.record_component(EventKind.CHANNEL_ADDED, p, float(ratio[best]), best)
 
     def _update_components(self, p: int, ramp: RampWork) -> None:
-        work = self.interference
-        for channel_bin in ramp.bins.copy():
-            place = int(np.flatnonzero(ramp.bins == channel_bin)[0])
+        work, place = self.interference, 0
+        while place < len(ramp.bins):
             index = int(np.flatnonzero(self.owners == p)[place])
             rho, omega_sq = self.active.flat_prior_moments(index)
             ratio = activation_ratio(rho, omega_sq)
@@ -189,31 +185,28 @@ class JointColumns:
                 self.active.set_precision(index, converged_precision(rho, omega_sq))
                 ramp.precisions = ramp.precisions.copy()
                 ramp.precisions[place] = self.active.precisions[index]
+                place += 1
                 continue
             self.active = self.active.without(index)
             self.owners = np.delete(self.owners, index)
-            ramp.bins = np.delete(ramp.bins, place)
+            channel_bin = int(ramp.bins[place])
+            work.record_component(EventKind.CHANNEL_PRUNED, p, ratio, channel_bin)
+            ramp.owners, ramp.bins = np.delete(ramp.owners, place), np.delete(ramp.bins, place)
             ramp.precisions = np.delete(ramp.precisions, place)
-            work.record(
-                EventKind.CHANNEL_PRUNED,
-                p,
-                ratio,
-                work.prune_threshold,
-                channel_bin=int(channel_bin),
-            )
 
 
 class _JointCost:
-    """Log evidence of the whole frame as a function of one ramp's template."""
+    """Log evidence of the whole frame as a function of one burst's template."""
 
-    def __init__(self, columns: JointColumns, p: int, ramp: RampWork) -> None:
+    def __init__(self, columns: JointColumns, ramp: RampWork, index: int) -> None:
         self.columns = columns
-        self.ramp_index = p
         self.ramp = ramp
-        self.atoms = columns.interference.grid.atoms(ramp.bins)
+        self.index = index
+        self.own = ramp.own(index)
+        self.atoms = columns.interference.grid.atoms(ramp.bins[self.own])
 
     def value(self, template: ComplexArray) -> float:
-        """Cost with this template in the ramp."""
+        """Cost with this template in the burst."""
         self._place(template)
         return self.columns.active.cost()
 
@@ -222,7 +215,7 @@ class _JointCost:
     ) -> tuple[float, FloatArray, FloatArray]:
         """Cost, exact gradient and Gauss-Newton curvature."""
         self._place(template)
-        columns, p = self.columns, self.ramp_index
+        columns, p = self.columns, self.ramp.ramp
         members = columns.members(p)
         part = _restricted(columns.active, members)
         gradient, curvature = template_slopes(
@@ -230,13 +223,13 @@ class _JointCost:
             self.atoms,
             columns.columns_in_ramp(p, members),
             part,
-            np.flatnonzero(columns.owners[members] == p),
+            np.flatnonzero(columns.owners[members] == p)[self.own],
             columns.received[p],
         )
         return columns.active.cost(), gradient, curvature
 
     def _place(self, template: ComplexArray) -> None:
-        self.ramp.chirp = replace(self.ramp.chirp, template=template)
+        self.ramp.chirps[self.index] = replace(self.ramp.chirps[self.index], template=template)
         self.columns.rebuild()
 
 

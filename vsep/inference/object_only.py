@@ -62,7 +62,7 @@ class ObjectOnlySeparator:
         return SeparationState(
             iteration=0,
             objects=no_objects(),
-            interference=(None,) * self.model.num_ramps,
+            bursts=(),
             noise_precision=2.0 * (received.size - 1) / float(np.sum(np.abs(received) ** 2)),
             object_signal=np.zeros(self.model.shape, dtype=np.complex128),
             interference_signal=np.zeros(self.model.shape, dtype=np.complex128),

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from vsep._arrays import InputError
+from vsep._arrays import InputError, from_db
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -22,6 +22,11 @@ class Schedule:
     prune_margin_db : float
         By how much a channel component may fall below its threshold before it is pruned; without
         a margin components close to the threshold come and go for ever.
+    bursts_per_ramp : int
+        Bursts modelled in a ramp at most.
+    early_burst_range_db, burst_range_db : float
+        By how much a further burst of a ramp may be weaker than its strongest, up to the last early
+        search and after it: what the fit of a burst has not reached yet looks like more bursts.
     channel_additions : int
         Channel components added per ramp and iteration at most.
     late_object_additions : int
@@ -47,6 +52,9 @@ class Schedule:
     interference_threshold_db: float
     first_threshold_db: float | None
     prune_margin_db: float
+    bursts_per_ramp: int
+    early_burst_range_db: float
+    burst_range_db: float
     channel_additions: int
     late_object_additions: int
     early_search: tuple[int, ...]
@@ -61,6 +69,11 @@ class Schedule:
         late = self.impute_from is not None and iteration >= self.impute_from
         return self.late_object_additions if late else 1
 
+    def weakest_burst_share(self, iteration: int) -> float:
+        """Share of a ramp's strongest burst that a further one must have (counted from 0)."""
+        early = iteration <= self.early_search[-1]
+        return float(from_db(-(self.early_burst_range_db if early else self.burst_range_db)))
+
     def search_due(self, iteration: int) -> bool:
         """Whether the ramps are searched for bursts in this iteration (counted from 0)."""
         if iteration <= self.early_search[-1] or self.late_search_period is None:
@@ -73,6 +86,9 @@ ROBUST: Final = Schedule(
     interference_threshold_db=6.0,
     first_threshold_db=13.0,
     prune_margin_db=1.0,
+    bursts_per_ramp=3,
+    early_burst_range_db=20.0,
+    burst_range_db=40.0,
     channel_additions=4,
     late_object_additions=4,
     early_search=(0, 2, 4, 6, 8, 10, 12),
@@ -87,6 +103,9 @@ PAPER: Final = Schedule(
     interference_threshold_db=3.0,
     first_threshold_db=None,
     prune_margin_db=0.0,
+    bursts_per_ramp=1,
+    early_burst_range_db=0.0,
+    burst_range_db=0.0,
     channel_additions=1,
     late_object_additions=1,
     early_search=(0,),

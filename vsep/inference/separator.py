@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._arrays import ComplexArray, from_db, require_range
+from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
 from vsep.inference.interference import InterferenceWorkspace
@@ -89,7 +90,12 @@ class FactorisedSeparator:
         interference = self.interference_workspace(state)
         searched = self.search_due(state)
         if searched:
-            interference.search(received - state.object_signal, state.noise_precision)
+            BurstSearch(
+                interference,
+                received - state.object_signal,
+                state.noise_precision,
+                weakest_share=interference.schedule.weakest_burst_share(state.iteration),
+            ).run()
         received, num_used = self.set_aside(received, state)
         residual = received - state.object_signal
         interference.update(residual, state.noise_precision)
@@ -117,7 +123,7 @@ class FactorisedSeparator:
         if threshold_db is None:
             threshold_db = schedule.interference_threshold_db
         return InterferenceWorkspace(
-            self.model, schedule, float(from_db(threshold_db)), state.interference
+            self.model, schedule, float(from_db(threshold_db)), state.bursts
         )
 
     def set_aside(self, received: ComplexArray, state: SeparationState) -> tuple[ComplexArray, int]:
@@ -174,7 +180,7 @@ class FactorisedSeparator:
             state,
             iteration=state.iteration + 1,
             objects=components,
-            interference=interference.frozen_ramps(),
+            bursts=interference.frozen_bursts(),
             noise_precision=noise_precision,
             object_signal=object_signal,
             interference_signal=interference.signal,
@@ -208,9 +214,8 @@ def _separation_bound(
     error = expected_error(residual - interference.signal, traces)
     active = objects.active
     bound = weights_bound(active.amplitudes, active.covariance, active.precisions)
-    for ramp in interference.ramps:
-        if ramp is not None:
-            bound += weights_bound(ramp.amplitudes, ramp.covariance, ramp.precisions)
+    for ramp in interference.ramps.values():
+        bound += weights_bound(ramp.amplitudes, ramp.covariance, ramp.precisions)
     return bound + noise_bound(num_used, noise_precision, error)
 
 

@@ -66,11 +66,13 @@ class ObjectComponents:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class RampInterference:
-    """Burst and interference channel of one ramp, q(beta) with the chirp parameters theta.
+class BurstComponents:
+    """One burst and its interference channel, q(beta) with the chirp parameters theta.
 
     Parameters
     ----------
+    ramp : int
+        The ramp it lies in; a ramp can hold several.
     start_frequency : float
         Delta f_0 in cycles per sample: the burst's frequency at the ramp's first sample.
     slope : float
@@ -83,14 +85,18 @@ class RampInterference:
         Posterior covariance (62).
     precisions : (K,) float
         Prior precisions gamma_beta.
+    energy : float
+        Of the burst's samples, the sum of their squared magnitudes.
     """
 
+    ramp: int
     start_frequency: float
     slope: float
     active_bins: IntArray
     amplitudes: ComplexArray
     covariance: ComplexArray
     precisions: FloatArray
+    energy: float
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -117,8 +123,8 @@ class SeparationState:
         Number of completed iterations.
     objects : ObjectComponents
         The object channel.
-    interference : tuple of RampInterference or None, length P
-        One entry per ramp; None where no burst is modelled.
+    bursts : tuple of BurstComponents
+        In the order of their ramps; several in a ramp in the order in which they were found.
     noise_precision : float
         lambda, mean of q(lambda).
     object_signal, interference_signal : (P, N) complex
@@ -132,7 +138,7 @@ class SeparationState:
 
     iteration: int
     objects: ObjectComponents
-    interference: tuple[RampInterference | None, ...]
+    bursts: tuple[BurstComponents, ...]
     noise_precision: float
     object_signal: ComplexArray
     interference_signal: ComplexArray
@@ -146,11 +152,11 @@ class SeparationState:
     @property
     def interfered_ramps(self) -> tuple[int, ...]:
         """Indices of the ramps in which a burst is modelled."""
-        return tuple(
-            p
-            for p, ramp in enumerate(self.interference)
-            if ramp is not None and ramp.num_components
-        )
+        return tuple(sorted({burst.ramp for burst in self.bursts if burst.num_components}))
+
+    def bursts_in(self, ramp: int) -> tuple[BurstComponents, ...]:
+        """Return the bursts modelled in one ramp."""
+        return tuple(burst for burst in self.bursts if burst.ramp == ramp)
 
 
 class EventKind(enum.Enum):

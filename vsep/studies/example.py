@@ -109,8 +109,7 @@ def _delay(
             "stems",
         )
     )
-    burst = state.interference[ramp]
-    if burst is not None:
+    for burst in state.bursts_in(ramp):
         lines = burst.active_bins / bench.model.num_grid_bins
         power = np.abs(burst.amplitudes) ** 2 / radar.num_samples
         series.append(_series("channel component", radar.range_from_beat(lines), power, "stems"))

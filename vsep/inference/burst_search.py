@@ -1,0 +1,157 @@
+"""Where bursts start, stay, restart and end: the modelled ones against an exhaustive search."""
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, from_db
+from vsep.inference.chirp_refinement import PlacedChirp, place_chirp
+from vsep.inference.chirp_search import ChirpCandidates, find_single_chirps
+from vsep.inference.interference import InterferenceWorkspace, RampWork
+from vsep.inference.sbl import converged_precision
+from vsep.inference.state import EventKind
+
+START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
+CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
+
+
+class BurstSearch:
+    """A search for one chirp in every ramp, and what it means for the bursts modelled there.
+
+    Parameters
+    ----------
+    work : InterferenceWorkspace
+        The bursts; changed in place.
+    residual : (P, N) complex
+        Received signal minus the objects.
+    noise_precision : float
+        lambda.
+    weakest_share : float
+        Of the energy of a ramp's strongest burst: what a further burst of the ramp must have.
+    """
+
+    def __init__(
+        self,
+        work: InterferenceWorkspace,
+        residual: ComplexArray,
+        noise_precision: float,
+        *,
+        weakest_share: float,
+    ) -> None:
+        self.work = work
+        self.residual = residual
+        self.noise_precision = noise_precision
+        self.weakest_share = weakest_share
+        first = work.schedule.first_threshold_db
+        self.literal = first is None
+        self.threshold = work.threshold if first is None else float(from_db(first))
+
+    def run(self) -> None:
+        """Check every burst on what the others leave, then look for one more in the quiet ramps."""
+        changed = self._check_bursts()
+        self._start_bursts(changed)
+
+    def _check_bursts(self) -> set[int]:
+        """Keep, restart or drop every burst; return the ramps in which something changed."""
+        # From the back, so that an index stays valid while bursts are removed behind it.
+        held = [
+            (ramp, index)
+            for ramp in self.work.ramps.values()
+            for index in reversed(range(len(ramp.chirps)))
+        ]
+        if not held:
+            return set()
+        rows = [
+            self.residual[ramp.ramp] - np.sum(np.delete(ramp.signals, index, axis=0), axis=0)
+            for ramp, index in held
+        ]
+        found = find_single_chirps(np.array(rows), self.work.model)
+        changed = set()
+        for number, (ramp, index) in enumerate(held):
+            kind = self._verdict(ramp.chirps[index], found, number, rows[number])
+            if kind is None:
+                continue
+            changed.add(ramp.ramp)
+            self._remove(ramp, index)
+            if kind is EventKind.CHIRP_RESTARTED:
+                self._start(ramp.ramp, found, number)
+            self._record(kind, ramp.ramp, found, number)
+        return changed
+
+    def _remove(self, ramp: RampWork, index: int) -> None:
+        ramp.remove_burst(index)
+        if not ramp.chirps:
+            del self.work.ramps[ramp.ramp]
+
+    def _verdict(
+        self, chirp: PlacedChirp, found: ChirpCandidates, number: int, row: ComplexArray
+    ) -> EventKind | None:
+        """Tell what a search means for a burst; None if it stays as it is."""
+        if self.literal:
+            return EventKind.CHIRP_RESTARTED
+        if not self._confirmed(found, number):
+            return EventKind.CHIRP_DROPPED
+        better = found.score[number] > CLEARLY_BETTER * self._single_score(chirp, row)
+        return EventKind.CHIRP_RESTARTED if better else None
+
+    def _start_bursts(self, changed: set[int]) -> None:
+        """Begin a burst in every ramp whose rest holds a chirp."""
+        work = self.work
+        ramps = [
+            p
+            for p in range(work.model.num_ramps)
+            if p not in changed and self._num_bursts(p) < work.schedule.bursts_per_ramp
+        ]
+        if not ramps:
+            return
+        found = find_single_chirps((self.residual - work.signal)[ramps], work.model)
+        for number, p in enumerate(ramps):
+            if self.literal or (self._confirmed(found, number) and self._strong(p, found, number)):
+                self._start(p, found, number)
+                self._record(EventKind.CHIRP_STARTED, p, found, number)
+
+    def _num_bursts(self, p: int) -> int:
+        return len(self.work.ramps[p].chirps) if p in self.work.ramps else 0
+
+    def _confirmed(self, found: ChirpCandidates, number: int) -> bool:
+        ratio = self.noise_precision * float(found.score[number])
+        return ratio > self.threshold and bool(found.score[number] > found.tone_score[number])
+
+    def _strong(self, p: int, found: ChirpCandidates, number: int) -> bool:
+        """Whether a further burst is not just what the fit of the others has not reached yet."""
+        if p not in self.work.ramps:
+            return True
+        energy = np.sum(np.abs(self.work.ramps[p].signals) ** 2, axis=1)
+        return bool(found.score[number] >= self.weakest_share * energy.max())
+
+    def _record(self, kind: EventKind, p: int, found: ChirpCandidates, number: int) -> None:
+        ratio = self.noise_precision * float(found.score[number])
+        self.work.record(kind, p, ratio, self.threshold)
+
+    def _single_score(self, chirp: PlacedChirp, row: ComplexArray) -> float:
+        """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""
+        template = chirp.template
+        energy = float(np.vdot(template, template).real) / self.work.model.num_samples
+        projections = self.work.grid.projections(template, row)
+        return float(np.max(np.abs(projections)) ** 2 / energy)
+
+    def _start(self, p: int, found: ChirpCandidates, number: int) -> None:
+        """Begin with one component at zero delay, polished from the search grid."""
+        work = self.work
+        ramp = work.ramps.setdefault(p, RampWork(p))
+        index = len(ramp.chirps)
+        ramp.chirps.append(
+            place_chirp(
+                float(found.start_frequency[number]), float(found.slope[number]), work.model
+            )
+        )
+        residual, noise_precision = self.residual[p], self.noise_precision
+        if self.literal:
+            work.take_over(ramp, work.posterior(ramp, residual, noise_precision))
+            return
+        ramp.owners, ramp.bins = np.append(ramp.owners, index), np.append(ramp.bins, 0)
+        ramp.precisions = np.append(ramp.precisions, 0.0)
+        work.refine_burst(ramp, index, residual, noise_precision, max_steps=START_STEPS)
+        active = work.posterior(ramp, residual, noise_precision)
+        last = len(active) - 1
+        rho, omega_sq = active.flat_prior_moments(last)
+        active.set_precision(last, converged_precision(rho, omega_sq))
+        work.take_over(ramp, active)
