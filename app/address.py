@@ -5,9 +5,11 @@ A link names only what it changes. What it does not name keeps the value of its 
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
+from urllib.parse import urlencode
 
+import panel as pn
 import param
 
 from app.settings import LOADED_FRAME, PRESETS, Settings, preset_values
@@ -33,6 +35,7 @@ QUERY_NAMES = {
     "estimator": "estimator",
     "schedule": "schedule",
     "false_alarm_rate": "false_alarms",
+    "object_threshold_db": "threshold",
     "max_iterations": "max_iterations",
     "ramp": "ramp",
     "speed": "speed",
@@ -86,11 +89,40 @@ def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     return values, complaints
 
 
+def set_query(key: str, value: str | None) -> None:
+    """Set one value in the address of this session's page, None takes it out."""
+    location = pn.state.location
+    if location is not None:
+        query = {name: held for name, held in location.query_params.items() if name != key}
+        added = {} if value is None else {key: value}
+        location.search = "?" + urlencode({**query, **added})
+
+
+def synchronise(settings: Settings, complain: Callable[[str], None]) -> None:
+    """Keep the address of the page in step with the settings, from now on.
+
+    The browser's own address wins while a page is loading, so this comes after.
+    """
+    location = pn.state.location
+    if location is None:
+        return
+
+    def refuse(values: dict[str, Any]) -> None:
+        query = {QUERY_NAMES[name]: value for name, value in values.items()}
+        for complaint in parse_query(query)[1]:
+            complain(complaint)
+
+    location.search = ""
+    location.sync(settings, dict(QUERY_NAMES), on_error=refuse)
+
+
 def _parse(parameter: Any, value: Any) -> Any:
     """Return a value the parameter accepts; everything else is a ValueError."""
     try:
         if isinstance(value, str) and not isinstance(parameter, param.Selector):
             value = json.loads(value)
+        if value is None and parameter.allow_None:
+            return None
         if isinstance(parameter, param.Number):
             value = _number(value, whole=isinstance(parameter, param.Integer))
         elif isinstance(parameter, param.Boolean) and value in (0, 1):
@@ -119,4 +151,5 @@ def _allowed(parameter: Any) -> str:
         return "true or false"
     lowest, highest = parameter.bounds
     kind = "a whole number" if isinstance(parameter, param.Integer) else "a number"
-    return f"{kind} between {lowest:g} and {highest:g}"
+    empty = ", or null" if parameter.allow_None else ""
+    return f"{kind} between {lowest:g} and {highest:g}{empty}"

@@ -230,8 +230,8 @@ def _true_ramps(radar: ChirpSequence, truth: GroundTruth | None) -> BoolArray:
 
 
 def _levels_text(radar: ChirpSequence, truth: GroundTruth | None) -> str:
-    """Both conventions of SNR and SIR; what is not known is left out."""
-    if truth is None:
+    """Both conventions of SNR and SIR; what is not known, or has no meaning, is left out."""
+    if truth is None or not np.any(truth.object_signal):
         return ""
     parts = []
     energy = float(np.sum(np.abs(truth.object_signal) ** 2))

@@ -9,8 +9,9 @@ from typing import Any
 
 import panel as pn
 import panel_material_ui as pmu
+import param
 
-from app.layout import heading, small_text
+from app.layout import heading, number_or_nothing, small_text
 from app.settings import FALSE_ALARM_RATES, LOADED_FRAME, PRESETS, REAL_FRAME, Settings
 
 _TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
@@ -68,6 +69,7 @@ class Controls:
                 "assumed_kind",
                 "estimator",
                 "interference",
+                "object_threshold_db",
             ],
         )
         self._arrange()
@@ -99,6 +101,7 @@ class Controls:
             heading("Estimator"),
             pn.Row(pick["estimator"], pick["schedule"], sizing_mode="stretch_width"),
             pick["false_alarm_rate"],
+            pick["object_threshold_db"],
             self.threshold,
             pick["max_iterations"],
             self.upload,
@@ -151,6 +154,7 @@ class Controls:
             **_TIGHT,
         )
         self._bind("false_alarm_rate", rate, "value_throttled")
+        self._optional_number("object_threshold_db", placeholder="from the false alarms")
         self._number("max_iterations")
 
     def _slider(self, name: str, **options: Any) -> None:
@@ -194,7 +198,35 @@ class Controls:
             margin=_SELECT_MARGIN,
             **_TIGHT,
         )
-        self._bind(name, number, "value_throttled")
+        # The browser sets "value" once the user leaves the field; "value_throttled" it never sets.
+        self._bind(name, number, "value")
+
+    def _optional_number(self, name: str, *, placeholder: str) -> None:
+        """Make a field that may be empty; what is no such number is marked and changes nothing."""
+        parameter = Settings.param[name]
+        field = pmu.TextInput(
+            label=parameter.label,
+            description=parameter.doc,
+            placeholder=placeholder,
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self.widgets[name] = field
+
+        def take(event: Any) -> None:
+            try:
+                self.settings.param.update(**{name: number_or_nothing(event.new)})
+                field.error_state = False
+            except ValueError:
+                field.error_state = True
+
+        def show(*_: Any) -> None:
+            value = getattr(self.settings, name)
+            field.value = "" if value is None else repr(value)
+
+        show()
+        field.param.watch(take, "value")
+        self.settings.param.watch(show, name)
 
     def _switch(self, name: str) -> None:
         parameter = Settings.param[name]
@@ -211,9 +243,16 @@ class Controls:
         """Let the widget set the setting when the user commits, and show it in any case."""
         self.widgets[name] = widget
 
+        parameter = Settings.param[name]
+
         def take(event: Any) -> None:
-            if event.new is not None:
-                self.settings.param.update(**{name: event.new})
+            if event.new is None:
+                return
+            within = isinstance(parameter, param.Number)
+            value = parameter.crop_to_bounds(event.new) if within else event.new
+            self.settings.param.update(**{name: value})
+            if value != event.new:
+                widget.value = value
 
         def show(event: Any) -> None:
             if widget.value != event.new:
@@ -274,13 +313,14 @@ class Controls:
         pick["assumed_rolloff"].visible = apart and settings.assumed_kind == "raised_cosine"
         pick["assumed_order"].visible = apart and settings.assumed_kind == "butterworth"
         pick["schedule"].disabled = settings.estimator == "object-only"
+        pick["false_alarm_rate"].disabled = settings.object_threshold_db is not None
 
     def show_levels(self, text: str) -> None:
         """Show SNR and SIR in both conventions."""
         self.levels.object = small_text(text)
 
     def show_threshold(self, threshold_db: float) -> None:
-        """Show the object threshold that follows from the false-alarm rate."""
+        """Show the object threshold, as it is given or follows from the false-alarm rate."""
         self.threshold.object = small_text(f"Object threshold {threshold_db:.1f} dB")
 
     def fit_frame(self, sample_rate_hz: float, *, measured: bool) -> None:

@@ -82,3 +82,32 @@ def heading(text: str) -> Any:
 def small_text(text: str) -> str:
     """Return a remark below a control as HTML."""
     return f'<p style="font-size:11px;margin:0;opacity:.75">{text}</p>'
+
+
+def unseen_title(text: str) -> Any:
+    """Return the heading of a page for those who hear it; the header shows it already."""
+    return pn.pane.HTML(
+        f'<h1 class="unseen">{text}</h1>',
+        margin=0,
+        height=0,
+        sizing_mode="stretch_width",
+        stylesheets=[stylesheet("tables")],
+    )
+
+
+def number_or_nothing(text: str) -> float | None:
+    """Return the number in a field, None if it is empty; anything else is a ValueError.
+
+    Examples
+    --------
+    >>> number_or_nothing("9.5"), number_or_nothing(" ")
+    (9.5, None)
+    """
+    return float(text) if text.strip() else None
+
+
+def page_link(address: str, text: str) -> Any:
+    """Return a link in the header to another page of the program."""
+    return pn.pane.HTML(
+        f'<a href="{address}" style="color:white;font-size:13px">{text}</a>', margin=(0, 12)
+    )

@@ -11,11 +11,16 @@ import panel as pn
 from tornado.websocket import WebSocketClosedError
 
 from app.page import TITLE, Dashboard
+from app.studies.page import TITLE as STUDIES_TITLE
+from app.studies.page import StudyPage
 from vsep._arrays import InputError
 
 NUM_WORKERS = 2
 UNUSED_SESSION_MS = 4000
 CHECK_SESSIONS_MS = 2000
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+# Those whose studies have to be ended with the server.
+_STUDY_PAGES: set[StudyPage] = set()
 
 
 @cache
@@ -35,6 +40,23 @@ def build() -> Any:
     pn.state.onload(dashboard.start)
     pn.state.on_session_destroyed(partial(_gone, dashboard))
     return dashboard.page()
+
+
+def build_studies(*, own_folder: bool) -> Any:
+    """Build one session's page of studies."""
+    pn.extension(notifications=True, respect_explicit_sizing=True)
+    document: Any = pn.state.curdoc
+    page = StudyPage(document.add_next_tick_callback, own_folder=own_folder)
+    pn.state.onload(page.start)
+    pn.state.on_session_destroyed(partial(_closed, page))
+    _STUDY_PAGES.add(page)
+    return page.page()
+
+
+def _closed(page: StudyPage, context: Any) -> None:
+    del context
+    _STUDY_PAGES.discard(page)
+    page.close()
 
 
 def _watched(document: Any) -> bool:
@@ -61,12 +83,13 @@ def make_server(*, port: int, address: str, show: bool = False) -> Any:
     everywhere = address in ("0.0.0.0", "::")
     origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
     server = pn.serve(
-        build,
+        # Only who sits at this machine may choose where on its disk rows go.
+        {"/": build, "/studies": lambda: build_studies(own_folder=address in LOOPBACK)},
         port=port,
         address=address,
         show=show,
         start=False,
-        title=TITLE,
+        title={"/": TITLE, "/studies": STUDIES_TITLE},
         websocket_origin=origins if port else "*",
         check_unused_sessions=CHECK_SESSIONS_MS,
         unused_session_lifetime=UNUSED_SESSION_MS,
@@ -109,4 +132,8 @@ def serve(*, port: int = 5006, address: str = "127.0.0.1", show: bool = False) -
     logging.getLogger("bokeh").setLevel(logging.WARNING)
     server = make_server(port=port, address=address, show=show)
     server.start()
-    server.io_loop.start()
+    try:
+        server.io_loop.start()
+    finally:
+        for page in _STUDY_PAGES:
+            page.close()

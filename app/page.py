@@ -4,7 +4,6 @@ import io
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from functools import partial
 from typing import Any
 
 import panel as pn
@@ -12,13 +11,14 @@ import panel_material_ui as pmu
 import param
 from bokeh.models import ColumnDataSource, CustomJS, Span
 
-from app.address import QUERY_NAMES, parse_query
+from app.address import parse_query, set_query, synchronise
 from app.controls import Controls
-from app.layout import card, panel, progress_card, stylesheet, theme
+from app.layout import card, page_link, panel, progress_card, stylesheet, theme, unseen_title
 from app.loop import Crew, FrameLoop, Stage
 from app.picture import Picture
 from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
+from app.studies.trial_link import TRIAL_KEY, trial_of_query
 from app.transport import Transport
 from app.views.progress import ProgressView
 from app.views.ramps import RampStrip
@@ -57,12 +57,17 @@ class Dashboard:
         post: Callable[[Callable[[], None]], Any],
         watched: Callable[[], bool],
     ) -> None:
-        values, self._complaints = parse_query(query)
-        self.settings = Settings(**values)
+        self._trial, query, trial_complaints = trial_of_query(query)
+        values, complaints = parse_query(query)
+        self._complaints = trial_complaints + complaints
+        self.settings = Settings(**({**self._trial.values, **values} if self._trial else values))
         self._frame: Frame | None = None
         self._side_drawn = 0.0
         self._make_views()
         self.controls = Controls(self.settings, self.load)
+        if self._trial is not None:
+            self._take(self._trial.frame)
+            self.settings.choose_preset(LOADED_FRAME)
         self.session: RunSession[Plan, Prepared] = RunSession()
         self.loop = FrameLoop(
             self.session,
@@ -147,13 +152,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             stylesheets=[stylesheet("body")],
         )
         main = pn.Column(
-            pn.pane.HTML(
-                f'<h1 class="unseen">{TITLE}</h1>',
-                margin=0,
-                height=0,
-                sizing_mode="stretch_width",
-                stylesheets=[stylesheet("tables")],
-            ),
+            unseen_title(TITLE),
             self.transport.layout(stylesheet("transport")),
             body,
             margin=0,
@@ -166,7 +165,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             sidebar_resizable=False,
             sidebar_variant="persistent",
             busy_indicator=None,
-            header=[pn.HSpacer(), self.transport.status],
+            header=[page_link("studies", "Studies"), pn.HSpacer(), self.transport.status],
             sidebar=self.controls.layout(),
             main=[main],
             theme_config=theme(),
@@ -175,7 +174,11 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
 
     def start(self) -> None:
         """Begin the first run; called when the page has been drawn."""
-        synchronise(self)
+        synchronise(self.settings, self.complain)
+        if self._trial is not None:
+            set_query(TRIAL_KEY, self._trial.link)
+            if pn.state.notifications is not None:
+                pn.state.notifications.info(f"Opened {self._trial.frame.name}.", duration=6000)
         for complaint in self._complaints:
             self.complain(complaint)
         self.loop.start()
@@ -185,20 +188,30 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
     def load(self, name: str, content: bytes) -> None:
         """Take a frame file; a bad one becomes a notification and nothing else changes."""
         try:
-            self._frame = read_frame(io.BytesIO(content), name=name)
+            self._take(read_frame(io.BytesIO(content), name=name))
         except InputError as error:
             self.complain(str(error))
             return
-        brought = self._frame.anti_aliasing_filter
-        with param.parameterized.discard_events(self.settings):
-            self.controls.fit_frame(
-                self._frame.radar.sample_rate_hz,
-                measured=brought is not None and brought.kind == "measured",
-            )
+        self._leave_trial()
         if self.settings.preset == LOADED_FRAME:
             self._scene_changed()
         else:
             self.settings.choose_preset(LOADED_FRAME)
+
+    def _take(self, frame: Frame) -> None:
+        self._frame = frame
+        brought = frame.anti_aliasing_filter
+        with param.parameterized.discard_events(self.settings):
+            self.controls.fit_frame(
+                frame.radar.sample_rate_hz,
+                measured=brought is not None and brought.kind == "measured",
+            )
+
+    def _leave_trial(self) -> None:
+        """Take the trial out of the address once the scene is another one."""
+        if self._trial is not None:
+            set_query(TRIAL_KEY, None)
+        self._trial = None
 
     def show(self, picture: Picture) -> None:
         """Draw a picture on all views; called with the document locked."""
@@ -247,6 +260,8 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         return compose(snapshot, self.settings.ramp, self.settings.fast_time)
 
     def _scene_changed(self, *_: Any) -> None:
+        if self.settings.preset != LOADED_FRAME:
+            self._leave_trial()
         self.session.restart(self.settings.plan())
         self.loop.wake()
 
@@ -259,25 +274,3 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
     def _acknowledged(self, attr: str, old: Any, new: Any) -> None:
         del attr, old, new
         self.loop.acknowledged()
-
-
-def synchronise(dashboard: Dashboard) -> None:
-    """Keep the address of the page in step with the settings, from now on.
-
-    The browser's own address wins while a page is loading, so this comes after.
-    """
-    location = pn.state.location
-    if location is None:
-        return
-    location.search = ""
-    location.sync(
-        dashboard.settings,
-        dict(QUERY_NAMES),
-        on_error=partial(_complain_of, dashboard),
-    )
-
-
-def _complain_of(dashboard: Dashboard, values: dict[str, Any]) -> None:
-    query = {QUERY_NAMES[name]: value for name, value in values.items()}
-    for complaint in parse_query(query)[1]:
-        dashboard.complain(complaint)

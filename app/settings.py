@@ -204,6 +204,13 @@ class Settings(param.Parameterized):
         label="False alarms a frame",
         doc="Accepted number of ghost objects in a frame of noise; sets the object threshold.",
     )
+    object_threshold_db = param.Number(
+        default=None,
+        allow_None=True,
+        bounds=(0.0, 100.0),
+        label="Object threshold [dB]",
+        doc="Level above which an object counts. Empty: follows from the false alarms a frame.",
+    )
     max_iterations = param.Integer(
         default=100,
         bounds=(1, 500),
@@ -259,6 +266,7 @@ class Plan:
     estimator: str
     schedule: str
     false_alarm_rate: float
+    object_threshold_db: float | None
     max_iterations: int
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import panel as pn
 import panel_material_ui as pmu
+import param
 
 from app.picture import Picture
 from app.session import Phase, RunSession
@@ -23,6 +24,7 @@ _STATE_WORDS = {
     Termination.MAX_ITERATIONS: "stopped at the largest number of iterations",
     Termination.NONFINITE: "stopped, no finite value",
 }
+_NOTHING_COMMITTED = -1
 
 
 class Transport:
@@ -32,7 +34,6 @@ class Transport:
         self, settings: Settings, session: RunSession[Any, Any], wake: Callable[[], None]
     ) -> None:
         self._settings, self._session, self._wake = settings, session, wake
-        self._showing = False
         self.status = pn.pane.HTML("", margin=(0, 12), styles={"color": "white"})
         self.buttons = {name: self._button(name, *rest) for name, *rest in _BUTTONS}
         self.scrub = pmu.IntSlider(
@@ -46,7 +47,10 @@ class Transport:
             min_width=200,
             margin=(0, 18),
         )
-        self.scrub.param.watch(self._scrubbed, "value")
+        self._forget_the_committed()
+        # Not "value": a slow browser sends back values that the run has moved on from, and one of
+        # them would hold the run.
+        self.scrub.param.watch(self._scrubbed, "value_throttled")
         self.speed = pmu.IntSlider(
             label="Speed [iterations/s]",
             start=1,
@@ -77,7 +81,7 @@ class Transport:
             width=104,
             margin=(7, 4, 0, 4),
         )
-        self.ramp.param.watch(self._ramp_set, "value_throttled")
+        self.ramp.param.watch(self._ramp_set, "value")
         settings.param.watch(self._show_settings, ["speed", "fast_time", "ramp"])
 
     def layout(self, stylesheet: str) -> Any:
@@ -97,11 +101,9 @@ class Transport:
 
     def show(self, picture: Picture, rate: float) -> None:
         """Show where the run is; called with the document locked."""
-        self._showing = True
         self.scrub.param.update(
             end=max(picture.num_iterations, 1), value=min(picture.iteration, picture.num_iterations)
         )
-        self._showing = False
         last_ramp = picture.backdrop.radar.num_ramps - 1
         self.ramp.param.update(end=max(last_ramp, 1), visible=last_ramp > 0)
         self.refresh(rate, picture)
@@ -130,9 +132,17 @@ class Transport:
         self._wake()
 
     def _scrubbed(self, event: Any) -> None:
-        if not self._showing and event.new != self._session.cursor:
+        if event.new == _NOTHING_COMMITTED:
+            return
+        self._forget_the_committed()
+        if event.new != self._session.cursor:
             self._session.scrub(int(event.new))
             self._wake()
+
+    def _forget_the_committed(self) -> None:
+        """Let the browser commit any iteration: it reports changes only."""
+        with param.edit_constant(self.scrub):
+            self.scrub.value_throttled = _NOTHING_COMMITTED
 
     def _speed_set(self, event: Any) -> None:
         if event.new is not None:
@@ -144,7 +154,7 @@ class Transport:
 
     def _ramp_set(self, event: Any) -> None:
         if event.new is not None:
-            self._settings.ramp = event.new
+            self._settings.ramp = min(max(event.new, 0), self.ramp.end or 0)
 
     def _show_settings(self, *_: Any) -> None:
         self.ramp.value = self._settings.ramp

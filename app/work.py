@@ -164,6 +164,7 @@ def make_estimator(
         plan.estimator,
         model,
         false_alarm_rate=plan.false_alarm_rate,
+        object_threshold_db=plan.object_threshold_db,
         schedule=plan.schedule,
         max_iterations=plan.max_iterations,
     )

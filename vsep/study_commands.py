@@ -64,7 +64,7 @@ def plot_study(options: argparse.Namespace) -> int:
     """Draw the rows of one or several studies."""
     _require_other_file(options.rows, options.out)
     _require_folder(options.out)
-    from app.study_figures import write_study_figure
+    from app.studies.figures import write_study_figure
 
     write_study_figure(_rows(options.rows), Path(options.out))
     return 0

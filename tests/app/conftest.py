@@ -8,6 +8,8 @@ from app.session import Phase, Snapshot
 from app.settings import Settings
 from app.work import Prepared, advance, prepare
 from vsep.inference.state import Step, Termination
+from vsep.studies.catalogue import make_study
+from vsep.studies.trial import Row, run_trial
 
 
 class FinishedRun(NamedTuple):
@@ -50,3 +52,11 @@ def one_ramp() -> FinishedRun:
 def many_ramps() -> FinishedRun:
     """Simulation II b to its end."""
     return finish("simulation-2-b")
+
+
+@pytest.fixture(scope="session")
+def study_rows() -> list[Row]:
+    """Three realisations of two points of Fig. 3a, by two methods."""
+    study = make_study("fig-3", methods=("object-only", "no-interference"), selection="6,9")
+    trials = [study.trial(index, r) for r in range(3) for index in study.point_indices]
+    return [row for trial in trials for row in run_trial(trial)]

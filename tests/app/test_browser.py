@@ -246,6 +246,20 @@ def test_a_slider_restarts_at_once_with_its_value(dashboard, report):
     assert max(seconds) < FIRST_PICTURE_SLACK_S
 
 
+def test_a_number_field_takes_effect_when_it_is_left(dashboard):
+    dashboard.open().until_status("converged")
+    for label, text, query in (
+        ("Seed", "12", "seed=12"),
+        ("Object threshold", "9.5", "threshold=9.5"),
+        ("Object threshold", "", "threshold=null"),
+    ):
+        field = dashboard.page.get_by_role("textbox", name=re.compile(f"^{label}"))
+        field.fill(text)
+        field.press("Tab")
+        dashboard.until(lambda query=query: query in dashboard.page.url, f"{query} is taken")
+        dashboard.until_status("converged")
+
+
 def test_updates_stream_to_the_page(dashboard, report):
     # The literal schedule on a strong scene takes enough iterations to count.
     dashboard.open("?snr=60&sir=-30&schedule=paper&speed=30&max_iterations=60")

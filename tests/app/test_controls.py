@@ -103,3 +103,29 @@ def test_widgets_start_from_a_link():
     assert controls.widgets["interferer_slope"].value == 9.8321
     assert controls.widgets["false_alarm_rate"].value == 0.2
     assert controls.widgets["preset"].value == "simulation-2-a"
+
+
+def test_a_number_field_sets_its_setting_within_bounds(controls):
+    controls.widgets["seed"].value = 12
+    assert controls.settings.seed == 12
+    controls.widgets["max_iterations"].value = 9999
+    assert controls.settings.max_iterations == controls.widgets["max_iterations"].value == 500
+    controls.widgets["seed"].value = None
+    assert controls.settings.seed == 12
+
+
+def test_a_threshold_takes_the_place_of_the_false_alarm_rate_until_it_is_cleared(controls):
+    field, rate = (controls.widgets[n] for n in ("object_threshold_db", "false_alarm_rate"))
+    assert (field.value, rate.disabled) == ("", False)
+    field.value = "9.123456789"
+    assert controls.settings.object_threshold_db == 9.123456789
+    assert rate.disabled
+    for text in ("loud", "1000", "nan"):
+        field.value = text
+        assert field.error_state
+        assert controls.settings.object_threshold_db == 9.123456789
+    field.value = " "
+    assert controls.settings.object_threshold_db is None
+    assert (field.error_state, rate.disabled) == (False, False)
+    controls.settings.object_threshold_db = 11.0
+    assert field.value == "11.0"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from bokeh.models import Legend, Title
 
-from app.study_figures import draw_panel, figure_html, figure_panels, write_study_figure
-from app.study_print import write_print
-from app.study_style import colour, marker
+from app.studies.figures import draw_panel, figure_html, figure_panels, write_study_figure
+from app.studies.print import write_print
+from app.studies.style import colour, marker
 from vsep import InputError
 from vsep.studies.panels import Box, BoxPanel, Panel, Series
 

@@ -2,7 +2,7 @@ import time
 
 import pytest
 
-from app.study_session import StudyPhase, StudySession
+from app.studies.session import StudyPhase, StudySession, time_left_s
 from vsep import InputError
 from vsep.studies.catalogue import make_study
 from vsep.studies.engine import record_study
@@ -18,9 +18,11 @@ def quick_study(realizations=3):
 def slow_engine(monkeypatch):
     """An engine that takes a hundredth of a second a trial and needs no processes."""
 
-    def run(trials, *, workers):
+    def run(trials, *, workers, stop):
         assert workers == 1
         for trial in trials:
+            if stop is not None and stop.is_set():
+                return
             time.sleep(0.01)
             yield failed_rows(trial, "not computed")
 
@@ -99,3 +101,46 @@ def test_stopping_what_does_not_run_changes_nothing(tmp_path):
     session.stop()
     session.wait()
     assert session.snapshot().phase is StudyPhase.STOPPED
+
+
+def test_whatever_ends_the_engine_is_one_sentence_and_the_session_goes_on(
+    tmp_path, monkeypatch, caplog
+):
+    def bug(trials, *, workers, stop):
+        del workers, stop
+        yield failed_rows(next(iter(trials)), "not computed")
+        raise ZeroDivisionError("nobody foresaw this")
+
+    session = StudySession(quick_study(1), tmp_path / "rows.jsonl")
+    with monkeypatch.context() as patched:
+        patched.setattr("vsep.studies.engine.run_on_processes", bug)
+        session.start()
+        session.wait()
+    snapshot = session.snapshot()
+    assert snapshot.phase is StudyPhase.BROKEN
+    assert snapshot.error == "The study ended by an error (ZeroDivisionError: nobody foresaw this)."
+    assert "a study failed" in caplog.text
+    assert len(snapshot.rows) == 2
+    session.start()
+    session.wait()
+    assert session.snapshot().phase is StudyPhase.FINISHED
+    assert len(session.snapshot().rows) == session.snapshot().num_rows
+
+
+@pytest.mark.usefixtures("slow_engine")
+def test_time_left_counts_only_the_rows_of_this_run(tmp_path):
+    path = tmp_path / "rows.jsonl"
+    list(record_study(quick_study(20), path))
+    session = StudySession(quick_study(400), path)
+    assert session.snapshot().left_s is None
+    session.start()
+    assert session.snapshot().left_s is None  # too few to tell
+    while (snapshot := session.snapshot()).left_s is None:
+        time.sleep(0.005)
+    session.stop()
+    session.wait()
+    # A trial of two rows takes 10 ms at least, so what is missing takes this long at least; at the
+    # pace of all rows that are there it would be a twentieth of it.
+    assert snapshot.left_s >= 0.005 * (snapshot.num_rows - len(snapshot.rows))
+    assert session.snapshot().left_s is None
+    assert time_left_s(10.0, 20, 60) == 30.0

@@ -108,6 +108,29 @@ def test_a_senseless_number_of_workers_is_refused(tmp_path, workers):
         list(record_study(quick_study(), tmp_path / "rows.jsonl", workers=workers))
 
 
+def test_setting_stop_ends_the_workers_amid_a_trial_and_nothing_is_lost(tmp_path):
+    # A trial of Simulation II takes all methods seconds: the first row is far off.
+    study = make_study("fig-5", realizations=1, selection="20-24")
+    path, stop = tmp_path / "rows.jsonl", threading.Event()
+    before = set(multiprocessing.active_children())
+    running = record_study(study, path, workers=2, stop=stop)
+    seen = []
+
+    def stop_once_there_are_workers():
+        wait_until(lambda: len(set(multiprocessing.active_children()) - before) == 2)
+        seen.extend(set(multiprocessing.active_children()) - before)
+        stop.set()
+
+    helper = threading.Thread(target=stop_once_there_are_workers)
+    helper.start()
+    rows = list(running)
+    helper.join()
+    assert len(rows) < 5
+    assert not any(process.is_alive() for process in seen)
+    finished = finished_keys(study, path)
+    assert len(finished) == len(path.read_text().splitlines()) == 4 * len(rows)
+
+
 def test_workers_use_one_thread_and_the_environment_comes_back(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)

@@ -4,10 +4,18 @@ import pytest
 
 from vsep import InputError
 from vsep.studies.catalogue import make_study
-from vsep.studies.rows import append_rows, read_rows, repair, require_same_study, row_key
+from vsep.studies.rows import (
+    append_rows,
+    read_rows,
+    repair,
+    require_same_study,
+    row_key,
+    study_of_rows,
+)
 from vsep.studies.study import TrialSettings
-from vsep.studies.trial import failed_rows
+from vsep.studies.trial import failed_rows, run_trial
 
+QUICK = ("object-only", "no-interference")
 STUDY = make_study("fig-2", methods=("factorised", "no-interference"))
 ROWS = failed_rows(STUDY.trial(0, 0), "on purpose") + failed_rows(STUDY.trial(0, 1), "again")
 
@@ -80,3 +88,81 @@ def test_rows_of_a_trial_are_written_in_one_go():
     append_rows(file, ROWS)
     assert file.writes == 1
     assert file.getvalue().count("\n") == 4
+
+
+@pytest.fixture(scope="module")
+def finished_rows():
+    """Rows with results, of a frame of one ramp and of one of sixteen."""
+    return [
+        row
+        for name in ("fig-2", "fig-6")
+        for row in run_trial(make_study(name, methods=QUICK).trial(0, 0))
+    ]
+
+
+def write(path, rows):
+    with path.open("w") as file:
+        append_rows(file, rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("point_index", -1),
+        ("point_index", "0"),
+        ("realization", -2),
+        ("method", 3),
+        ("status", "perhaps"),
+        ("seed", "one"),
+        ("schedule", "wild"),
+        ("gospa_order", 0.0),
+        ("point", {}),
+        ("point", {"panel": "2"}),
+        ("errors", 0.5),
+        ("errors", ["small"]),
+        ("beat_stds", None),
+        ("doppler_errors", None),
+        ("misses", "none"),
+        ("num_objects", None),
+        ("iterations", []),
+    ],
+)
+def test_a_row_with_a_senseless_value_is_refused_by_its_line(tmp_path, finished_rows, name, value):
+    path = tmp_path / "rows.jsonl"
+    write(path, finished_rows)
+    assert len(read_rows(path)) == 4
+    write(path, [*finished_rows[:-1], {**finished_rows[-1], name: value}])
+    with pytest.raises(InputError, match=r"Line 4 of .*rows\.jsonl is no row"):
+        read_rows(path)
+
+
+def test_a_row_without_a_result_it_should_have_is_refused(tmp_path, finished_rows):
+    path = tmp_path / "rows.jsonl"
+    for name in ("errors", "termination", "num_ramps", "doppler_stds"):
+        row = {key: value for key, value in finished_rows[-1].items() if key != name}
+        write(path, [row])
+        with pytest.raises(InputError, match="is no row"):
+            read_rows(path)
+
+
+def test_rows_tell_their_study():
+    settings = TrialSettings(seed=5, schedule="paper", gospa_order=2.0)
+    study = make_study("fig-4", methods=QUICK, settings=settings, object_threshold_db=12.0)
+    rows = failed_rows(study.trial(1, 0), "on purpose") + failed_rows(study.trial(1, 3), "again")
+    found = study_of_rows(rows + ROWS, "rows.jsonl")
+    assert (found.name, found.methods, found.realizations) == ("fig-4", QUICK, 4)
+    assert (found.settings, found.points, found.selected) == (settings, study.points, (1,))
+    own = make_study("fig-4", methods=QUICK)
+    assert study_of_rows(failed_rows(own.trial(0, 0), "x"), "rows.jsonl").points == own.points
+
+
+def test_rows_of_no_study_of_the_catalogue_are_refused():
+    with pytest.raises(InputError, match="holds no rows"):
+        study_of_rows([], "rows.jsonl")
+    with pytest.raises(InputError, match="study is 'fig-9'"):
+        study_of_rows([{**ROWS[0], "study": "fig-9"}], "rows.jsonl")
+    moved = {**ROWS[0]["point"], "snr_db": 31.0}
+    with pytest.raises(InputError, match="another point 0"):
+        study_of_rows([{**ROWS[0], "point": moved}], "rows.jsonl")
+    with pytest.raises(InputError, match="seed 2"):
+        study_of_rows([*ROWS, {**ROWS[0], "seed": 2}], "rows.jsonl")

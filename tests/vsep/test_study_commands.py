@@ -81,10 +81,10 @@ def test_a_summary_is_a_table_with_intervals(rows_path, tmp_path):
 
 
 def test_rows_that_fail_are_reported_and_kept(tmp_path, capsys, monkeypatch):
-    def broken(trials, *, workers):
+    def broken(trials, *, workers, stop):
         from vsep.studies.trial import failed_rows
 
-        assert workers == 1
+        assert (workers, stop) == (1, None)
         for trial in trials:
             yield failed_rows(trial, "on purpose")
 

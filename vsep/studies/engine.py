@@ -15,6 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 from vsep._arrays import require_range
@@ -34,14 +35,21 @@ from vsep.studies.trial import Row, failed_rows, run_trial
 _SINGLE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # Trials handed out ahead, per worker, so that none waits for work.
 _AHEAD = 3
+_STOP_CHECK_S = 0.2
 
 
 def record_study(
-    study: Study, path: str | Path, *, workers: int = 1, scheduler: str | None = None
+    study: Study,
+    path: str | Path,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    stop: threading.Event | None = None,
 ) -> Generator[list[Row], None, None]:
     """Run what is missing of a study, append its rows to a file and yield them as they finish.
 
     Closing the iterator stops the study; calling again resumes it with nothing lost or repeated.
+    What is at work then is not waited for but made again later.
 
     Parameters
     ----------
@@ -53,6 +61,8 @@ def record_study(
         Local processes.
     scheduler : str, optional
         Address of a Dask scheduler whose workers are used in place of local processes.
+    stop : threading.Event, optional
+        Set by another thread it ends local processes at once, without a row to wait for.
 
     Yields
     ------
@@ -71,7 +81,7 @@ def record_study(
     if not trials:
         return
     if scheduler is None:
-        results = run_on_processes(trials, workers=workers)
+        results = run_on_processes(trials, workers=workers, stop=stop)
     else:
         results = run_on_cluster(trials, scheduler)
     with open(path, "a", encoding="utf-8") as file:
@@ -107,7 +117,9 @@ def pending_trials(study: Study, finished: Collection[RowKey]) -> Iterator[Trial
                 yield replace(trial, methods=missing)
 
 
-def run_on_processes(trials: Iterable[Trial], *, workers: int) -> Iterator[list[Row]]:
+def run_on_processes(
+    trials: Iterable[Trial], *, workers: int, stop: threading.Event | None = None
+) -> Iterator[list[Row]]:
     """Run trials on local worker processes and yield their rows as they finish.
 
     A trial that takes its process down with it is found by running the suspects one by one; it
@@ -119,6 +131,8 @@ def run_on_processes(trials: Iterable[Trial], *, workers: int) -> Iterator[list[
         Taken only as fast as they are worked on.
     workers : int
         Number of processes.
+    stop : threading.Event, optional
+        Once set, the processes are ended and there are no more rows.
 
     Yields
     ------
@@ -126,29 +140,33 @@ def run_on_processes(trials: Iterable[Trial], *, workers: int) -> Iterator[list[
         The rows of one trial.
     """
     waiting = iter(trials)
-    suspects = yield from _run_until_breakage(waiting, workers)
+    stop = threading.Event() if stop is None else stop
+    suspects = yield from _run_until_breakage(waiting, workers, stop)
     while suspects:
         for trial in suspects:
-            if (yield from _run_until_breakage(iter([trial]), 1)):
+            if (yield from _run_until_breakage(iter([trial]), 1, stop)):
                 yield failed_rows(trial, "the worker process ended abruptly")
-        suspects = yield from _run_until_breakage(waiting, workers)
+        suspects = yield from _run_until_breakage(waiting, workers, stop)
 
 
 def _run_until_breakage(
-    waiting: Iterator[Trial], workers: int
+    waiting: Iterator[Trial], workers: int, stop: threading.Event
 ) -> Generator[list[Row], None, list[Trial]]:
-    """Run trials until there are no more, or a process died; return those that are unfinished."""
+    """Run trials until there are no more, or a process died; return those that are unfinished.
+
+    After a stop none is: whoever goes on later makes them again.
+    """
     unfinished: dict[Trial, None] = {}
     running: dict[Future[list[Row]], Trial] = {}
     with _single_threaded(), _pool(workers) as pool:
         try:
-            while True:
+            while not stop.is_set():
                 for trial in islice(waiting, workers * _AHEAD - len(running)):
                     unfinished[trial] = None
                     running[pool.submit(run_trial, trial)] = trial
                 if not running:
-                    return []
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                    break
+                done, _ = wait(running, timeout=_STOP_CHECK_S, return_when=FIRST_COMPLETED)
                 # Whole results first: a breakage ends all that runs at once.
                 for future in sorted(done, key=lambda one: one.exception() is not None):
                     rows = future.result()
@@ -156,26 +174,34 @@ def _run_until_breakage(
                     yield rows
         except BrokenProcessPool:
             return list(unfinished)
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    return []
 
 
-def _pool(workers: int) -> ProcessPoolExecutor:
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Worker processes that end when the block is left, whatever they are at."""
     # Spawned, not forked: a fork of a process with threads (a server, BLAS) may lock up.
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
+    lifeline, held = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(
+        workers, mp_context=context, initializer=_start_worker, initargs=(lifeline,)
+    )
+    try:
+        yield pool
+    finally:
+        held.close()
+        pool.shutdown(wait=True, cancel_futures=True)
+        lifeline.close()
 
 
-def _start_worker() -> None:
-    """Leave Ctrl-C to the parent, and end with it even if it is killed."""
+def _start_worker(lifeline: Connection) -> None:
+    """Leave Ctrl-C to the parent, and end once it lets go of the lifeline, even if it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(lifeline,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None  # this is a worker
-    multiprocessing.connection.wait([parent.sentinel])
+def _end_with_parent(lifeline: Connection) -> None:
+    multiprocessing.connection.wait([lifeline])
     os._exit(1)
 
 

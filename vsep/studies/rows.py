@@ -6,22 +6,35 @@ is made anew.
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TextIO, TypeAlias
+from typing import Any, TextIO, TypeAlias
 
 from vsep._arrays import InputError
 from vsep.files.results import as_json
+from vsep.studies.catalogue import make_study, require_entry
 from vsep.studies.study import Point, Study, Trial, TrialSettings
-from vsep.studies.trial import Row
+from vsep.studies.trial import DONE, FAILED, Row
 
 RowKey: TypeAlias = tuple[str, int, int, str]
 
 _FIRST_KEY = b'{"study": '
-_REQUIRED = (
-    *("study", "point_index", "point", "realization", "method", "status"),
-    *("seed", "schedule", "gospa_cutoff", "gospa_order"),
-)
+# What every row has, and what a finished one has besides; a number may be null, which is NaN.
+_NUMBER = (int, float)
+_HEAD: dict[str, type | tuple[type, ...]] = {
+    **dict.fromkeys(("study", "method", "status", "schedule"), str),
+    **dict.fromkeys(("point_index", "realization", "seed"), int),
+    **dict.fromkeys(("gospa_cutoff", "gospa_order"), _NUMBER),
+    "point": dict,
+}
+_RESULTS: dict[str, type | tuple[type, ...]] = {
+    **dict.fromkeys(("num_objects_true", "num_objects", "num_ramps", "num_samples"), int),
+    **dict.fromkeys(("misses", "false_alarms", "iterations", "seconds"), (*_NUMBER, type(None))),
+    "termination": str,
+}
+_LISTS = ("errors", "beat_errors", "beat_stds")
+_LISTS_OF_SEVERAL_RAMPS = ("doppler_errors", "doppler_stds")
 
 
 def row_key(row: Row) -> RowKey:
@@ -86,6 +99,46 @@ def repair(path: str | Path) -> None:
         os.truncate(path, length)
 
 
+def study_of_rows(rows: Sequence[Row], path: str | Path) -> Study:
+    """Return the study that the first row belongs to, as far as its rows go.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        Those of other studies are passed over.
+    path : str or Path
+        Where they are from, for the message.
+
+    Returns
+    -------
+    Study
+        With the points, methods and realisations that have rows.
+
+    Raises
+    ------
+    InputError
+        If there is no row, or they are not of one study of the catalogue with one set of settings.
+    """
+    if not rows:
+        raise InputError(f"{path} holds no rows; run a study into it first.")
+    first = rows[0]
+    own = [row for row in rows if row["study"] == first["study"]]
+    trial = trial_of_row(first)
+    threshold_db = None
+    points = require_entry(trial.study).points()
+    if trial.point_index < len(points) and trial.point != points[trial.point_index]:
+        threshold_db = trial.point.object_threshold_db
+    study = make_study(
+        trial.study,
+        realizations=1 + max(row["realization"] for row in own),
+        methods=tuple(dict.fromkeys(row["method"] for row in own)),
+        settings=trial.settings,
+        object_threshold_db=threshold_db,
+    )
+    require_same_study(own, study, path)
+    return replace(study, selected=tuple(sorted({row["point_index"] for row in own})))
+
+
 def require_same_study(rows: Iterable[Row], study: Study, path: str | Path) -> None:
     """Refuse to mix rows of other settings into one file: a figure would average over both.
 
@@ -125,8 +178,42 @@ def _require_torn_row(path: str | Path, tail: bytes) -> None:
 def _parse(path: str | Path, number: int, line: bytes) -> Row:
     try:
         row = json.loads(line)
-    except ValueError:
-        row = None
-    if not isinstance(row, dict) or any(name not in row for name in _REQUIRED):
+        whole = isinstance(row, dict) and _is_whole(row)
+    except (ValueError, RecursionError):
+        whole = False
+    if not whole:
         raise InputError(f"Line {number} of {path} is no row of a study; give another file.")
-    return row
+    return dict(row)
+
+
+def _is_whole(row: dict[str, Any]) -> bool:
+    """Whether a row has all that a figure is made of, in the right types."""
+    return _has_head(row) and (row["status"] == FAILED or _has_results(row))
+
+
+def _has_head(row: dict[str, Any]) -> bool:
+    if not _has(row, _HEAD) or row["status"] not in (DONE, FAILED):
+        return False
+    if min(row["point_index"], row["realization"]) < 0:
+        return False
+    try:
+        point = trial_of_row(row).point
+    except (InputError, TypeError):
+        return False
+    return isinstance(point.snr_db, _NUMBER) and isinstance(point.sir_db, _NUMBER)
+
+
+def _has_results(row: dict[str, Any]) -> bool:
+    several = row.get("num_ramps", 1) != 1
+    lists = (*_LISTS, *_LISTS_OF_SEVERAL_RAMPS) if several else _LISTS
+    return (
+        _has(row, _RESULTS)
+        and _has(row, dict.fromkeys(lists, list))
+        and all(
+            value is None or isinstance(value, _NUMBER) for name in lists for value in row[name]
+        )
+    )
+
+
+def _has(row: dict[str, Any], types: dict[str, Any]) -> bool:
+    return all(name in row and isinstance(row[name], kind) for name, kind in types.items())

@@ -5,7 +5,9 @@ One thread follows the engine; readers take snapshots. Nothing is drawn here.
 """
 
 import enum
+import logging
 import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,13 +17,18 @@ from vsep.studies.rows import read_rows
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
 
+_LOG = logging.getLogger(__name__)
+
+# Fewer say nothing of the pace: the processes have to start.
+_FEWEST_ROWS = 4
+
 
 class StudyPhase(enum.Enum):
     """What a study is doing; the value is what a user reads."""
 
     STOPPED = "stopped"
     RUNNING = "running"
-    STOPPING = "stopping after the trials at work"
+    STOPPING = "stopping"
     FINISHED = "finished"
     BROKEN = "ended by an error"
 
@@ -40,6 +47,8 @@ class StudySnapshot:
         How many there will be.
     num_failed : int
         How many have no result.
+    left_s : float or None
+        Time left at the pace of this run; None while that cannot be said.
     error : str
         Why it ended, if it is broken.
     """
@@ -48,6 +57,7 @@ class StudySnapshot:
     rows: tuple[Row, ...]
     num_rows: int
     num_failed: int
+    left_s: float | None = None
     error: str = ""
 
 
@@ -75,6 +85,7 @@ class StudySession:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._error = ""
+        self._start = 0.0, 0
         finished = finished_keys(study, path)
         self._rows: list[Row] = self._own_rows() if finished else []
         self._phase = self._resting_phase()
@@ -85,12 +96,13 @@ class StudySession:
             if self._phase not in (StudyPhase.STOPPED, StudyPhase.BROKEN):
                 return
             self._phase, self._error = StudyPhase.RUNNING, ""
+            self._start = time.monotonic(), len(self._rows)
             self._stop.clear()
             self._thread = threading.Thread(target=self._follow, daemon=True)
             self._thread.start()
 
     def stop(self) -> None:
-        """Ask it to stop; the trials that are at work are lost and made again later."""
+        """Stop at once; the trials that are at work are lost and made again later."""
         with self._lock:
             if self._phase is StudyPhase.RUNNING:
                 self._phase = StudyPhase.STOPPING
@@ -106,28 +118,31 @@ class StudySession:
         with self._lock:
             rows = tuple(self._rows)
             phase, error = self._phase, self._error
+            started, before = self._start
+        left_s = None
+        if phase is StudyPhase.RUNNING:
+            missing = self._study.num_rows - len(rows)
+            left_s = time_left_s(time.monotonic() - started, len(rows) - before, missing)
         return StudySnapshot(
             phase=phase,
             rows=rows,
             num_rows=self._study.num_rows,
             num_failed=sum(row["status"] == FAILED for row in rows),
+            left_s=left_s,
             error=error,
         )
 
     def _follow(self) -> None:
         """Take rows from the engine until it ends or a stop is asked for; the thread's body."""
-        results = record_study(self._study, self._path, workers=self._workers)
         error = ""
         try:
-            for rows in results:
+            for rows in record_study(
+                self._study, self._path, workers=self._workers, stop=self._stop
+            ):
                 with self._lock:
                     self._rows.extend(rows)
-                if self._stop.is_set():
-                    break
-        except (InputError, OSError) as problem:
-            error = str(problem)
-        finally:
-            results.close()
+        except Exception as problem:
+            error = _sentence(problem)
         with self._lock:
             self._error = error
             self._phase = StudyPhase.BROKEN if error else self._resting_phase()
@@ -148,3 +163,22 @@ class StudySession:
             and row["realization"] < study.realizations
             and row["method"] in methods
         ]
+
+
+def time_left_s(spent_s: float, num_made: int, num_missing: int) -> float | None:
+    """Return how long the missing rows take at the pace of those made; None if it is too early.
+
+    Examples
+    --------
+    >>> time_left_s(10.0, 20, 60)
+    30.0
+    """
+    return None if num_made < _FEWEST_ROWS else spent_s / num_made * num_missing
+
+
+def _sentence(problem: Exception) -> str:
+    """Say in one sentence what ended a study; what nobody foresaw goes to the log as well."""
+    if isinstance(problem, InputError | OSError):
+        return str(problem)
+    _LOG.error("a study failed", exc_info=problem)
+    return f"The study ended by an error ({type(problem).__name__}: {problem})."

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from app.study_style import DASHES, colour, marker, width
+from app.studies.style import DASHES, colour, marker, width
 from vsep.studies.panels import AnyPanel, BoxPanel, Panel, Series
 
 DOTS_PER_INCH = 150

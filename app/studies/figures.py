@@ -3,7 +3,7 @@
 Everything that is drawn was computed by `vsep.studies`; a row of panels shares one title.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,8 @@ from bokeh.models import ColumnDataSource, Div, HoverTool, Legend, Title
 from bokeh.plotting import figure
 from bokeh.resources import INLINE
 
-from app.study_print import write_print
-from app.study_style import DASHES, colour, marker, width
+from app.studies.print import write_print
+from app.studies.style import DASHES, colour, marker, width
 from vsep._arrays import InputError
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
@@ -26,6 +26,8 @@ from vsep.studies.trial import Row
 SUFFIXES = (".html", ".png", ".svg")
 WIDTH, HEIGHT = 400, 330
 _FONT_SIZE = "11px"
+_NOTE, _SERIES = "note", "series-"
+_WHISKERS, _HALVES, _OUTLIERS, _COUNTS = "whiskers", "halves", "outliers", "counts"
 _NOTE_STYLE = {"text_font_size": "9px", "text_font_style": "normal", "text_color": "#555555"}
 
 
@@ -77,13 +79,44 @@ def figure_html(panels: Sequence[AnyPanel], *, title: str) -> str:
 
 
 def draw_panel(panel: AnyPanel) -> figure:
-    """Draw one panel as a Bokeh figure."""
-    return _draw_boxes(panel) if isinstance(panel, BoxPanel) else _draw_curves(panel)
+    """Draw one panel as a Bokeh figure; `update_panel` gives it newer numbers."""
+    columns = panel_columns(panel)
+    sources = {name: ColumnDataSource(data, name=name) for name, data in columns.items()}
+    if isinstance(panel, BoxPanel):
+        return _draw_boxes(panel, sources)
+    return _draw_curves(panel, sources)
+
+
+def panel_shape(panel: AnyPanel) -> tuple[Any, ...]:
+    """Return what two panels share if one figure can show both, one after the other."""
+    if isinstance(panel, BoxPanel):
+        return panel.title, panel.y_label, *[box.role for box in panel.boxes]
+    series = [(one.label, one.role, one.kind, one.variant) for one in panel.series]
+    return panel.title, panel.y_label, *series
+
+
+def update_panel(plot: figure, panel: AnyPanel) -> None:
+    """Give a figure of the same shape the numbers of another panel; its zoom stays."""
+    columns = panel_columns(panel)
+    for source in plot.select({"type": ColumnDataSource}):
+        source.data = columns[source.name]
+    for title in plot.select({"type": Title, "name": _NOTE}):
+        title.text = panel.note
+
+
+def panel_columns(panel: AnyPanel) -> dict[str, dict[str, Any]]:
+    """Return the columns of all that a panel draws, by the name of its source."""
+    if isinstance(panel, BoxPanel):
+        return _box_columns(panel.boxes)
+    return {
+        f"{_SERIES}{number}": _series_columns(series, log_y=panel.log_y)
+        for number, series in enumerate(panel.series)
+    }
 
 
 def _dressed(plot: figure, panel: AnyPanel) -> figure:
     plot.yaxis.axis_label = panel.y_label
-    plot.add_layout(Title(text=panel.note, **_NOTE_STYLE), "above")
+    plot.add_layout(Title(text=panel.note, name=_NOTE, **_NOTE_STYLE), "above")
     plot.toolbar.logo = None
     plot.toolbar.autohide = True
     for axis in plot.axis:
@@ -94,7 +127,7 @@ def _dressed(plot: figure, panel: AnyPanel) -> figure:
     return plot
 
 
-def _draw_curves(panel: Panel) -> figure:
+def _draw_curves(panel: Panel, sources: Mapping[str, ColumnDataSource]) -> figure:
     plot = figure(
         width=WIDTH,
         height=HEIGHT,
@@ -104,8 +137,8 @@ def _draw_curves(panel: Panel) -> figure:
         tools="box_zoom,pan,wheel_zoom,reset,save",
     )
     entries = []
-    for series in panel.series:
-        entries.append((series.label, _draw_series(plot, series, log_y=panel.log_y)))
+    for number, series in enumerate(panel.series):
+        entries.append((series.label, _draw_series(plot, series, sources[f"{_SERIES}{number}"])))
     legend = Legend(
         items=entries,
         ncols=2,
@@ -123,13 +156,16 @@ def _draw_curves(panel: Panel) -> figure:
     return _dressed(plot, panel)
 
 
-def _draw_series(plot: figure, series: Series, *, log_y: bool) -> list[Any]:
+def _series_columns(series: Series, *, log_y: bool) -> dict[str, Any]:
     values = {"x": series.x, "y": series.y, "low": series.low, "high": series.high}
     if log_y:
         # A logarithm has no place for zero; the point is left out, not moved.
         for name in ("y", "low", "high"):
             values[name] = np.where(values[name] > 0.0, values[name], np.nan)
-    source = ColumnDataSource(values)
+    return values
+
+
+def _draw_series(plot: figure, series: Series, source: ColumnDataSource) -> list[Any]:
     shade, dash = colour(series.role), DASHES[series.variant % len(DASHES)]
     if series.kind == "crosses":
         return [plot.scatter("x", "y", source=source, marker="x", size=9, color=shade)]
@@ -154,7 +190,7 @@ def _draw_series(plot: figure, series: Series, *, log_y: bool) -> list[Any]:
     return [line, bars, heads]
 
 
-def _draw_boxes(panel: BoxPanel) -> figure:
+def _draw_boxes(panel: BoxPanel, sources: Mapping[str, ColumnDataSource]) -> figure:
     plot = figure(
         width=WIDTH,
         height=HEIGHT,
@@ -162,36 +198,60 @@ def _draw_boxes(panel: BoxPanel) -> figure:
         y_axis_type="log" if panel.log_y else "linear",
         tools="box_zoom,pan,wheel_zoom,reset,save",
     )
-    for box in panel.boxes:
-        _draw_box(plot, box)
+    plot.segment("role", "foot", "role", "top", color="shade", source=sources[_WHISKERS])
+    plot.vbar(
+        x="role",
+        width=0.6,
+        bottom="foot",
+        top="top",
+        fill_color="shade",
+        fill_alpha=0.25,
+        line_color="shade",
+        line_width=1.5,
+        source=sources[_HALVES],
+    )
+    plot.scatter("role", "y", marker="cross", color="shade", size=6, source=sources[_OUTLIERS])
+    plot.text(
+        x="role",
+        y="y",
+        text="text",
+        y_offset=-4,
+        text_align="center",
+        text_font_size="10px",
+        source=sources[_COUNTS],
+    )
     plot.xaxis.major_label_orientation = 0.5
     return _dressed(plot, panel)
 
 
-def _draw_box(plot: figure, box: Box) -> None:
-    shade = colour(box.role)
-    plot.segment(
-        [box.role] * 2, [box.low, box.third], [box.role] * 2, [box.first, box.high], color=shade
-    )
+def _box_columns(boxes: Sequence[Box]) -> dict[str, dict[str, Any]]:
+    whiskers = [
+        (box.role, foot, top)
+        for box in boxes
+        for foot, top in ((box.low, box.first), (box.third, box.high))
+    ]
     # Two halves: their common edge is the median.
-    plot.vbar(
-        x=[box.role] * 2,
-        width=0.6,
-        bottom=[box.first, box.middle],
-        top=[box.middle, box.third],
-        fill_color=shade,
-        fill_alpha=0.25,
-        line_color=shade,
-        line_width=1.5,
-    )
-    if box.outliers:
-        names = [box.role] * len(box.outliers)
-        plot.scatter(names, list(box.outliers), marker="cross", color=shade, size=6)
-        plot.text(
-            x=[box.role],
-            y=[max(box.outliers)],
-            text=[str(len(box.outliers))],
-            y_offset=-4,
-            text_align="center",
-            text_font_size="10px",
-        )
+    halves = [
+        (box.role, foot, top)
+        for box in boxes
+        for foot, top in ((box.first, box.middle), (box.middle, box.third))
+    ]
+    outliers = [(box.role, value) for box in boxes for value in box.outliers]
+    counted = [box for box in boxes if box.outliers]
+    return {
+        _WHISKERS: _shaded(whiskers, "foot", "top"),
+        _HALVES: _shaded(halves, "foot", "top"),
+        _OUTLIERS: _shaded(outliers, "y"),
+        _COUNTS: {
+            "role": [box.role for box in counted],
+            "y": [max(box.outliers) for box in counted],
+            "text": [str(len(box.outliers)) for box in counted],
+        },
+    }
+
+
+def _shaded(items: Sequence[tuple[Any, ...]], *names: str) -> dict[str, Any]:
+    """Return roles, their colours and the named values as columns."""
+    columns = {name: [item[1 + place] for item in items] for place, name in enumerate(names)}
+    roles = [item[0] for item in items]
+    return {"role": roles, "shade": [colour(role) for role in roles], **columns}

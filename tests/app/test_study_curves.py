@@ -1,0 +1,62 @@
+import numpy as np
+from bokeh.models import ColumnDataSource
+
+from app.studies.curves import StudyCurves
+from app.studies.figures import draw_panel, panel_columns, panel_shape, update_panel
+from vsep.studies.example import example_panels
+from vsep.studies.figures import study_panels
+
+
+def of_figure_3a(rows):
+    return [panel for panel in study_panels(rows) if panel.title.startswith("Fig. 3a")]
+
+
+def plots(view):
+    return [place.objects[1].object for row in view.grid.objects for place in row.objects]
+
+
+def test_a_figure_takes_newer_numbers_and_keeps_its_range(study_rows):
+    before, after = study_panels(study_rows[:8])[0], study_panels(study_rows)[0]
+    plot = draw_panel(before)
+    plot.x_range.update(start=20.0, end=40.0)
+    assert panel_shape(before) == panel_shape(after)
+    update_panel(plot, after)
+    columns = panel_columns(after)
+    sources = list(plot.select({"type": ColumnDataSource}))
+    assert len(sources) == len(columns)
+    for source in sources:
+        for name in ("y", "low", "high"):
+            np.testing.assert_array_equal(source.data[name], columns[source.name][name])
+    assert (plot.x_range.start, plot.x_range.end) == (20.0, 40.0)
+
+
+def test_curves_are_drawn_once_and_then_get_numbers(study_rows):
+    view = StudyCurves()
+    view.show(of_figure_3a(study_rows[:8]))
+    drawn = plots(view)
+    assert len(drawn) == 4
+    view.show(of_figure_3a(study_rows))
+    assert all(one is other for one, other in zip(drawn, plots(view), strict=True))
+    assert "object-only" in view.key.object
+
+
+def test_another_method_draws_the_panel_anew(study_rows):
+    view = StudyCurves()
+    some = [row for row in study_rows if row["method"] == "object-only"]
+    for chosen in (some, study_rows):
+        view.show(of_figure_3a(chosen)[:1])
+    (plot,) = plots(view)
+    labels = [item.label.value for item in plot.legend[0].items]
+    assert labels[:2] == ["no-interference", "object-only"]
+
+
+def test_examples_are_two_pictures_and_nothing_is_a_hint(study_rows):
+    view = StudyCurves()
+    hint = view.grid.objects[0].object
+    row = {**study_rows[0], "study": "fig-2"}
+    view.show(example_panels([row]))
+    assert len(plots(view)) == 2
+    assert all(word in view.key.object for word in ("received", "estimated object"))
+    view.show([])
+    assert view.grid.objects[0].object == hint
+    assert "Choose a study" in hint

@@ -1,0 +1,156 @@
+import asyncio
+import json
+import time
+from pathlib import Path
+
+import pytest
+
+from app.studies.page import StudyPage, compose
+from app.studies.scatter import ScatterChoice
+from app.studies.session import StudyPhase
+from vsep.files.results import as_json
+from vsep.studies.trial import run_trial
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """Sentences that the user was told."""
+    sentences = []
+    monkeypatch.setattr(StudyPage, "complain", lambda _, sentence: sentences.append(sentence))
+    return sentences
+
+
+@pytest.fixture
+def slow_engine(monkeypatch):
+    """An engine without processes, whose trials take a hundredth of a second at least."""
+
+    def run(trials, *, workers, stop):
+        del workers
+        for trial in trials:
+            if stop.is_set():
+                return
+            time.sleep(0.01)
+            yield run_trial(trial)
+
+    monkeypatch.setattr("vsep.studies.engine.run_on_processes", run)
+
+
+def new_page():
+    return StudyPage(lambda function: function())
+
+
+def as_file(rows):
+    return "".join(as_json(row) + "\n" for row in rows).encode()
+
+
+async def until(condition):
+    for _ in range(1000):
+        if condition():
+            return
+        await asyncio.sleep(0.02)
+    pytest.fail("waited in vain")
+
+
+def test_the_picture_has_the_curves_and_the_dots(study_rows):
+    choice = ScatterChoice(study="fig-3", panel="3a", value="iterations")
+    picture = compose(study_rows, choice)
+    assert {panel.title for panel in picture.panels} == {"Fig. 3a: over SNR at SIR 0 dB"}
+    assert len(picture.dots.by_method["object-only"].rows) == 6
+    assert len(compose((), choice).panels) == 0
+
+
+@pytest.mark.usefixtures("slow_engine")
+def test_a_closed_page_stops_its_study_and_removes_its_folder():
+    page = new_page()
+    page.form.methods.value = ["object-only"]
+    page.form.realizations.value = 10_000
+
+    async def visit():
+        page.start()
+        await page._run(None)
+        await until(lambda: page._panels)
+        content = page._rows().read().splitlines()
+        page.close()
+        await until(lambda: not Path(page._folder.name).exists())
+        return content
+
+    content = asyncio.run(visit())
+    assert json.loads(content[0])["study"] == "fig-3"
+    assert page.session.snapshot().phase is StudyPhase.STOPPED
+
+
+@pytest.mark.usefixtures("slow_engine")
+def test_rows_that_are_opened_are_shown_and_gone_on_with(study_rows, told):
+    page = new_page()
+
+    async def visit():
+        page.start()
+        await page.load("mine.jsonl", as_file(study_rows))
+        assert page.session.snapshot().phase is StudyPhase.STOPPED
+        assert page.form.methods.value == ["object-only", "no-interference"]
+        await until(lambda: page._panels)
+        await page._run(None)
+        await until(lambda: page.session.snapshot().phase is StudyPhase.FINISHED)
+        page.close()
+
+    asyncio.run(visit())
+    rows = page.session.snapshot().rows
+    # Panel 3a has 13 points; two of them were there.
+    assert len(rows) == 3 * 13 * 2
+    assert list(rows[: len(study_rows)]) == json.loads(
+        json.dumps([json.loads(as_json(row)) for row in study_rows])
+    )
+    assert told == []
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b"my notes\n", "Line 1 of ../mine.jsonl is no row of a study; give another file."),
+        (b"\xff\xfe\n", "Line 1 of ../mine.jsonl is no row of a study; give another file."),
+        (b"{", "../mine.jsonl holds no rows; run a study into it first."),
+    ],
+)
+def test_a_file_of_something_else_is_told_and_nothing_changes(told, content, sentence):
+    page = new_page()
+
+    async def visit():
+        await page.load("../mine.jsonl", content)
+        page.close()
+
+    asyncio.run(visit())
+    assert told == [sentence]
+    assert page.session is None
+
+
+def test_what_the_form_refuses_is_told(told):
+    page = new_page()
+    page.form.panels.value = []
+    asyncio.run(page._run(None))
+    assert told == ["No panel is chosen; choose at least one."]
+    assert page.session is None
+    page.close()
+
+
+def test_a_failure_to_draw_is_told_once_and_the_page_goes_on(told, study_rows, monkeypatch, caplog):
+    page = new_page()
+    tries = []
+
+    def broken(rows, choice):
+        tries.append(rows)
+        if len(tries) < 3:
+            raise KeyError("odd")
+        return compose(rows, choice)
+
+    monkeypatch.setattr("app.studies.page.compose", broken)
+    monkeypatch.setattr("app.studies.page.SHORTEST_PERIOD_S", 0.01)
+
+    async def visit():
+        page.start()
+        await page.load("mine.jsonl", as_file(study_rows))
+        await until(lambda: page._panels)
+        page.close()
+
+    asyncio.run(visit())
+    assert told == ["The rows cannot be drawn (KeyError: 'odd')."]
+    assert "the panels of a study failed" in caplog.text

@@ -1,0 +1,60 @@
+import pytest
+from param.parameterized import edit_constant
+
+from app.session import Phase, RunSession
+from app.settings import Settings
+from app.transport import Transport
+from app.work import advance
+
+
+@pytest.fixture
+def session(one_ramp):
+    """A finished run of some iterations."""
+    session = RunSession()
+    session.restart("a plan")
+    session.prepared(session.next_job(), one_ramp.prepared)
+    while (job := session.next_job()) is not None:
+        session.advanced(job, advance(job.opening, job.state))
+    return session
+
+
+@pytest.fixture
+def transport(session):
+    """The row above the views of that run."""
+    return Transport(Settings(), session, lambda: None)
+
+
+def release(slider, value):
+    """What the browser sends when the slider is released."""
+    slider.value = value
+    with edit_constant(slider):
+        slider.value_throttled = value
+
+
+def test_an_old_value_that_a_slow_browser_sends_back_does_not_hold_the_run(session, transport):
+    last = session.num_steps
+    transport.scrub.end = last
+    transport.scrub.value = last - 1
+    assert (session.cursor, session.phase) == (last, Phase.FINISHED)
+
+
+def test_the_same_iteration_can_be_looked_at_twice(session, transport):
+    transport.scrub.end = session.num_steps
+    # The browser reports changes only: what it holds must be no iteration.
+    assert transport.scrub.value_throttled == -1
+    for _ in range(2):
+        release(transport.scrub, 1)
+        assert (session.cursor, session.phase) == (1, Phase.PAUSED)
+        release(transport.scrub, session.num_steps)
+        assert session.phase is Phase.FINISHED
+        assert transport.scrub.value_throttled == -1
+
+
+def test_a_ramp_is_taken_from_its_field_within_the_frame(session):
+    settings = Settings()
+    transport = Transport(settings, session, lambda: None)
+    transport.ramp.end = 15
+    transport.ramp.value = 4
+    assert settings.ramp == 4
+    transport.ramp.value = 99
+    assert settings.ramp == 15
