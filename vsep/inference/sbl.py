@@ -13,6 +13,8 @@ from scipy.special import lambertw
 
 from vsep._arrays import ComplexArray, FloatArray
 
+MOST_EXPLAINED = 0.5  # of a frame's noise that false alarms may be expected to explain
+
 
 class ActiveSet:
     """Weight posterior of the active components; a working copy that lives inside one step.
@@ -204,6 +206,10 @@ def threshold_from_false_alarm_rate(rate: float, num_ramps: int, num_samples: in
     ``N sqrt(pi T / 3) exp(-T)`` for one ramp and ``N P (pi T / 3) exp(-T)`` for several. Both are
     solved for T in closed form with Lambert's W function.
 
+    The false alarms of a frame explain T + 1 noise units each on average and give back one as
+    uncertainty in (65): with `rate` of them lambda is too high by ``1 / (1 - rate T / (N P))``, and
+    the threshold is raised by that.
+
     Parameters
     ----------
     rate : float
@@ -230,4 +236,6 @@ def threshold_from_false_alarm_rate(rate: float, num_ramps: int, num_samples: in
     argument = -(level ** (1.0 / power)) / power
     if argument <= -np.exp(-1.0):
         return 1.0
-    return max(1.0, float((-power * lambertw(argument, -1)).real))
+    threshold = max(1.0, float((-power * lambertw(argument, -1)).real))
+    explained = min(rate * threshold / (num_ramps * num_samples), MOST_EXPLAINED)
+    return threshold / (1.0 - explained)
