@@ -63,7 +63,7 @@ class BurstSearch:
             self.residual[ramp.ramp] - np.sum(np.delete(ramp.signals, index, axis=0), axis=0)
             for ramp, index in held
         ]
-        found = find_single_chirps(np.array(rows), self.work.model)
+        found = find_single_chirps(np.array(rows), self.work.assumed)
         changed = set()
         for number, (ramp, index) in enumerate(held):
             kind = self._verdict(ramp.chirps[index], found, number, rows[number])
@@ -102,7 +102,7 @@ class BurstSearch:
         ]
         if not ramps:
             return
-        found = find_single_chirps((self.residual - work.signal)[ramps], work.model)
+        found = find_single_chirps((self.residual - work.signal)[ramps], work.assumed)
         for number, p in enumerate(ramps):
             if self.literal or (self._confirmed(found, number) and self._strong(p, found, number)):
                 self._start(p, found, number)

@@ -6,10 +6,17 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
 from vsep.inference.channel import ChannelGrid, channel_posterior, passive_ratios
-from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, refine_chirp
+from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirp, refine_chirp
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.schedule import Schedule
-from vsep.inference.state import BurstComponents, ComponentEvent, EventKind
+from vsep.inference.state import (
+    NO_CORRECTION,
+    BurstComponents,
+    ComponentEvent,
+    EventKind,
+    FilterCorrection,
+)
+from vsep.signal.corrected_filter import corrected_model
 from vsep.signal.template import SignalModel
 
 
@@ -64,6 +71,13 @@ class InterferenceWorkspace:
         T_beta, linear.
     bursts : tuple of BurstComponents
         Where the step starts from.
+    correction : FilterCorrection
+        By what the filter of the templates differs from the assumed one.
+
+    Attributes
+    ----------
+    assumed, model : SignalModel
+        With the assumed and with the corrected filter.
     """
 
     def __init__(
@@ -72,8 +86,11 @@ class InterferenceWorkspace:
         schedule: Schedule,
         threshold: float,
         bursts: tuple[BurstComponents, ...],
+        correction: FilterCorrection = NO_CORRECTION,
     ) -> None:
-        self.model = model
+        self.assumed = model
+        self.correction = correction
+        self.model = corrected_model(model, correction.coefficients)
         self.schedule = schedule
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
@@ -101,8 +118,8 @@ class InterferenceWorkspace:
 
     @property
     def trace(self) -> float:
-        """tr(U Psi C Psi^H U^H) summed over the ramps, for (65)."""
-        return sum(ramp.trace for ramp in self.ramps.values())
+        """tr(U Psi C Psi^H U^H) summed over the ramps, and the correction's share, for (65)."""
+        return sum(ramp.trace for ramp in self.ramps.values()) + self.correction.trace
 
     @property
     def signal(self) -> ComplexArray:
@@ -156,6 +173,16 @@ class InterferenceWorkspace:
         ramp.precisions = active.precisions
         ramp.trace = active.trace()
         self.synthesize(ramp)
+
+    def correct(self, correction: FilterCorrection) -> None:
+        """Take over a correction of the filter; all templates follow, posteriors do not yet."""
+        self.correction = correction
+        self.model = corrected_model(self.assumed, correction.coefficients)
+        for ramp in self.ramps.values():
+            ramp.chirps = [
+                place_chirp(chirp.start_frequency, chirp.slope, self.model)
+                for chirp in ramp.chirps
+            ]
 
     def posterior(
         self, ramp: RampWork, residual: ComplexArray, noise_precision: float

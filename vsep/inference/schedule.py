@@ -43,6 +43,10 @@ class Schedule:
         Whether beta is recomputed after the last refinement of theta in Algorithm 2.
     refinement_steps : int
         Newton steps of theta per call.
+    correct_filter : tuple of two int, or None
+        First and last iteration (from 0) in which the correction of the assumed filter is
+        estimated; afterwards it stands still, because it and the channels trade slowly what makes
+        no difference to the fit. None never.
     impute_from : int or None
         Iteration (from 0) after which samples that no source explains are set aside; earlier it
         would set aside bursts that are not modelled yet. None never.
@@ -62,6 +66,7 @@ class Schedule:
     search_before_convergence: bool
     recompute_amplitudes: bool
     refinement_steps: int = 1
+    correct_filter: tuple[int, int] | None = None
     impute_from: int | None = None
 
     def object_additions(self, iteration: int) -> int:
@@ -77,6 +82,11 @@ class Schedule:
     def search_is_late(self, iteration: int) -> bool:
         """Whether the early searches are over in this iteration (counted from 0)."""
         return iteration > self.early_search[-1]
+
+    def correction_due(self, iteration: int) -> bool:
+        """Whether the assumed filter is corrected in this iteration (counted from 0)."""
+        window = self.correct_filter
+        return window is not None and window[0] <= iteration <= window[1]
 
     def search_due(self, iteration: int) -> bool:
         """Whether the ramps are searched for bursts in this iteration (counted from 0)."""
@@ -99,6 +109,7 @@ ROBUST: Final = Schedule(
     late_search_period=4,
     search_before_convergence=True,
     recompute_amplitudes=True,
+    correct_filter=(1, 14),
     impute_from=6,
 )
 

@@ -13,6 +13,7 @@ from vsep._arrays import ComplexArray, from_db, require_range
 from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
+from vsep.inference.filter_correction import update_correction
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
 from vsep.inference.objects import ObjectWorkspace, object_factors
@@ -96,6 +97,8 @@ class FactorisedSeparator:
         received, num_used = self.set_aside(received, state)
         residual = received - state.object_signal
         interference.update(residual, state.noise_precision)
+        if interference.schedule.correction_due(state.iteration):
+            update_correction(interference, residual, state.noise_precision)
 
         traces = _object_trace(state) + interference.trace
         error = expected_error(residual - interference.signal, traces)
@@ -120,7 +123,11 @@ class FactorisedSeparator:
         if threshold_db is None:
             threshold_db = schedule.interference_threshold_db
         return InterferenceWorkspace(
-            self.model, schedule, float(from_db(threshold_db)), state.bursts
+            self.model,
+            schedule,
+            float(from_db(threshold_db)),
+            state.bursts,
+            state.filter_correction,
         )
 
     def search(
@@ -194,6 +201,7 @@ class FactorisedSeparator:
             iteration=state.iteration + 1,
             objects=components,
             bursts=interference.frozen_bursts(),
+            filter_correction=interference.correction,
             noise_precision=noise_precision,
             object_signal=object_signal,
             interference_signal=interference.signal,
@@ -225,8 +233,9 @@ def _separation_bound(
 ) -> float:
     traces = objects.active.trace() + interference.trace
     error = expected_error(residual - interference.signal, traces)
-    active = objects.active
+    active, filtered = objects.active, interference.correction
     bound = weights_bound(active.amplitudes, active.covariance, active.precisions)
+    bound += weights_bound(filtered.amplitudes, filtered.covariance, filtered.precisions)
     for ramp in interference.ramps.values():
         bound += weights_bound(ramp.amplitudes, ramp.covariance, ramp.precisions)
     return bound + noise_bound(num_used, noise_precision, error)

@@ -6,10 +6,12 @@ that dropping it never changes a result. All arrays are read-only.
 
 import enum
 from dataclasses import dataclass, fields
+from typing import Final
 
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
+from vsep.signal.corrected_filter import NUM_SPLINES
 
 
 def _freeze_arrays(record: object) -> None:
@@ -114,6 +116,56 @@ class BurstComponents:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class FilterCorrection:
+    """Posterior of the spline that corrects the assumed filter, shared by all bursts.
+
+    Parameters
+    ----------
+    active_splines : (K,) int
+        Which splines of `vsep.signal.corrected_filter` are active.
+    amplitudes : (K,) complex
+        Posterior mean of their coefficients.
+    covariance : (K, K) complex
+        Posterior covariance, the channels marginalised.
+    precisions : (K,) float
+        Prior precisions.
+    trace : float
+        Expected energy in the frame of the coefficients' uncertainty, for (65).
+    """
+
+    active_splines: IntArray
+    amplitudes: ComplexArray
+    covariance: ComplexArray
+    precisions: FloatArray
+    trace: float
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        _freeze_arrays(self)
+
+    @property
+    def num_splines(self) -> int:
+        """Number of active splines K; zero is the assumed filter itself."""
+        return len(self.active_splines)
+
+    @property
+    def coefficients(self) -> ComplexArray:
+        """(NUM_SPLINES,) coefficients of all splines."""
+        coefficients = np.zeros(NUM_SPLINES, dtype=np.complex128)
+        coefficients[self.active_splines] = self.amplitudes
+        return coefficients
+
+
+NO_CORRECTION: Final = FilterCorrection(
+    active_splines=np.zeros(0, dtype=np.int64),
+    amplitudes=np.zeros(0, dtype=np.complex128),
+    covariance=np.zeros((0, 0), dtype=np.complex128),
+    precisions=np.zeros(0),
+    trace=0.0,
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SeparationState:
     """Everything the next step needs.
 
@@ -131,6 +183,8 @@ class SeparationState:
         Phi alpha and U Psi beta, cached because the residuals need them.
     next_component_id : int
         Identity of the next object component.
+    filter_correction : FilterCorrection
+        What the templates' filter differs by from the assumed one.
     search_pending : bool
         Whether the next step shall search every ramp for bursts although its turn has not come:
         the run is about to converge.
@@ -145,6 +199,7 @@ class SeparationState:
     object_signal: ComplexArray
     interference_signal: ComplexArray
     next_component_id: int
+    filter_correction: FilterCorrection = NO_CORRECTION
     search_pending: bool = False
     used_share: float = 1.0
 
@@ -175,6 +230,8 @@ class EventKind(enum.Enum):
     OBJECT_REJECTED = "object candidate rejected"
     CHANNEL_ADDED = "channel component added"
     CHANNEL_PRUNED = "channel component pruned"
+    FILTER_ADDED = "filter correction added"
+    FILTER_PRUNED = "filter correction pruned"
     CHIRP_STARTED = "burst found"
     CHIRP_DROPPED = "burst dropped"
     CHIRP_RESTARTED = "burst search restarted"

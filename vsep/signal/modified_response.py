@@ -145,3 +145,43 @@ def nonparallel(slope_hz_per_s: FloatArray | float) -> FloatArray:
             "The slope difference is 0 Hz/s; it must not be zero, parallel chirps have no burst."
         )
     return slope
+
+
+def truncated_cubics_jet(
+    frequency_hz: FloatArray, slope_hz_per_s: FloatArray | float, knots_hz: FloatArray
+) -> ResponseJet:
+    """Evaluate the modified responses of the truncated cubics max(f - knot, 0)^3 / 6.
+
+    They are the iterated integrals of the kernel K at x = f - knot. Because K' = -K x / a with
+    a = Delta k / (j 2 pi), integration by parts gives, from the Fresnel integral H_0 on,
+    ``H_n = (x H_(n-1) + a H_(n-2)) / n`` with H_(-1) = K, and dH_n/df = H_(n-1).
+
+    Parameters
+    ----------
+    frequency_hz, slope_hz_per_s : float arrays that broadcast
+        Where to evaluate, and the slope difference Delta k, not zero.
+    knots_hz : (M,) float
+
+    Returns
+    -------
+    ResponseJet
+        Arrays of shape (M, ...) in Hz^3, up to one cubic polynomial of x: right in every sum over
+        the knots that is a spline of finite support, whose fourth differences remove it.
+
+    Raises
+    ------
+    InputError
+        If a slope difference is zero.
+    """
+    slope = nonparallel(slope_hz_per_s)
+    direction = np.sign(slope)
+    dimensions = max(np.ndim(frequency_hz), slope.ndim)
+    position = np.asarray(frequency_hz) - knots_hz.reshape(-1, *(1,) * dimensions)
+    sine, cosine = fresnel(position * np.sqrt(2.0 / np.abs(slope)))
+    turn = np.exp(0.25j * np.pi * direction)
+    kernel = turn / np.sqrt(np.abs(slope)) * np.exp(-1j * np.pi / slope * position**2)
+    curvature = slope / (2j * np.pi)
+    flat = turn / np.sqrt(2.0) * (cosine - 1j * direction * sine)
+    second = position * flat + curvature * kernel
+    first = (position * second + curvature * flat) / 2.0
+    return ResponseJet((position * first + curvature * second) / 3.0, first, second)

@@ -1,0 +1,122 @@
+"""A filter of which only the rough form is known: an assumed one plus a complex spline.
+
+The modified response is linear in the response, so the correction of a burst is the modified
+response of the spline, in closed form for every slope difference.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, FloatArray
+from vsep.signal.filters import AntiAliasingFilter, FilterKind
+from vsep.signal.modified_response import ResponseJet, truncated_cubics_jet
+from vsep.signal.template import SignalModel
+
+# In cut-offs. A quarter resolves impulse responses as long as four over the cut-off; at the reach
+# a filter of order 4 has fallen by 55 dB.
+SPACING: Final = 0.25
+REACH: Final = 4.375
+NUM_KNOTS: Final = int(2.0 * REACH / SPACING) + 1
+NUM_SPLINES: Final = NUM_KNOTS - 4
+_FOURTH_DIFFERENCE: Final = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CorrectedFilter:
+    """An assumed filter plus cubic B-splines on a regular grid of frequencies.
+
+    Parameters
+    ----------
+    assumed : AntiAliasingFilter
+        With a finite cut-off.
+    coefficients : (NUM_SPLINES,) complex
+        Weights of the splines, from the lowest frequency up; a spline's peak is 2/3.
+
+    Examples
+    --------
+    >>> from vsep.signal.filters import RaisedCosineFilter
+    >>> assumed = RaisedCosineFilter(cutoff_hz=1e6)
+    >>> ones = np.ones(NUM_SPLINES, dtype=complex)  # B-splines on a regular grid sum to one
+    >>> CorrectedFilter(assumed=assumed, coefficients=ones).response(np.array([0.0, 2e6])).real
+    array([2., 1.])
+    """
+
+    assumed: AntiAliasingFilter
+    coefficients: ComplexArray
+
+    @property
+    def kind(self) -> FilterKind:
+        """Name of the assumed filter's family."""
+        return self.assumed.kind
+
+    @property
+    def cutoff_hz(self) -> float:
+        """Half-amplitude frequency of the assumed filter."""
+        return self.assumed.cutoff_hz
+
+    @cached_property
+    def _jumps(self) -> tuple[FloatArray, ComplexArray]:
+        """Knots in Hz at which the spline's third derivative jumps, and by how much, 1/Hz^3."""
+        jumps = np.convolve(self.coefficients, _FOURTH_DIFFERENCE)
+        used = jumps != 0.0
+        return knots_hz(self.cutoff_hz)[used], jumps[used] / (SPACING * self.cutoff_hz) ** 3
+
+    def response(self, frequency_hz: FloatArray) -> ComplexArray:
+        """Complex response G(f)."""
+        knots, jumps = self._jumps
+        offsets = np.asarray(frequency_hz)[..., None] - knots
+        spline = np.where(offsets > 0.0, offsets, 0.0) ** 3 / 6.0 @ jumps
+        inside = np.abs(frequency_hz) < REACH * self.cutoff_hz  # beyond, only rounding is left
+        return np.asarray(self.assumed.response(frequency_hz) + np.where(inside, spline, 0.0))
+
+    def modified_response(
+        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
+    ) -> ComplexArray:
+        """Return the modified response Gbar; `InputError` for a slope difference of zero."""
+        return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
+
+    def modified_response_jet(
+        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
+    ) -> ResponseJet:
+        """Gbar with derivatives by f; `InputError` for a slope difference of zero."""
+        assumed = self.assumed.modified_response_jet(frequency_hz, slope_difference_hz_per_s)
+        knots, jumps = self._jumps
+        cubics = truncated_cubics_jet(frequency_hz, slope_difference_hz_per_s, knots)
+        corrections = (np.tensordot(jumps, part, axes=1) for part in cubics)
+        return ResponseJet(*(own + more for own, more in zip(assumed, corrections, strict=True)))
+
+
+def corrected_model(model: SignalModel, coefficients: ComplexArray) -> SignalModel:
+    """Return the model with its filter corrected; the model itself if all coefficients are zero."""
+    if not np.any(coefficients):
+        return model
+    corrected = CorrectedFilter(assumed=model.anti_aliasing_filter, coefficients=coefficients)
+    return replace(model, anti_aliasing_filter=corrected)
+
+
+def knots_hz(cutoff_hz: float) -> FloatArray:
+    """(NUM_KNOTS,) knots of the splines."""
+    return np.asarray((np.arange(NUM_KNOTS) * SPACING - REACH) * cutoff_hz)
+
+
+def modified_splines(
+    frequency_hz: FloatArray, slope_hz_per_s: FloatArray | float, cutoff_hz: float
+) -> ComplexArray:
+    """Modified responses of all splines: what a coefficient adds to the burst's envelope.
+
+    Parameters
+    ----------
+    frequency_hz, slope_hz_per_s : float arrays that broadcast
+        Where to evaluate, and the slope difference Delta k, not zero.
+    cutoff_hz : float
+        Sets the grid.
+
+    Returns
+    -------
+    (NUM_SPLINES, ...) complex
+    """
+    cubics = truncated_cubics_jet(frequency_hz, slope_hz_per_s, knots_hz(cutoff_hz)).value
+    return np.asarray(np.diff(cubics, n=4, axis=0) / (SPACING * cutoff_hz) ** 3)
