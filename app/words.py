@@ -15,6 +15,8 @@ _BURST_EVENTS = (EventKind.CHIRP_STARTED, EventKind.CHIRP_DROPPED, EventKind.CHI
 _COUNTED = {
     EventKind.CHANNEL_ADDED: ("interference path added", "interference paths added"),
     EventKind.CHANNEL_PRUNED: ("interference path pruned", "interference paths pruned"),
+    EventKind.FILTER_ADDED: ("filter correction added", "filter corrections added"),
+    EventKind.FILTER_PRUNED: ("filter correction pruned", "filter corrections pruned"),
 }
 
 
@@ -89,7 +91,7 @@ def iteration_lines(
         text = f"1 {singular}" if count == 1 else f"{count} {plural}"
         ramps = {e.ramp for e in info.events if e.kind is event_kind and e.ramp >= 0}
         where = f" in ramp {ramps.pop()}" if len(ramps) == 1 else f" in {len(ramps)} ramps"
-        text += where if radar.num_ramps > 1 else ""
+        text += where if radar.num_ramps > 1 and ramps else ""
         lines.append(LogLine(iteration=iteration, text=text, kind="quiet"))
     return tuple(lines)
 

@@ -69,7 +69,7 @@ def channel_posterior(
 def passive_ratios(
     correlations: ComplexArray,
     projections: ComplexArray,
-    energy: float,
+    energy: float | FloatArray,
     covariance: ComplexArray,
     amplitudes: ComplexArray,
     noise_precision: float,
@@ -82,8 +82,8 @@ def passive_ratios(
         Inner products of the K active columns with the B candidates.
     projections : (B,) complex
         Inner products of the candidates with the residual.
-    energy : float
-        Squared norm of a candidate, the same for all.
+    energy : float or (B,) float
+        Squared norms of the candidates.
     covariance, amplitudes : (K, K), (K,) complex
         Posterior of the active columns.
     noise_precision : float

@@ -20,16 +20,16 @@ from vsep.inference.channel import passive_ratios
 from vsep.inference.interference import InterferenceWorkspace, RampWork
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.state import NO_CORRECTION, EventKind, FilterCorrection
-from vsep.signal.corrected_filter import NUM_SPLINES, modified_splines
+from vsep.signal.corrected_filter import NUM_SPLINES, knots_hz, modified_splines
 from vsep.signal.template import SignalModel
 
 ADDITIONS: Final = 8  # splines per step at most
 # The fit may follow a wrong filter closely: errors left over look like objects.
 FURTHER_THRESHOLD: Final = 2.0
 PRUNE_THRESHOLD: Final = 1.6
-# A coefficient's prior deviation is at most half of the pass band. Without a limit the spline grows
-# and the channel weights shrink for ever: their product is all that the frame shows.
-LEAST_PRECISION: Final = 4.0
+# Largest prior deviation of a coefficient, in peaks of the assumed response. Without a limit the
+# spline grows and the channel weights shrink for ever: their product is all that the frame shows.
+LARGEST_DEVIATION: Final = 0.5
 UNSEEN: Final = 1e-9  # share of a spline's energy that the channels must leave for it to be seen
 
 
@@ -57,8 +57,9 @@ def update_correction(
         work.correction.precisions,
         noise_precision,
     )
-    splines, active = _add_splines(work, splines, active, gram, projections)
-    splines, active = _update_splines(work, splines, active)
+    least = _least_precision(work.assumed)
+    splines, active = _add_splines(work, splines, active, (gram, projections), least)
+    splines, active = _update_splines(work, splines, active, least)
     correction = NO_CORRECTION
     if _log_evidence(active) > _first_threshold(work):
         correction = FilterCorrection(
@@ -133,7 +134,7 @@ def spline_columns(ramp: RampWork, atoms: ComplexArray, assumed: SignalModel) ->
         own = ramp.own(index)
         carrier = np.exp(2j * np.pi * (chirp.start_frequency * n + 0.5 * chirp.slope * n**2))
         envelopes = modified_splines(
-            (chirp.start_frequency + chirp.slope * n) * rate,
+            np.asarray((chirp.start_frequency + chirp.slope * n) * rate, dtype=np.float64),
             chirp.slope * rate**2,
             assumed.anti_aliasing_filter.cutoff_hz,
         )
@@ -146,6 +147,12 @@ def _first_threshold(work: InterferenceWorkspace) -> float:
     return work.threshold if first is None else float(from_db(first))
 
 
+def _least_precision(assumed: SignalModel) -> float:
+    assumed_filter = assumed.anti_aliasing_filter
+    response = assumed_filter.response(knots_hz(assumed_filter.cutoff_hz))
+    return float((LARGEST_DEVIATION * np.abs(response).max()) ** -2)
+
+
 def _log_evidence(active: ActiveSet) -> float:
     """Gain in log evidence over no correction at all, nats."""
     return active.cost() + float(np.sum(np.log(active.precisions)))
@@ -155,10 +162,11 @@ def _add_splines(
     work: InterferenceWorkspace,
     splines: IntArray,
     active: ActiveSet,
-    gram: ComplexArray,
-    projections: ComplexArray,
+    moments: tuple[ComplexArray, ComplexArray],
+    least_precision: float,
 ) -> tuple[IntArray, ActiveSet]:
     """Activate the best passive splines; the first needs what a ramp's first component needs."""
+    gram, projections = moments
     for _ in range(ADDITIONS):
         threshold = FURTHER_THRESHOLD if len(splines) else _first_threshold(work)
         ratio, inverse_rho = passive_ratios(
@@ -179,7 +187,7 @@ def _add_splines(
             gram[splines, best],
             complex(projections[best]),
             float(gram[best, best].real),
-            _precision(rho, float(ratio[best]) * rho),
+            max(least_precision, converged_precision(rho, float(ratio[best]) * rho)),
         )
         splines = np.append(splines, best)
         work.record(EventKind.FILTER_ADDED, -1, float(ratio[best]), threshold)
@@ -187,7 +195,7 @@ def _add_splines(
 
 
 def _update_splines(
-    work: InterferenceWorkspace, splines: IntArray, active: ActiveSet
+    work: InterferenceWorkspace, splines: IntArray, active: ActiveSet, least_precision: float
 ) -> tuple[IntArray, ActiveSet]:
     """Re-weigh or prune every active spline."""
     active.refresh()
@@ -196,14 +204,10 @@ def _update_splines(
         rho, omega_sq = active.flat_prior_moments(index)
         ratio = activation_ratio(rho, omega_sq)
         if ratio > PRUNE_THRESHOLD:
-            active.set_precision(index, _precision(rho, omega_sq))
+            active.set_precision(index, max(least_precision, converged_precision(rho, omega_sq)))
             index += 1
             continue
         active, splines = active.without(index), np.delete(splines, index)
         work.record(EventKind.FILTER_PRUNED, -1, ratio, PRUNE_THRESHOLD)
     active.refresh()
     return splines, active
-
-
-def _precision(rho: float, omega_sq: float) -> float:
-    return max(LEAST_PRECISION, converged_precision(rho, omega_sq))

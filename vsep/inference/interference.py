@@ -180,8 +180,7 @@ class InterferenceWorkspace:
         self.model = corrected_model(self.assumed, correction.coefficients)
         for ramp in self.ramps.values():
             ramp.chirps = [
-                place_chirp(chirp.start_frequency, chirp.slope, self.model)
-                for chirp in ramp.chirps
+                place_chirp(chirp.start_frequency, chirp.slope, self.model) for chirp in ramp.chirps
             ]
 
     def posterior(

@@ -105,7 +105,7 @@ def knots_hz(cutoff_hz: float) -> FloatArray:
 def modified_splines(
     frequency_hz: FloatArray, slope_hz_per_s: FloatArray | float, cutoff_hz: float
 ) -> ComplexArray:
-    """Modified responses of all splines: what a coefficient adds to the burst's envelope.
+    """Return the modified responses of all splines: what a coefficient adds to a burst's envelope.
 
     Parameters
     ----------

@@ -1,0 +1,185 @@
+"""The correction of the filter: dense truth, zero where it is right, and what it is for."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vsep._arrays import from_db
+from vsep.inference.burst_search import BurstSearch
+from vsep.inference.filter_correction import (
+    LARGEST_DEVIATION,
+    spline_columns,
+    spline_model,
+    update_correction,
+)
+from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.run import iterate, run
+from vsep.inference.schedule import ROBUST
+from vsep.inference.separator import FactorisedSeparator
+from vsep.inference.state import FilterCorrection
+from vsep.signal.corrected_filter import NUM_SPLINES
+from vsep.signal.filters import ButterworthFilter, NoFilter, RaisedCosineFilter
+from vsep.signal.presets import preset, simulate_preset
+from vsep.signal.template import SignalModel
+
+RATE, NUM_SAMPLES, SLOPE, NOISE_PRECISION = 5.1e6, 128, -0.011065, 100.0
+ASSUMED = RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25)
+MODEL = SignalModel(
+    num_ramps=2, num_samples=NUM_SAMPLES, sample_rate_hz=RATE, anti_aliasing_filter=ASSUMED
+)
+
+
+def frame(true_filter, weight=60.0):
+    """One burst in each ramp, through the true filter, and noise."""
+    rng = np.random.default_rng(3)
+    noise = rng.standard_normal(MODEL.shape) + 1j * rng.standard_normal(MODEL.shape)
+    centres = np.array([50.0, 75.0])
+    model = replace(MODEL, anti_aliasing_filter=true_filter)
+    bursts = model.template(-SLOPE * centres, np.full(2, SLOPE)) * weight / np.sqrt(NUM_SAMPLES)
+    return noise / np.sqrt(2 * NOISE_PRECISION) + bursts
+
+
+def workspace(received, model=MODEL, updates=3):
+    """Bursts found and their channels estimated, without a correction."""
+    work = InterferenceWorkspace(
+        model, ROBUST, float(from_db(ROBUST.interference_threshold_db)), ()
+    )
+    BurstSearch(work, received, NOISE_PRECISION, weakest_share=0.01).run()
+    for _ in range(updates):
+        work.update(received, NOISE_PRECISION)
+    return work
+
+
+def some_correction(seed=1):
+    rng = np.random.default_rng(seed)
+    active = np.arange(10, 22)
+    values = 0.05 * (rng.standard_normal(12) + 1j * rng.standard_normal(12))
+    return FilterCorrection(
+        active_splines=active,
+        amplitudes=values,
+        covariance=np.eye(12, dtype=complex) * 1e-4,
+        precisions=np.full(12, 100.0),
+        trace=0.0,
+    )
+
+
+def test_columns_are_the_derivatives_of_the_bursts():
+    received = frame(ASSUMED)
+    work = workspace(received)
+    ramp = work.ramps[1]
+    columns = spline_columns(ramp, work.grid.atoms(ramp.bins), MODEL)
+    before = np.sum(ramp.signals, axis=0)
+    correction = some_correction()
+    work.correct(correction)
+    work.synthesize(ramp)
+    change = np.sum(ramp.signals, axis=0) - before
+    # Linear in the coefficients: no error but rounding, amplified 1e5 times by the cubics.
+    expected = columns @ correction.coefficients
+    np.testing.assert_allclose(change, expected, rtol=0, atol=1e-9 * np.abs(before).max())
+
+
+def test_moments_are_those_of_the_dense_marginal_model():
+    received = frame(ButterworthFilter(cutoff_hz=RATE / 4, order=4))
+    work = workspace(received)
+    work.correct(some_correction())
+    work.recompute(received, NOISE_PRECISION)
+    gram, projections = spline_model(work, received, NOISE_PRECISION)
+    expected_gram = np.zeros((NUM_SPLINES, NUM_SPLINES), dtype=complex)
+    expected = np.zeros(NUM_SPLINES, dtype=complex)
+    for p, ramp in work.ramps.items():
+        atoms = work.grid.atoms(ramp.bins)
+        columns = spline_columns(ramp, atoms, MODEL)
+        channels = ramp.templates[ramp.owners].T * atoms
+        spread = np.eye(NUM_SAMPLES) + NOISE_PRECISION * (
+            channels @ np.diag(1.0 / ramp.precisions) @ channels.conj().T
+        )
+        weighted = np.linalg.solve(spread, columns).conj().T
+        expected_gram += weighted @ columns
+        expected += weighted @ (received[p] + columns @ work.correction.coefficients)
+    # Channel columns are explained to 1e-6 and less of their energy: as many digits are lost.
+    scale = np.abs(np.diagonal(expected_gram)).max()
+    np.testing.assert_allclose(gram, expected_gram, rtol=0, atol=1e-8 * scale)
+    np.testing.assert_allclose(projections, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+def test_the_right_filter_is_left_alone():
+    received = frame(ASSUMED)
+    work = workspace(received)
+    signal = work.signal
+    update_correction(work, received, NOISE_PRECISION)
+    assert work.correction.num_splines == 0
+    assert work.model is work.assumed
+    np.testing.assert_array_equal(work.signal, signal)
+
+
+def test_a_wrong_filter_is_corrected_down_to_the_noise():
+    received = frame(ButterworthFilter(cutoff_hz=RATE / 4, order=4), weight=600.0)
+    levels = []
+    for corrected in (False, True):
+        work = workspace(received, updates=1)
+        for _ in range(8):
+            work.update(received, NOISE_PRECISION)
+            if corrected:
+                update_correction(work, received, NOISE_PRECISION)
+        levels.append(np.mean(np.abs(received - work.signal) ** 2) * NOISE_PRECISION)
+    # Noise alone leaves one at most. Four deviations of its mean over 256 samples: 0.25.
+    assert levels[1] < 1.25
+    assert levels[0] > 1.25
+
+
+def test_without_a_filter_there_is_nothing_to_correct():
+    received = frame(ASSUMED)
+    work = workspace(received, replace(MODEL, anti_aliasing_filter=NoFilter()), updates=1)
+    update_correction(work, received, NOISE_PRECISION)
+    assert work.correction.num_splines == 0
+
+
+def mismatched(order, sir_db, seed):
+    """Simulation I through a Butterworth filter; the true beat, the frame and the estimator."""
+    drawn = preset("simulation-1", snr_db=30.0, sir_db=sir_db, rng=np.random.default_rng(0))
+    assumed = drawn.anti_aliasing_filter
+    scenario, observation = simulate_preset(
+        "simulation-1",
+        snr_db=30.0,
+        sir_db=sir_db,
+        seed=seed,
+        anti_aliasing_filter=ButterworthFilter(cutoff_hz=assumed.cutoff_hz, order=order),
+        interference_model="convolution",
+    )
+    model = SignalModel.of_radar(scenario.radar, assumed)
+    separator = FactorisedSeparator(model=model, object_threshold_db=9.0)
+    return observation.truth.beats[0], observation.received, separator
+
+
+def test_paused_and_resumed_run_is_the_same_with_a_correction():
+    _, received, separator = mismatched(8, -40.0, 1)
+    steps = list(iterate(separator, received))
+    third = steps[2].state
+    assert third.filter_correction.num_splines > 0
+    resumed = run(separator, received, state=pickle.loads(pickle.dumps(third))).state
+    whole = steps[-1].state
+    assert resumed.iteration == whole.iteration
+    np.testing.assert_array_equal(resumed.objects.beats, whole.objects.beats)
+    first, second = resumed.filter_correction, whole.filter_correction
+    np.testing.assert_array_equal(first.amplitudes, second.amplitudes)
+    np.testing.assert_array_equal(resumed.interference_signal, whole.interference_signal)
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize(("order", "sir_db"), [(8, -40.0), (4, -30.0)])
+def test_objects_are_found_through_a_wrong_filter(order, sir_db):
+    """Without the correction 2.4 and 9.1 false alarms a frame, 50 frames."""
+    false_alarms, largest = [], []
+    for seed in range(8):
+        beat, received, separator = mismatched(order, sir_db, seed)
+        state = run(separator, received).state
+        near = np.abs(state.objects.beats - beat) < 0.5 / 256
+        assert np.any(near)
+        false_alarms.append(np.sum(~near))
+        largest.append(np.abs(state.filter_correction.amplitudes).max())
+    # 0.2 are expected of noise alone at 9 dB: more than 6 in 8 frames have a chance of 0.1 %.
+    assert np.sum(false_alarms) <= 6
+    # The prior holds the spline within a few of its deviations, whatever the fit gains.
+    assert max(largest) < 8 * LARGEST_DEVIATION
