@@ -41,6 +41,11 @@ def test_a_rejected_candidate_is_told_with_the_threshold(small_radar):
     assert _texts(small_radar, event) == ["object candidate rejected, 8 dB (threshold 11.0 dB)"]
 
 
+def test_corrections_of_the_filter_belong_to_no_ramp(small_radar):
+    events = [_event(EventKind.FILTER_ADDED), _event(EventKind.FILTER_ADDED)]
+    assert _texts(small_radar, *events) == ["2 filter corrections added"]
+
+
 def test_channel_events_are_counted(small_radar):
     events = [_event(EventKind.CHANNEL_ADDED, ramp=ramp, bin=1) for ramp in (0, 2, 2)]
     events.append(_event(EventKind.CHANNEL_PRUNED, ramp=3, bin=4))

@@ -66,7 +66,7 @@ class BurstSearch:
         found = find_single_chirps(np.array(rows), self.work.assumed)
         changed = set()
         for number, (ramp, index) in enumerate(held):
-            kind = self._verdict(ramp.chirps[index], found, number, rows[number])
+            kind = self._verdict(ramp, index, found, number, rows[number])
             if kind is None:
                 continue
             changed.add(ramp.ramp)
@@ -82,14 +82,20 @@ class BurstSearch:
             del self.work.ramps[ramp.ramp]
 
     def _verdict(
-        self, chirp: PlacedChirp, found: ChirpCandidates, number: int, row: ComplexArray
+        self, ramp: RampWork, index: int, found: ChirpCandidates, number: int, row: ComplexArray
     ) -> EventKind | None:
         """Tell what a search means for a burst; None if it stays as it is."""
         if self.literal:
             return EventKind.CHIRP_RESTARTED
         if not self._confirmed(found, number):
             return EventKind.CHIRP_DROPPED
-        better = found.score[number] > CLEARLY_BETTER * self._single_score(chirp, row)
+        score = self._single_score(ramp.chirps[index], row)
+        if self.work.correction.num_splines:
+            # Searched with the assumed filter: only a chirp that explains more than the whole burst
+            # with its corrected filter shows that the burst is wrong.
+            rest = row - ramp.signals[index]
+            score = max(score, float(np.sum(np.abs(row) ** 2 - np.abs(rest) ** 2)))
+        better = found.score[number] > CLEARLY_BETTER * score
         return EventKind.CHIRP_RESTARTED if better else None
 
     def _start_bursts(self, changed: set[int]) -> None:
