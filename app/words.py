@@ -90,7 +90,7 @@ def iteration_lines(
         singular, plural = _COUNTED[event_kind]
         text = f"1 {singular}" if count == 1 else f"{count} {plural}"
         ramps = {e.ramp for e in info.events if e.kind is event_kind and e.ramp >= 0}
-        where = f" in ramp {ramps.pop()}" if len(ramps) == 1 else f" in {len(ramps)} ramps"
+        where = f" in ramp {min(ramps)}" if len(ramps) == 1 else f" in {len(ramps)} ramps"
         text += where if radar.num_ramps > 1 and ramps else ""
         lines.append(LogLine(iteration=iteration, text=text, kind="quiet"))
     return tuple(lines)
