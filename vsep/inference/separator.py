@@ -165,7 +165,9 @@ class FactorisedSeparator:
         power = np.abs(received - explained) ** 2
         noise = np.median(power) / np.log(2.0)  # the median of an exponential law is ln 2 its mean
         certain = power > UNEXPLAINED * noise
-        raised = ndimage.uniform_filter1d(power, RAISED_SAMPLES, axis=1) > RAISED * noise
+        around = ndimage.uniform_filter1d(np.where(certain, 0.0, power), RAISED_SAMPLES, axis=1)
+        counted = ndimage.uniform_filter1d(np.where(certain, 0.0, 1.0), RAISED_SAMPLES, axis=1)
+        raised = around > RAISED * noise * counted
         unexplained = ndimage.binary_propagation(certain, ALONG_THE_RAMP, certain | raised)
         return np.where(unexplained, explained, received), int(np.sum(~unexplained))
 
