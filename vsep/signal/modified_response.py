@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import fresnel, wofz
 
 from vsep._arrays import ComplexArray, FloatArray, InputError
+from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms
 
 
 class ResponseJet(NamedTuple):
@@ -41,10 +42,8 @@ def raised_cosine_jet(
 ) -> ResponseJet:
     """Evaluate the modified response of a raised cosine in Fresnel integrals.
 
-    The response is one half between -outer and outer, one half more between -inner and inner, and
-    in each taper the cosine's two exponentials exp(+-j w f'), w = pi / (outer - inner). Times the
-    kernel K each is a quadratic phase; completing the square shifts the limits of the Fresnel
-    integral by w Delta k / (2 pi). The derivatives multiply the exponentials by their frequency.
+    Times the kernel K every part of the response is a quadratic phase, see
+    `vsep.kernels.fresnel.raised_cosine_terms`.
 
     Parameters
     ----------
@@ -64,30 +63,16 @@ def raised_cosine_jet(
         If a slope difference is zero.
     """
     slope = nonparallel(slope_hz_per_s)
-    width = outer_hz - inner_hz
-    scale = np.sqrt(2.0 / np.abs(slope))
-    direction = np.sign(slope)
-    broadcast = (1,) * max(np.ndim(frequency_hz), slope.ndim)
-    edges = np.array([-outer_hz, -inner_hz, inner_hz, outer_hz]).reshape(4, *broadcast)
-    shift = np.array([0.0, 1.0, -1.0]).reshape(3, 1, *broadcast) * (slope / (2.0 * width))
-    sine, cosine = fresnel((edges - shift - frequency_hz) * scale)
-    integral = cosine - 1j * (direction * sine)
-
-    flat = 0.5 * (integral[0, 3] + integral[0, 2] - integral[0, 1] - integral[0, 0])
-    right = integral[1:, 3] - integral[1:, 2]
-    left = integral[1:, 1] - integral[1:, 0]
-    kernel_factor = np.exp(0.25j * np.pi * direction) / np.sqrt(2.0)
-    taper_factor = 0.25 * kernel_factor * np.exp(0.25j * np.pi * slope / width**2)
-    to_inner = np.exp(-1j * np.pi * inner_hz / width)
-    turn = taper_factor * np.exp(1j * np.pi / width * np.asarray(frequency_hz))
-    turn_back = taper_factor * np.exp(-1j * np.pi / width * np.asarray(frequency_hz))
-    rising = turn * (to_inner * right[0] + np.conj(to_inner) * left[0])
-    falling = turn_back * (np.conj(to_inner) * right[1] + to_inner * left[1])
-    tapers = rising + falling
-    angular = np.pi / width
-    return ResponseJet(
-        kernel_factor * flat + tapers, 1j * angular * (rising - falling), -(angular**2) * tapers
-    )
+    frequency = np.asarray(frequency_hz, dtype=np.float64)
+    if frequency.ndim == 2 and slope.shape == (len(frequency), 1):
+        # Rows of one slope each, whole bursts: what the estimator asks for.
+        return ResponseJet(
+            *raised_cosine_terms(frequency, slope[:, 0].copy(), inner_hz, outer_hz, SMOOTH)
+        )
+    frequency, slope = np.broadcast_arrays(frequency, slope)
+    column = frequency.reshape(-1, 1).copy()
+    terms = raised_cosine_terms(column, slope.flatten(), inner_hz, outer_hz, SMOOTH)
+    return ResponseJet(*terms.reshape(3, *frequency.shape))
 
 
 def pole_jet(
@@ -140,7 +125,7 @@ def pole_jet(
 def nonparallel(slope_hz_per_s: FloatArray | float) -> FloatArray:
     """Return the slope differences as an array, or raise `InputError` if one of them is zero."""
     slope = np.asarray(slope_hz_per_s, dtype=np.float64)
-    if not np.all(slope != 0.0):
+    if not slope.all():
         raise InputError(
             "The slope difference is 0 Hz/s; it must not be zero, parallel chirps have no burst."
         )
