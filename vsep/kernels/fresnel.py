@@ -137,3 +137,47 @@ def raised_cosine_terms(
             result[1, b, m] = 1j * angular * (rising - falling)
             result[2, b, m] = -angular * angular * (rising + falling)
     return result
+
+
+@compiled
+def truncated_cubic_terms(
+    frequency: FloatArray, slope: FloatArray, knots: FloatArray, table: FloatArray
+) -> ComplexArray:
+    """Evaluate the modified responses of the cubics max(f - knot, 0)^3 / 6, up to a cubic.
+
+    They are iterated integrals of the kernel K: from the Fresnel integral H_0 on,
+    ``H_n = (x H_(n-1) + a H_(n-2)) / n`` at x = f - knot, with a = slope / (j 2 pi), H_(-1) = K.
+
+    Parameters
+    ----------
+    frequency, slope : (M,) float
+        Where to evaluate; the slope is not zero.
+    knots : (K,) float
+    table : array
+        `SMOOTH`.
+
+    Returns
+    -------
+    (3, K, M) complex
+        H_3 and its first two derivatives by the frequency, H_2 and H_1.
+    """
+    result = np.empty((3, len(knots), len(frequency)), dtype=np.complex128)
+    for m in range(len(frequency)):
+        rate = slope[m]
+        direction, inverse = _side(rate), 1.0 / abs(rate)
+        factor = complex(0.5, 0.5 * direction)  # exp(j pi/4 sgn slope) / sqrt(2)
+        scale = np.sqrt(2.0 * inverse)
+        curvature = complex(0.0, -rate / (2.0 * np.pi))
+        for k in range(len(knots)):
+            x = frequency[m] - knots[k]
+            phase = turn(-0.5 * direction * x * x * inverse)
+            rest = _signed_rest(x * scale, table)
+            if direction > 0.0:
+                rest = rest.conjugate()
+            flat = 0.5 * _side(x) - factor * phase * rest
+            second = x * flat + curvature * factor * scale * phase
+            first = 0.5 * (x * second + curvature * flat)
+            result[0, k, m] = (x * first + curvature * second) / 3.0
+            result[1, k, m] = first
+            result[2, k, m] = second
+    return result

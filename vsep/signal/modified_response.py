@@ -13,10 +13,10 @@ dGbar/d(Delta k) = -(j / 4 pi) d^2 Gbar/df^2: one jet in the frequency holds eve
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import fresnel, wofz
+from scipy.special import wofz
 
 from vsep._arrays import ComplexArray, FloatArray, InputError
-from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms
+from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms, truncated_cubic_terms
 
 
 class ResponseJet(NamedTuple):
@@ -137,9 +137,9 @@ def truncated_cubics_jet(
 ) -> ResponseJet:
     """Evaluate the modified responses of the truncated cubics max(f - knot, 0)^3 / 6.
 
-    They are the iterated integrals of the kernel K at x = f - knot. Because K' = -K x / a with
-    a = Delta k / (j 2 pi), integration by parts gives, from the Fresnel integral H_0 on,
-    ``H_n = (x H_(n-1) + a H_(n-2)) / n`` with H_(-1) = K, and dH_n/df = H_(n-1).
+    They are the iterated integrals of the kernel K at x = f - knot, which integration by parts
+    gives from the Fresnel integral on because K' = -K x / a with a = Delta k / (j 2 pi), see
+    `vsep.kernels.fresnel.truncated_cubic_terms`.
 
     Parameters
     ----------
@@ -159,14 +159,6 @@ def truncated_cubics_jet(
         If a slope difference is zero.
     """
     slope = nonparallel(slope_hz_per_s)
-    direction = np.sign(slope)
-    dimensions = max(np.ndim(frequency_hz), slope.ndim)
-    position = np.asarray(frequency_hz) - knots_hz.reshape(-1, *(1,) * dimensions)
-    sine, cosine = fresnel(position * np.sqrt(2.0 / np.abs(slope)))
-    turn = np.exp(0.25j * np.pi * direction)
-    kernel = turn / np.sqrt(np.abs(slope)) * np.exp(-1j * np.pi / slope * position**2)
-    curvature = slope / (2j * np.pi)
-    flat = turn / np.sqrt(2.0) * (cosine - 1j * direction * sine)
-    second = position * flat + curvature * kernel
-    first = (position * second + curvature * flat) / 2.0
-    return ResponseJet((position * first + curvature * second) / 3.0, first, second)
+    frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)
+    terms = truncated_cubic_terms(frequency.flatten(), slope.flatten(), knots_hz, SMOOTH)
+    return ResponseJet(*terms.reshape(3, len(knots_hz), *frequency.shape))
