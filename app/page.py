@@ -25,7 +25,7 @@ from app.views.ramps import RampStrip
 from app.views.range_doppler import RangeDopplerView
 from app.views.signals import DelayView, FastTimeView
 from app.views.style import Axis
-from app.views.tables import log_html, table_html
+from app.views.tables import log_html, table_html, times_html
 from app.work import Prepared, advance, compose, prepare
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
@@ -97,6 +97,7 @@ class Dashboard:
             "", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")]
         )
         self.log = pn.pane.HTML("", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")])
+        self.times = pn.pane.HTML("", margin=0, stylesheets=[stylesheet("tables")])
         self._drawn = ColumnDataSource({"number": [0]}, name="drawn")
         self._drawn.on_change("data", self._acknowledged)
         self.fast_time.source.js_on_change(
@@ -137,6 +138,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         side = pn.Column(
             panel("Objects: estimate ± standard deviation, and truth", self.table, weight=10),
             panel("Events", self.log, weight=6),
+            panel("Time of an iteration", self.times, weight=2),
             progress_card(self.progress),
             margin=0,
             stylesheets=[stylesheet("column")],
@@ -224,6 +226,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
                 self.ramps.update(picture)
             if self._is_time_for_the_side(picture):
                 self.progress.update(picture)
+                self.times.object = times_html(picture.step_ms)
                 self.log.object = log_html(picture.log[-SHOWN_LINES:])
                 self.table.object = table_html(picture.table, moving=several)
                 self.controls.show_levels(picture.backdrop.levels_text)

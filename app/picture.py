@@ -4,7 +4,7 @@ A `Picture` is made from the backdrop of a run and the steps up to the iteration
 report draw from the same one, so they cannot differ.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from app.marks import Marks, added_marks, channel_marks, object_marks, pruned_ma
 from app.words import Located, LogLine, TableRow, log_lines, resolution_cells, table_rows
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, to_db
 from vsep.inference.state import SeparationState, Step, Termination
+from vsep.inference.stopwatch import summed
 from vsep.inference.uncertainty import dispersion_std
 
 FLASH_ITERATIONS = 3
@@ -96,6 +97,8 @@ class Picture:
         Sorted by distance.
     progress : Progress
         Diagnostics up to here.
+    step_ms : mapping of str to float
+        Milliseconds of an iteration by part of the algorithm, mean up to here.
     """
 
     backdrop: Backdrop
@@ -118,6 +121,7 @@ class Picture:
     log: tuple[LogLine, ...]
     table: tuple[TableRow, ...]
     progress: Progress
+    step_ms: Mapping[str, float]
 
 
 def make_picture(
@@ -173,6 +177,7 @@ def make_picture(
         log=log_lines(steps, backdrop.radar),
         table=_table(backdrop, state),
         progress=_progress(backdrop, steps),
+        step_ms=_step_ms(steps),
     )
 
 
@@ -235,3 +240,8 @@ def _progress(backdrop: Backdrop, steps: Sequence[Step]) -> Progress:
         noise_db=-to_db(precision * backdrop.reference_power),
         ratio_db=np.array([step.info.separability_ratio_db for step in steps]),
     )
+
+
+def _step_ms(steps: Sequence[Step]) -> dict[str, float]:
+    parts = summed(step.seconds_by_part for step in steps)
+    return {name: 1e3 * seconds / len(steps) for name, seconds in parts.items()}

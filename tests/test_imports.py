@@ -15,21 +15,23 @@ SOURCES = sorted([*ROOT.glob("vsep/**/*.py"), *ROOT.glob("app/**/*.py")])
 FLOORS = {
     "vsep._arrays": 0,
     "vsep._version": 0,
-    "vsep.signal": 1,
-    "vsep.inference": 2,
-    "vsep.analysis": 2,
+    "vsep.workers": 0,
+    "vsep.kernels": 1,
+    "vsep.signal": 2,
+    "vsep.inference": 3,
+    "vsep.analysis": 3,
     # A detector of interfered samples fits objects.
-    "vsep.mitigation": 3,
-    "vsep.files": 4,
+    "vsep.mitigation": 4,
+    "vsep.files": 5,
     # The rows of a study are written as result lines are.
-    "vsep.studies": 5,
-    "vsep": 6,
-    "vsep.commands": 7,
-    "vsep.mitigate_commands": 7,
-    "vsep.study_commands": 7,
-    "vsep.mitigate_options": 8,
-    "vsep.study_options": 8,
-    "vsep.cli": 9,
+    "vsep.studies": 6,
+    "vsep": 7,
+    "vsep.commands": 8,
+    "vsep.mitigate_commands": 8,
+    "vsep.study_commands": 8,
+    "vsep.mitigate_options": 9,
+    "vsep.study_options": 9,
+    "vsep.cli": 10,
 }
 COMMAND_LINE = (
     "vsep.commands",
@@ -40,6 +42,7 @@ COMMAND_LINE = (
 DRAWING = {"panel", "panel_material_ui", "bokeh", "holoviews"}
 # `vsep` beside the standard library; the command line also draws a progress bar and calls the app.
 LIBRARIES = {"numpy", "scipy", "vsep"}
+COMPILER = {"vsep.kernels.compiler": {"numba"}}
 # One optional library: Dask's own scheduler and workers run a study on several machines, which is
 # better not written twice. Imported inside the function that needs it; `pip install vsep[cluster]`.
 OPTIONAL = {"vsep.studies.cluster": {"distributed"}}
@@ -87,11 +90,11 @@ def in_package(package: str) -> list[str]:
 
 
 @pytest.mark.parametrize("module", in_package("vsep"))
-def test_vsep_needs_only_numpy_and_scipy(module: str) -> None:
+def test_vsep_needs_only_numpy_scipy_and_in_one_place_a_compiler(module: str) -> None:
     allowed = LIBRARIES | sys.stdlib_module_names
     if module in COMMAND_LINE:
         allowed = allowed | {"tqdm", "app"}
-    allowed = allowed | OPTIONAL.get(module, set())
+    allowed = allowed | OPTIONAL.get(module, set()) | COMPILER.get(module, set())
     assert {name.split(".")[0] for name in IMPORTS[module]} <= allowed
 
 

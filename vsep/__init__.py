@@ -1,18 +1,26 @@
-"""Variational separation of object signals and mutual interference of automotive FMCW radars."""
+"""Variational separation of object signals and mutual interference of automotive FMCW radars.
+
+Names are loaded when they are first used: importing the package alone costs next to nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from vsep._arrays import InputError
 from vsep._version import __version__
-from vsep.files.frame import Frame, read_frame, write_frame
-from vsep.inference.object_only import ObjectOnlySeparator
-from vsep.inference.run import iterate, run
-from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.uncertainty import dispersion_std
-from vsep.signal.filters import ButterworthFilter, MeasuredFilter, NoFilter, RaisedCosineFilter
-from vsep.signal.presets import preset, simulate_preset
-from vsep.signal.radar import ChirpSequence, InterfererSequence
-from vsep.signal.scene import Channel, GroundTruth, Interferer, Observation, Scene
-from vsep.signal.simulate import add_interference, simulate
-from vsep.signal.template import SignalModel
+
+if TYPE_CHECKING:
+    from vsep.files.frame import Frame, read_frame, write_frame
+    from vsep.inference.object_only import ObjectOnlySeparator
+    from vsep.inference.run import iterate, run
+    from vsep.inference.separator import FactorisedSeparator
+    from vsep.inference.uncertainty import dispersion_std
+    from vsep.signal.filters import ButterworthFilter, MeasuredFilter, NoFilter, RaisedCosineFilter
+    from vsep.signal.presets import preset, simulate_preset
+    from vsep.signal.radar import ChirpSequence, InterfererSequence
+    from vsep.signal.scene import Channel, GroundTruth, Interferer, Observation, Scene
+    from vsep.signal.simulate import add_interference, simulate
+    from vsep.signal.template import SignalModel
 
 __all__ = [
     "ButterworthFilter",
@@ -42,3 +50,39 @@ __all__ = [
     "simulate_preset",
     "write_frame",
 ]
+
+_HOMES = {
+    "ButterworthFilter": "vsep.signal.filters",
+    "Channel": "vsep.signal.scene",
+    "ChirpSequence": "vsep.signal.radar",
+    "FactorisedSeparator": "vsep.inference.separator",
+    "Frame": "vsep.files.frame",
+    "GroundTruth": "vsep.signal.scene",
+    "Interferer": "vsep.signal.scene",
+    "InterfererSequence": "vsep.signal.radar",
+    "MeasuredFilter": "vsep.signal.filters",
+    "NoFilter": "vsep.signal.filters",
+    "ObjectOnlySeparator": "vsep.inference.object_only",
+    "Observation": "vsep.signal.scene",
+    "RaisedCosineFilter": "vsep.signal.filters",
+    "Scene": "vsep.signal.scene",
+    "SignalModel": "vsep.signal.template",
+    "add_interference": "vsep.signal.simulate",
+    "dispersion_std": "vsep.inference.uncertainty",
+    "iterate": "vsep.inference.run",
+    "preset": "vsep.signal.presets",
+    "read_frame": "vsep.files.frame",
+    "run": "vsep.inference.run",
+    "simulate": "vsep.signal.simulate",
+    "simulate_preset": "vsep.signal.presets",
+    "write_frame": "vsep.files.frame",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its module, the first time that it is asked for."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'vsep' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value

@@ -13,7 +13,7 @@ from typing import NoReturn
 from vsep._arrays import InputError
 from vsep._version import __version__
 from vsep.mitigate_options import add_mask_option, add_mitigate
-from vsep.signal.presets import PRESET_NAMES
+from vsep.signal.preset_names import PRESET_NAMES
 from vsep.study_options import add_study
 
 _EXIT_INPUT = 2
@@ -201,6 +201,18 @@ def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
         metavar="DIR",
         help="folder, made if need be, for DIR/<frame>.npz with object_signal, "
         "interference_signal and cleaned",
+    )
+    parser.add_argument(
+        "--workers",
+        type=_whole_number(1, 4096),
+        default=None,
+        metavar="N",
+        help="processes that share the frames (default: one for every core)",
+    )
+    parser.add_argument(
+        "--profile",
+        action="store_true",
+        help='say where the time goes: "profile" in every line, and a table at the end',
     )
     _add_estimator_options(parser)
 

@@ -3,10 +3,14 @@
 import argparse
 import math
 import sys
+import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from itertools import repeat
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -14,15 +18,18 @@ from tqdm import tqdm
 from vsep._arrays import BoolArray, InputError
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.frame_mask import frame_mask
-from vsep.files.results import as_json, result_line, separated_signals
+from vsep.files.results import as_json, profile_entry, result_line, separated_signals
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
 from vsep.signal.filters import NoFilter
 from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
+from vsep.workers import available_cores, worker_pool
 
 _EXIT_INPUT = 2
+_FRAMES_AT_A_TIME = 4  # handed to a process, so that handing over costs little
+_FRAMES_WORTH_A_PROCESS = 16  # starting one takes as long as some frames
 
 
 def simulate_frame(options: argparse.Namespace) -> int:
@@ -60,12 +67,66 @@ def separate_frames(options: argparse.Namespace) -> int:
     _require_usable(options)
     if options.signals is not None:
         Path(options.signals).mkdir(parents=True, exist_ok=True)
-    with open(options.out, "w", encoding="utf-8") as results:
-        # tqdm draws nothing by itself (None) where standard error is no terminal.
-        quiet = None if len(options.frames) > 1 else True
-        progress = tqdm(options.frames, unit="frame", disable=quiet)
-        used = [_separate_frame(path, options, results) for path in progress]
-    return 0 if all(used) else _EXIT_INPUT
+    start = time.perf_counter()
+    workers = _num_workers(options)
+    profile: Counter[str] = Counter()
+    used = 0
+    # tqdm draws nothing by itself (None) where standard error is no terminal.
+    quiet = None if len(options.frames) > 1 else True
+    with (
+        open(options.out, "w", encoding="utf-8") as results,
+        _result_lines(options, workers) as lines,
+    ):
+        for line in tqdm(lines, total=len(options.frames), unit="frame", disable=quiet):
+            if "error" in line:
+                tqdm.write(f"vsep: {line['error']}", file=sys.stderr)
+            used += "error" not in line
+            profile.update(line.get("profile", {}))
+            results.write(as_json(line) + "\n")
+            results.flush()
+    if profile:
+        sys.stderr.write("\n".join(_profile_table(profile, used)) + "\n")
+    if used > 1:
+        sys.stderr.write(_throughput(used, time.perf_counter() - start, workers) + "\n")
+    return 0 if used == len(options.frames) else _EXIT_INPUT
+
+
+def _num_workers(options: argparse.Namespace) -> int:
+    """Return what was asked for, or one process a core unless there are only a few frames."""
+    if options.workers is not None:
+        return min(int(options.workers), len(options.frames))
+    return max(1, min(available_cores(), len(options.frames) // _FRAMES_WORTH_A_PROCESS))
+
+
+@contextmanager
+def _result_lines(options: argparse.Namespace, workers: int) -> Iterator[Iterator[dict[str, Any]]]:
+    """Make the result lines in the order of the frames, in this process or several."""
+    if workers == 1:
+        yield (separate_frame(path, options) for path in options.frames)
+        return
+    try:
+        with worker_pool(workers) as pool:
+            yield pool.map(
+                separate_frame, options.frames, repeat(options), chunksize=_FRAMES_AT_A_TIME
+            )
+    except BrokenProcessPool:
+        sentence = "A worker process ended abruptly, perhaps for lack of memory; try --workers 1."
+        raise InputError(sentence) from None
+
+
+def _profile_table(profile: Mapping[str, float], frames: int) -> list[str]:
+    """Return lines of a table of milliseconds a frame by part."""
+    total = sum(profile.values())
+    return [
+        f"{name:22s} {1e3 * spent / frames:9.2f} ms a frame {100.0 * spent / total:5.1f} %"
+        for name, spent in profile.items()
+    ]
+
+
+def _throughput(frames: int, seconds: float, workers: int) -> str:
+    processes = "1 process" if workers == 1 else f"{workers} processes"
+    rate = frames / seconds
+    return f"{frames} frames in {seconds:.1f} s on {processes}: {rate:.1f} frames per second"
 
 
 def report_frame(options: argparse.Namespace) -> int:
@@ -81,23 +142,21 @@ def report_frame(options: argparse.Namespace) -> int:
     return 0
 
 
-def _separate_frame(path: str, options: argparse.Namespace, results: TextIO) -> bool:
-    """Write the result line of one frame; False if it could not be used."""
-    line: dict[str, Any]
+def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
+    """Make the result line of one frame; one with ``error`` if it could not be used."""
     try:
         frame = read_frame(path)
         solution = run(_separator_of(options, frame), frame.received)
-        line = result_line(path, solution, frame.radar)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
         # A MemoryError carries no text.
-        sentence = str(error) or f"{path} needs more memory than this machine has."
-        line = {"file": path, "error": sentence}
-        tqdm.write(f"vsep: {sentence}", file=sys.stderr)
-    results.write(as_json(line) + "\n")
-    results.flush()
-    return "error" not in line
+        return {
+            "file": path,
+            "error": str(error) or f"{path} needs more memory than this machine has.",
+        }
+    line = result_line(path, solution, frame.radar)
+    return line | ({"profile": profile_entry(solution)} if options.profile else {})
 
 
 def _require_usable(options: argparse.Namespace) -> None:

@@ -1,7 +1,7 @@
 """Component table and event log as plain HTML, for the page and the report alike."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 
 from app.words import LogLine, TableRow
@@ -32,6 +32,14 @@ def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
         columns = 7 if moving else 5
         body = f'<tr><td class="empty" colspan="{columns}">No object yet.</td></tr>'
     return f'<table class="components"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+
+
+def times_html(step_ms: Mapping[str, float]) -> str:
+    """Return where the time of an iteration goes, as one line."""
+    if not step_ms:
+        return '<p class="empty">No iteration yet.</p>'
+    parts = ", ".join(f"{escape(name)} {value:.1f}" for name, value in step_ms.items())
+    return f'<p class="times"><b>{sum(step_ms.values()):.1f} ms</b>: {parts}</p>'
 
 
 def _row(row: TableRow, *, moving: bool) -> str:

@@ -10,7 +10,7 @@ from app.views.ramps import RampStrip
 from app.views.range_doppler import LARGEST_MARK, SMALLEST_MARK, RangeDopplerView, mark_sizes
 from app.views.signals import DelayView, FastTimeView
 from app.views.style import COLOURS, Axis
-from app.views.tables import MISSING, log_html, table_html, value_text
+from app.views.tables import MISSING, log_html, table_html, times_html, value_text
 from app.words import LogLine, TableRow
 from app.work import compose
 
@@ -204,3 +204,14 @@ def test_the_log_shows_the_newest_line_first_and_escapes():
     html = log_html(lines)
     assert html.index("&lt;b&gt;last") < html.index("first")
     assert "Nothing" in log_html([])
+
+
+def test_the_time_of_an_iteration_is_told_by_part(picture, many_ramps):
+    steps = many_ramps.steps
+    assert sum(picture.step_ms.values()) == pytest.approx(
+        1e3 * sum(step.seconds for step in steps) / len(steps)
+    )
+    assert times_html({"objects": 1.5, "the rest": 0.25}) == (
+        '<p class="times"><b>1.8 ms</b>: objects 1.5, the rest 0.2</p>'
+    )
+    assert "No iteration" in times_html({})

@@ -6,6 +6,7 @@ import pytest
 from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
 from vsep.inference.channel import channel_posterior
 from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
+from vsep.kernels.channel import Channel
 
 OWNERS, BINS = np.array([0, 1, 0]), np.array([0, 1, 7])
 OTHER = burst(-0.5, 0.0123)  # crosses the burst that is refined
@@ -14,13 +15,10 @@ OTHER = burst(-0.5, 0.0123)  # crosses the burst that is refined
 def cost_of(residual, precisions, noise_precision):
     """Cost (71) of a ramp with two crossing bursts, by the template of the first."""
     return ChannelCost(
-        grid=GRID,
         residual=residual,
         templates=np.stack([burst(0.78, -0.0118), OTHER]),
         moving=0,
-        owners=OWNERS,
-        bins=BINS,
-        precisions=precisions,
+        channel=Channel(OWNERS, BINS, precisions, GRID.twiddle),
         noise_precision=noise_precision,
     )
 
@@ -29,7 +27,8 @@ def test_cost_is_the_dense_expression_71_up_to_the_weights_it_names():
     template, precisions, noise_precision = burst(0.78, -0.0118), np.array([0.2, 0.5, 1.0]), 30.0
     residual = template * 2.0 + noise(2, 0.1)
     templates = np.stack([template, OTHER])
-    active = channel_posterior(GRID, templates, residual, OWNERS, BINS, precisions, noise_precision)
+    channel = Channel(OWNERS, BINS, precisions, GRID.twiddle)
+    active = channel_posterior(templates, residual, channel, noise_precision)
     columns = [dense_channel(templates[b])[:, k] for b, k in zip(OWNERS, BINS, strict=True)]
     atoms = np.stack(columns, axis=1)
     covariance = np.linalg.inv(noise_precision * atoms.conj().T @ atoms + np.diag(precisions))

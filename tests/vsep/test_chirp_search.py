@@ -6,6 +6,7 @@ import pytest
 from tests.vsep.burst_bench import GRID, MODEL, NUM_SAMPLES, RATE, burst, noise
 from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
 from vsep.inference.chirp_search import find_single_chirps, slope_bank
+from vsep.kernels.channel import Channel
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
 
@@ -24,13 +25,10 @@ def test_search_and_refinement_find_a_burst_exactly(centre, slope):
     assert abs(found.slope[1] / slope - 1) < 0.15
     start, zero = place_chirp(found.start_frequency[1], found.slope[1], MODEL), np.zeros(1)
     cost = ChannelCost(
-        grid=GRID,
         residual=residual[1],
         templates=start.template[None],
         moving=0,
-        owners=zero.astype(int),
-        bins=zero.astype(int),
-        precisions=zero,
+        channel=Channel(zero.astype(int), zero.astype(int), zero, GRID.twiddle),
         noise_precision=0.5e8,
     )
     refined = refine_chirp(start, MODEL, cost, max_steps=20)

@@ -3,6 +3,7 @@ import errno
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -260,7 +261,34 @@ def test_one_unreadable_frame_does_not_lose_the_others(
     assert [line["file"] for line in lines] == frames
     assert ["error" in line for line in lines] == [False, True, False]
     assert set(lines[1]) == {"file", "error"}
-    assert capsys.readouterr().err == f"vsep: {lines[1]['error']}\n"
+    complaint, throughput = capsys.readouterr().err.splitlines()
+    assert complaint == f"vsep: {lines[1]['error']}"
+    assert re.fullmatch(r"2 frames in .* s on 1 process: .* frames per second", throughput)
+
+
+def test_several_processes_write_the_same_lines_in_the_same_order(
+    tmp_path: Path, frame_file: Callable[..., str]
+) -> None:
+    frames = [frame_file("a.npz"), str(tmp_path / "absent.npz"), frame_file("c.npz")]
+    results = []
+    for workers in ("1", "2"):
+        out = tmp_path / f"{workers}.jsonl"
+        assert cli.main(["separate", *frames, "--out", str(out), "--workers", workers]) == 2
+        results.append([line | {"seconds": 0.0} for line in lines_of(out)])
+    assert results[0] == results[1]
+
+
+def test_a_profile_says_where_the_time_went(
+    tmp_path: Path, frame_file: Callable[..., str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "results.jsonl"
+    assert cli.main(["separate", frame_file(), "--out", str(out), "--profile"]) == 0
+    (line,) = lines_of(out)
+    assert list(line["profile"]) == ["bursts and channels", "burst search", "objects", "the rest"]
+    # Written to a microsecond each.
+    assert sum(line["profile"].values()) == pytest.approx(line["seconds"], abs=3e-6)
+    table = capsys.readouterr().err.splitlines()
+    assert [row[:22].rstrip() for row in table] == list(line["profile"])
 
 
 def test_a_frame_beyond_the_memory_does_not_lose_the_others(

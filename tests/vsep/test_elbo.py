@@ -28,7 +28,9 @@ def posterior(received, factors, precisions, noise_precision):
 def bound(received, factors, active, noise_precision):
     signal = synthesize(active.amplitudes, *factors)
     error = float(np.sum(np.abs(received - signal) ** 2)) + active.trace()
-    weights = weights_bound(active.amplitudes, active.covariance, active.precisions)
+    weights = weights_bound(
+        active.amplitudes, active.covariance, active.precisions, active.log_determinant
+    )
     return weights + noise_bound(received.size, noise_precision, error)
 
 

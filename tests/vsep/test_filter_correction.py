@@ -69,7 +69,7 @@ def test_columns_are_the_derivatives_of_the_bursts():
     received = frame(ASSUMED)
     work = workspace(received)
     ramp = work.ramps[1]
-    columns = spline_columns(ramp, work.grid.atoms(ramp.bins), MODEL)
+    columns = spline_columns(ramp, work.grid.atoms(ramp.bins).T, MODEL)
     before = np.sum(ramp.signals, axis=0)
     correction = some_correction()
     work.correct(correction)
@@ -89,7 +89,7 @@ def test_moments_are_those_of_the_dense_marginal_model():
     expected_gram = np.zeros((NUM_SPLINES, NUM_SPLINES), dtype=complex)
     expected = np.zeros(NUM_SPLINES, dtype=complex)
     for p, ramp in work.ramps.items():
-        atoms = work.grid.atoms(ramp.bins)
+        atoms = work.grid.atoms(ramp.bins).T
         columns = spline_columns(ramp, atoms, MODEL)
         channels = ramp.templates[ramp.owners].T * atoms
         spread = np.eye(NUM_SAMPLES) + NOISE_PRECISION * (

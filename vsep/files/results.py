@@ -47,6 +47,11 @@ def result_line(file: str, solution: Solution, radar: ChirpSequence) -> dict[str
     }
 
 
+def profile_entry(solution: Solution) -> dict[str, float]:
+    """Seconds of a run by part of the algorithm, for the line's ``profile``."""
+    return {name: round(seconds, 6) for name, seconds in solution.seconds_by_part.items()}
+
+
 def as_json(line: Mapping[str, Any]) -> str:
     """Write a line as JSON, which knows no NaN and no infinity: they become null.
 

@@ -60,10 +60,9 @@ class BurstSearch:
         if not held:
             return set()
         rows = [
-            self.residual[ramp.ramp] - np.sum(np.delete(ramp.signals, index, axis=0), axis=0)
-            for ramp, index in held
+            self.residual[ramp.ramp] - ramp.signal + ramp.signals[index] for ramp, index in held
         ]
-        found = find_single_chirps(np.array(rows), self.work.assumed)
+        found = self._find(np.array(rows))
         changed = set()
         for number, (ramp, index) in enumerate(held):
             kind = self._verdict(ramp, index, found, number, rows[number])
@@ -101,32 +100,43 @@ class BurstSearch:
     def _start_bursts(self, changed: set[int]) -> None:
         """Begin a burst in every ramp whose rest holds a chirp."""
         work = self.work
+        rest = self.residual - work.signal
         ramps = [
             p
             for p in range(work.model.num_ramps)
-            if p not in changed and self._num_bursts(p) < work.schedule.bursts_per_ramp
+            if p not in changed
+            and self._num_bursts(p) < work.schedule.bursts_per_ramp
+            # No chirp scores more than the energy there is.
+            and self._strong(p, float(np.vdot(rest[p], rest[p]).real))
         ]
         if not ramps:
             return
-        found = find_single_chirps((self.residual - work.signal)[ramps], work.assumed)
+        found = self._find(rest[ramps])
         for number, p in enumerate(ramps):
-            if self.literal or (self._confirmed(found, number) and self._strong(p, found, number)):
+            if self.literal or (
+                self._confirmed(found, number) and self._strong(p, found.score[number])
+            ):
                 self._start(p, found, number)
                 self._record(EventKind.CHIRP_STARTED, p, found, number)
 
     def _num_bursts(self, p: int) -> int:
         return len(self.work.ramps[p].chirps) if p in self.work.ramps else 0
 
+    def _find(self, rows: ComplexArray) -> ChirpCandidates:
+        """Best chirp of every row; the schedule that keeps one in every ramp uses all of them."""
+        least_score = 0.0 if self.literal else self.threshold / self.noise_precision
+        return find_single_chirps(rows, self.work.assumed, least_score=least_score)
+
     def _confirmed(self, found: ChirpCandidates, number: int) -> bool:
         ratio = self.noise_precision * float(found.score[number])
         return ratio > self.threshold and bool(found.score[number] > found.tone_score[number])
 
-    def _strong(self, p: int, found: ChirpCandidates, number: int) -> bool:
+    def _strong(self, p: int, score: float) -> bool:
         """Whether a further burst is not just what the fit of the others has not reached yet."""
         if p not in self.work.ramps:
             return True
         energy = np.sum(np.abs(self.work.ramps[p].signals) ** 2, axis=1)
-        return bool(found.score[number] >= self.weakest_share * energy.max())
+        return bool(score >= self.weakest_share * energy.max())
 
     def _record(self, kind: EventKind, p: int, found: ChirpCandidates, number: int) -> None:
         ratio = self.noise_precision * float(found.score[number])
@@ -134,10 +144,8 @@ class BurstSearch:
 
     def _single_score(self, chirp: PlacedChirp, row: ComplexArray) -> float:
         """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""
-        template = chirp.template
-        energy = float(np.vdot(template, template).real) / self.work.model.num_samples
-        projections = self.work.grid.projections(template, row)
-        return float(np.max(np.abs(projections)) ** 2 / energy)
+        products = self.work.grid.products(chirp.template[None], row)
+        return float(np.max(np.abs(products[0, 1])) ** 2 / products[0, 0, 0].real)
 
     def _start(self, p: int, found: ChirpCandidates, number: int) -> None:
         """Begin with one component at zero delay, polished from the search grid."""

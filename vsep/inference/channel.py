@@ -9,6 +9,8 @@ from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.inference.sbl import ActiveSet
+from vsep.kernels.channel import Channel, channel_fit, grid_atoms
+from vsep.kernels.channel_selection import product_rows
 
 
 class ChannelGrid:
@@ -17,53 +19,51 @@ class ChannelGrid:
     def __init__(self, num_samples: int, num_bins: int) -> None:
         self.num_samples = num_samples
         self.num_bins = num_bins
+        turns = np.arange(num_bins) / num_bins
+        self.twiddle = np.exp(-2j * np.pi * turns) / np.sqrt(num_samples)
 
     def atoms(self, bins: IntArray) -> ComplexArray:
-        """(N, K) active columns of Psi."""
-        turns = np.outer(np.arange(self.num_samples), bins) % self.num_bins
-        twiddle = np.exp(-2j * np.pi * np.arange(self.num_bins) / self.num_bins)
-        return np.asarray(twiddle[turns] / np.sqrt(self.num_samples))
+        """(K, N) atoms Psi of some bins, one a row."""
+        return grid_atoms(self.num_samples, bins, self.twiddle)
 
-    def gram_lags(self, first: ComplexArray, second: ComplexArray) -> ComplexArray:
-        """Gram entry of two columns by their bin difference, one FFT for templates (..., N)."""
-        lags = fft.ifft(first.conj() * second, self.num_bins)
-        return np.asarray(lags * (self.num_bins / self.num_samples))
+    def products(self, templates: ComplexArray, residual: ComplexArray) -> ComplexArray:
+        """Inner products of all possible columns of a ramp, by one FFT each.
 
-    def projections(self, templates: ComplexArray, residual: ComplexArray) -> ComplexArray:
-        """(U Psi)^H r of every bin of the grid, one FFT a template (..., N)."""
-        spectrum = fft.ifft(templates.conj() * residual, self.num_bins)
-        return np.asarray(spectrum * (self.num_bins / np.sqrt(self.num_samples)))
+        Parameters
+        ----------
+        templates : (B, N) complex
+            Templates of the ramp's bursts.
+        residual : (N,) complex
+            Received ramp minus the object estimate.
+
+        Returns
+        -------
+        (B, B + 1, M) complex
+            Entry (i, j, k) for columns of bursts i and j whose bins differ by k; entry (i, B, k)
+            for the column of burst i in bin k and the residual.
+        """
+        rows = product_rows(templates, residual, self.num_bins / np.sqrt(self.num_samples))
+        return np.asarray(fft.ifft(rows, self.num_bins, axis=2, overwrite_x=True))
 
 
 def channel_posterior(
-    grid: ChannelGrid,
-    templates: ComplexArray,
-    residual: ComplexArray,
-    owners: IntArray,
-    bins: IntArray,
-    precisions: FloatArray,
-    noise_precision: float,
+    templates: ComplexArray, residual: ComplexArray, channel: Channel, noise_precision: float
 ) -> ActiveSet:
     """Weight posterior (60)-(62) of the columns of one ramp.
 
     Parameters
     ----------
-    grid : ChannelGrid
-        The channel grid.
     templates : (B, N) complex
         Templates of the ramp's bursts.
     residual : (N,) complex
         Received ramp minus the object estimate.
-    owners, bins, precisions : (K,) arrays
+    channel : Channel
         Burst, bin and prior precision of every column.
     noise_precision : float
         lambda.
     """
-    lags = grid.gram_lags(templates[:, None], templates[None, :])
-    differences = (bins[:, None] - bins[None, :]) % grid.num_bins
-    gram = lags[owners[:, None], owners[None, :], differences]
-    projections = grid.projections(templates, residual)[owners, bins]
-    return ActiveSet(gram, projections, precisions, noise_precision)
+    fit = channel_fit(templates, residual, channel, noise_precision)
+    return ActiveSet.fitted(fit, channel.precisions, noise_precision)
 
 
 def passive_ratios(

@@ -1,18 +1,17 @@
 """How a burst moves: refinement of its start frequency and slope by climbing (71).
 
-With ``y = Psi beta`` and ``c = diag(Psi C Psi^H)`` the gradient of (71) is
-``2 lambda Re sum da (r* y - a* (|y|^2 + c))`` over the derivatives da of the template. The
-curvature is that of the residual after projection on the channel, which is positive definite.
+Gradient and curvature stand in `vsep.kernels.channel.template_slopes`.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg import LinAlgError
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray
-from vsep.inference.channel import ChannelGrid, channel_posterior
-from vsep.inference.sbl import ActiveSet
+from vsep._arrays import ComplexArray, FloatArray
+from vsep.kernels.channel import Channel, channel_cost, channel_slopes
 from vsep.signal.template import SignalModel
 
 RIDGE = 1e-9  # relative, keeps the Newton step finite where the channel absorbs a parameter
@@ -40,113 +39,88 @@ class ChannelCost:
 
     Parameters
     ----------
-    grid : ChannelGrid
-        The channel grid.
     residual : (N,) complex
         Received ramp minus the object estimate.
     templates : (B, N) complex
         Templates of all bursts of the ramp.
     moving : int
         Which of them is changed.
-    owners, bins, precisions : (K,) arrays
+    channel : Channel
         Burst, bin and prior precision of every column, held fixed.
     noise_precision : float
         lambda.
     """
 
-    grid: ChannelGrid
     residual: ComplexArray
     templates: ComplexArray
     moving: int
-    owners: IntArray
-    bins: IntArray
-    precisions: FloatArray
+    channel: Channel
     noise_precision: float
 
     def _templates(self, template: ComplexArray) -> ComplexArray:
+        if len(self.templates) == 1:
+            return template[None]
         templates = self.templates.copy()
         templates[self.moving] = template
         return templates
 
-    def _posterior(self, templates: ComplexArray) -> ActiveSet:
-        return channel_posterior(
-            self.grid,
-            templates,
-            self.residual,
-            self.owners,
-            self.bins,
-            self.precisions,
-            self.noise_precision,
-        )
-
     def value(self, template: ComplexArray) -> float:
         """Cost of a template (N,)."""
-        return self._posterior(self._templates(template)).cost()
+        templates = self._templates(template)
+        return channel_cost(templates, self.residual, self.channel, self.noise_precision)
 
     def slopes(
         self, template: ComplexArray, derivatives: ComplexArray
     ) -> tuple[float, FloatArray, FloatArray]:
         """Cost, exact gradient and Gauss-Newton curvature."""
-        templates = self._templates(template)
-        active = self._posterior(templates)
-        atoms, own = self.grid.atoms(self.bins), np.flatnonzero(self.owners == self.moving)
-        gradient, curvature = template_slopes(
-            derivatives, atoms[:, own], templates[self.owners].T * atoms, active, own, self.residual
+        return channel_slopes(
+            self._templates(template),
+            self.moving,
+            derivatives,
+            self.residual,
+            self.channel,
+            self.noise_precision,
         )
-        return active.cost(), gradient, curvature
-
-
-def template_slopes(
-    derivatives: ComplexArray,
-    atoms: ComplexArray,
-    columns: ComplexArray,
-    active: ActiveSet,
-    moving: IntArray,
-    residual: ComplexArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Gradient (2,) and Gauss-Newton curvature (2, 2) of a log evidence by a template.
-
-    Parameters
-    ----------
-    derivatives : (2, N) complex
-        Derivatives of the template by the two parameters.
-    atoms : (N, K) complex
-        Channel atoms Psi of the columns that carry the template.
-    columns : (N, M) complex
-        All columns that have a part in this ramp.
-    active : ActiveSet
-        Posterior of the M columns.
-    moving : (K,) int
-        Which of them carry the template.
-    residual : (N,) complex
-        What the columns explain.
-    """
-    noise_precision = active.noise_precision
-    line = atoms @ active.amplitudes[moving]
-    rest = residual - columns @ active.amplitudes
-    uncertainty = np.einsum("nk,nk->n", columns @ active.covariance[:, moving], atoms.conj())
-    pull = rest.conj() * line - uncertainty.conj()
-    gradient = 2.0 * noise_precision * (derivatives @ pull).real
-    moved = derivatives * line
-    crossed = moved @ columns.conj()
-    curvature = (moved @ moved.conj().T).real
-    curvature -= noise_precision * (crossed @ active.covariance.T @ crossed.conj().T).real
-    return gradient, 2.0 * noise_precision * curvature
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedChirp:
-    """Start frequency and slope (normalised) with the template (N,) they imply."""
+    """Start frequency and slope (normalised) with what they imply.
+
+    Attributes
+    ----------
+    start_frequency, slope : float
+        Cycles per sample and cycles per sample squared.
+    reference : float
+        The sample of the ramp next to the burst's centre.
+    template : (N,) complex
+    derivatives : (2, N) complex
+        By the frequency at the reference, and by the slope.
+    """
 
     start_frequency: float
     slope: float
+    reference: float
     template: ComplexArray
+    derivatives: ComplexArray
+
+
+def place_chirps(
+    start_frequency: FloatArray, slope: FloatArray, model: SignalModel
+) -> list[PlacedChirp]:
+    """Templates of several pairs of parameters, (B,) each."""
+    last = model.num_samples - 1.0
+    reference = np.minimum(np.maximum(-start_frequency / slope, 0.0), last)
+    jets = model.template_jet(start_frequency, slope, reference)
+    parameters = start_frequency.tolist(), slope.tolist(), reference.tolist()
+    return [PlacedChirp(*each) for each in zip(*parameters, *jets, strict=True)]
 
 
 def place_chirp(start_frequency: float, slope: float, model: SignalModel) -> PlacedChirp:
     """Template of one pair of parameters."""
-    template = model.template(np.array([start_frequency]), np.array([slope]))[0]
-    return PlacedChirp(float(start_frequency), float(slope), template)
+    reference = min(max(-start_frequency / slope, 0.0), model.num_samples - 1.0)
+    jet = model.template_jet(start_frequency, slope, reference)
+    return PlacedChirp(start_frequency, slope, reference, *jet)
 
 
 def refine_chirp(
@@ -171,28 +145,37 @@ def refine_chirp(
         The cost never falls.
     """
     for _ in range(max_steps):
-        start_frequency, slope = chirp.start_frequency, chirp.slope
-        centre = -start_frequency / slope
-        reference = float(np.clip(centre, 0.0, model.num_samples - 1.0))
-        template, derivatives = model.template_jet(start_frequency, slope, reference)
-        value, gradient, curvature = cost.slopes(template, derivatives)
-        ridge = np.diag(RIDGE * np.diagonal(curvature))
-        step = np.linalg.solve(curvature + ridge, gradient)
-        step /= max(
+        value, gradient, curvature = cost.slopes(chirp.template, chirp.derivatives)
+        if not math.isfinite(value):
+            raise LinAlgError("the precision matrix of a ramp is not positive definite")
+        shift, stretch = newton_step(gradient, curvature)
+        scale = 1.0 / max(
             1.0,
-            abs(step[0]) / (2.0 * LONGEST_SHIFT * model.normalised_cutoff),
-            abs(step[1]) / (LONGEST_STRETCH * abs(slope)),
+            abs(shift) / (2.0 * LONGEST_SHIFT * model.normalised_cutoff),
+            abs(stretch) / (LONGEST_STRETCH * abs(chirp.slope)),
         )
-        if gradient @ step < 2.0 * NO_GAIN:
+        if scale * (gradient[0] * shift + gradient[1] * stretch) < 2.0 * NO_GAIN:
             break
         for _ in range(HALVINGS):
-            trial = place_chirp(
-                start_frequency + step[0] - step[1] * reference, slope + step[1], model
-            )
+            slope = chirp.slope + scale * stretch
+            start_frequency = chirp.start_frequency + scale * (shift - stretch * chirp.reference)
+            trial = place_chirp(start_frequency, slope, model)
             if cost.value(trial.template) >= value:
                 chirp = trial
                 break
-            step = 0.25 * step
+            scale = 0.25 * scale
         else:
             break
     return chirp
+
+
+def newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[float, float]:
+    """Solve for the two steps with a curvature (2, 2) that is ridged, by Cramer's rule."""
+    (first, mixed), (_, second) = curvature.tolist()
+    first, second = (1.0 + RIDGE) * first, (1.0 + RIDGE) * second
+    by_frequency, by_slope = gradient.tolist()
+    determinant = first * second - mixed**2
+    return (
+        (second * by_frequency - mixed * by_slope) / determinant,
+        (first * by_slope - mixed * by_frequency) / determinant,
+    )

@@ -13,7 +13,10 @@ from vsep._arrays import ComplexArray, FloatArray
 
 
 def weights_bound(
-    amplitudes: ComplexArray, covariance: ComplexArray, precisions: FloatArray
+    amplitudes: ComplexArray,
+    covariance: ComplexArray,
+    precisions: FloatArray,
+    log_determinant: float,
 ) -> float:
     """Terms of one weight factor: prior, hyper-prior and entropies of q(w) and q(gamma).
 
@@ -21,13 +24,14 @@ def weights_bound(
     ----------
     amplitudes, covariance, precisions : (K,), (K, K), (K,) arrays
         Posterior mean and covariance, and the mean of q(gamma).
+    log_determinant : float
+        Of the covariance.
     """
     if len(amplitudes) == 0:
         return 0.0
     second_moment = np.abs(amplitudes) ** 2 + np.diagonal(covariance).real
-    _, logdet = np.linalg.slogdet(covariance)
     hyper = np.sum(1.0 - np.log(np.pi) + np.log(precisions) - precisions * second_moment)
-    entropy = len(amplitudes) * np.log(np.pi * np.e) + logdet
+    entropy = len(amplitudes) * np.log(np.pi * np.e) + log_determinant
     return float(hyper + entropy)
 
 

@@ -98,7 +98,7 @@ def spline_model(
     projections = np.zeros(NUM_SPLINES, dtype=np.complex128)
     coefficients = work.correction.coefficients
     for p, ramp in work.ramps.items():
-        atoms = work.grid.atoms(ramp.bins)
+        atoms = work.grid.atoms(ramp.bins).T
         splines = spline_columns(ramp, atoms, work.assumed)
         channels = ramp.templates[ramp.owners].T * atoms
         crossed = channels.conj().T @ splines

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
-from vsep.inference.channel import ChannelGrid, channel_posterior, passive_ratios
-from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirp, refine_chirp
-from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
+from vsep.inference.channel import ChannelGrid, channel_posterior
+from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirps, refine_chirp
+from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import Schedule
 from vsep.inference.state import (
     NO_CORRECTION,
@@ -16,6 +16,8 @@ from vsep.inference.state import (
     EventKind,
     FilterCorrection,
 )
+from vsep.kernels.channel import Channel, burst_signals
+from vsep.kernels.channel_selection import revised_channel
 from vsep.signal.corrected_filter import corrected_model
 from vsep.signal.template import SignalModel
 
@@ -37,11 +39,22 @@ class RampWork:
     covariance: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
     signals: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.complex128))
     trace: float = 0.0
+    log_determinant: float = 0.0
 
     @property
     def templates(self) -> ComplexArray:
         """(B, N) templates of the chirps."""
+        if len(self.chirps) == 1:
+            return self.chirps[0].template[None]
         return np.stack([chirp.template for chirp in self.chirps])
+
+    @property
+    def signal(self) -> ComplexArray:
+        """(N,) sum of the bursts."""
+        total: ComplexArray = (
+            self.signals[0] if len(self.signals) == 1 else self.signals.sum(axis=0)
+        )
+        return total
 
     def own(self, index: int) -> IntArray:
         """Return the columns of one burst."""
@@ -101,14 +114,15 @@ class InterferenceWorkspace:
 
     def _thaw(self, bursts: tuple[BurstComponents, ...]) -> None:
         """Working copies, with all templates made in one call."""
-        templates = self.model.template(
+        chirps = place_chirps(
             np.array([burst.start_frequency for burst in bursts]),
             np.array([burst.slope for burst in bursts]),
+            self.model,
         )
-        for burst, template in zip(bursts, templates, strict=True):
+        for burst, chirp in zip(bursts, chirps, strict=True):
             work = self.ramps.setdefault(burst.ramp, RampWork(burst.ramp))
             owner = np.full(burst.num_components, len(work.chirps))
-            work.chirps.append(PlacedChirp(burst.start_frequency, burst.slope, template))
+            work.chirps.append(chirp)
             work.owners = np.concatenate([work.owners, owner])
             work.bins = np.concatenate([work.bins, burst.active_bins])
             work.precisions = np.concatenate([work.precisions, burst.precisions])
@@ -126,25 +140,24 @@ class InterferenceWorkspace:
         """(P, N) sum of all bursts."""
         total = np.zeros(self.model.shape, dtype=np.complex128)
         for p, ramp in self.ramps.items():
-            total[p] = np.sum(ramp.signals, axis=0)
+            total[p] = ramp.signal
         return total
 
     def synthesize(self, ramp: RampWork) -> None:
         """Add up what the columns of every chirp make of it."""
-        lines = [
-            self.grid.atoms(ramp.bins[own]) @ ramp.amplitudes[own]
-            for own in map(ramp.own, range(len(ramp.chirps)))
-        ]
-        ramp.signals = ramp.templates * np.stack(lines)
+        ramp.signals = burst_signals(ramp.templates, self.channel(ramp), ramp.amplitudes)
+
+    def channel(self, ramp: RampWork) -> Channel:
+        """Return the columns of a ramp as the kernels take them."""
+        return Channel(ramp.owners, ramp.bins, ramp.precisions, self.grid.twiddle)
 
     def update(self, residual: ComplexArray, noise_precision: float) -> None:
         """Run Algorithm 2 on every ramp that holds a burst."""
         for p, ramp in list(self.ramps.items()):
             self._refine(ramp, residual[p], noise_precision)
-            active = self.posterior(ramp, residual[p], noise_precision)
-            for index in range(len(ramp.chirps)):
-                active = self._add_components(ramp, index, active, residual[p])
-            self.take_over(ramp, self._update_components(ramp, active))
+            self._revise(ramp, residual[p], noise_precision)
+            if not self.schedule.recompute_amplitudes:
+                self.take_over(ramp, self.posterior(ramp, residual[p], noise_precision))
             self.drop_empty(ramp)
             self._refine(ramp, residual[p], noise_precision)
         if self.schedule.recompute_amplitudes:
@@ -172,6 +185,7 @@ class InterferenceWorkspace:
         ramp.covariance = active.covariance
         ramp.precisions = active.precisions
         ramp.trace = active.trace()
+        ramp.log_determinant = active.log_determinant
         self.synthesize(ramp)
 
     def correct(self, correction: FilterCorrection) -> None:
@@ -179,23 +193,17 @@ class InterferenceWorkspace:
         self.correction = correction
         self.model = corrected_model(self.assumed, correction.coefficients)
         for ramp in self.ramps.values():
-            ramp.chirps = [
-                place_chirp(chirp.start_frequency, chirp.slope, self.model) for chirp in ramp.chirps
-            ]
+            ramp.chirps = place_chirps(
+                np.array([chirp.start_frequency for chirp in ramp.chirps]),
+                np.array([chirp.slope for chirp in ramp.chirps]),
+                self.model,
+            )
 
     def posterior(
         self, ramp: RampWork, residual: ComplexArray, noise_precision: float
     ) -> ActiveSet:
         """Posterior of all columns of a ramp at its present parameters."""
-        return channel_posterior(
-            self.grid,
-            ramp.templates,
-            residual,
-            ramp.owners,
-            ramp.bins,
-            ramp.precisions,
-            noise_precision,
-        )
+        return channel_posterior(ramp.templates, residual, self.channel(ramp), noise_precision)
 
     def _refine(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
         for index in range(len(ramp.chirps)):
@@ -215,68 +223,32 @@ class InterferenceWorkspace:
         if not np.any(ramp.owners == index):
             return
         cost = ChannelCost(
-            grid=self.grid,
             residual=residual,
             templates=ramp.templates,
             moving=index,
-            owners=ramp.owners,
-            bins=ramp.bins,
-            precisions=ramp.precisions,
+            channel=self.channel(ramp),
             noise_precision=noise_precision,
         )
         ramp.chirps[index] = refine_chirp(ramp.chirps[index], self.model, cost, max_steps=max_steps)
 
-    def _add_components(
-        self, ramp: RampWork, index: int, active: ActiveSet, residual: ComplexArray
-    ) -> ActiveSet:
-        template = ramp.chirps[index].template
-        lags = self.grid.gram_lags(ramp.templates, template)
-        projections = self.grid.projections(template, residual)
-        energy = float(lags[index, 0].real)
-        every_bin = np.arange(self.grid.num_bins)
-        for _ in range(self.schedule.channel_additions):
-            differences = (ramp.bins[:, None] - every_bin[None, :]) % self.grid.num_bins
-            correlations = lags[ramp.owners[:, None], differences]
-            ratio, inverse_rho = passive_ratios(
-                correlations,
-                projections,
-                energy,
-                active.covariance,
-                active.amplitudes,
-                active.noise_precision,
-            )
-            ratio[ramp.bins[ramp.own(index)]] = 0.0
-            best = int(np.argmax(ratio))
-            if ratio[best] <= self.threshold:
-                return active
-            rho = 1.0 / float(inverse_rho[best])
-            precision = converged_precision(rho, float(ratio[best]) * rho)
-            active = active.inserted(
-                len(active), correlations[:, best], complex(projections[best]), energy, precision
-            )
-            ramp.owners = np.append(ramp.owners, index)
-            ramp.bins = np.append(ramp.bins, best)
-            ramp.precisions = active.precisions
-            self.record_component(EventKind.CHANNEL_ADDED, ramp.ramp, float(ratio[best]), best)
-        return active
-
-    def _update_components(self, ramp: RampWork, active: ActiveSet) -> ActiveSet:
-        active.refresh()
-        index = 0
-        while index < len(active):
-            rho, omega_sq = active.flat_prior_moments(index)
-            ratio = activation_ratio(rho, omega_sq)
-            # At a ratio of one the prior variance would be zero or negative, (77).
-            if ratio > max(self.prune_threshold, 1.0):
-                active.set_precision(index, converged_precision(rho, omega_sq))
-                index += 1
-                continue
-            active = active.without(index)
-            channel_bin = int(ramp.bins[index])
-            self.record_component(EventKind.CHANNEL_PRUNED, ramp.ramp, ratio, channel_bin)
-            ramp.owners, ramp.bins = np.delete(ramp.owners, index), np.delete(ramp.bins, index)
-        active.refresh()
-        return active
+    def _revise(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
+        """Add, re-weigh and prune the columns of a ramp, Algorithm 4."""
+        before = len(ramp.bins)
+        # At a ratio of one the prior variance would be zero or negative, (77).
+        channel, added_ratios, kept, ratios = revised_channel(
+            self.grid.products(ramp.templates, residual),
+            self.channel(ramp),
+            noise_precision,
+            (self.threshold, max(self.prune_threshold, 1.0)),
+            self.schedule.channel_additions,
+        )
+        for channel_bin, ratio in zip(channel.bins[before:], added_ratios, strict=True):
+            self.record_component(EventKind.CHANNEL_ADDED, ramp.ramp, ratio, int(channel_bin))
+        for index in np.flatnonzero(~kept):
+            channel_bin = int(channel.bins[index])
+            self.record_component(EventKind.CHANNEL_PRUNED, ramp.ramp, ratios[index], channel_bin)
+        ramp.owners, ramp.bins = channel.owners[kept], channel.bins[kept]
+        ramp.precisions = channel.precisions[kept]
 
     def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:
         """Add an event of a burst."""
@@ -316,7 +288,7 @@ class InterferenceWorkspace:
                         slope=chirp.slope,
                         active_bins=ramp.bins[own],
                         amplitudes=ramp.amplitudes[own],
-                        covariance=ramp.covariance[np.ix_(own, own)],
+                        covariance=ramp.covariance[own][:, own],
                         precisions=ramp.precisions[own],
                         energy=float(np.vdot(signal, signal).real),
                     )

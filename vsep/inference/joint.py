@@ -13,6 +13,7 @@ from vsep.inference.joint_columns import JointColumns
 from vsep.inference.objects import ObjectWorkspace
 from vsep.inference.separator import FactorisedSeparator
 from vsep.inference.state import IterationInfo, SeparationState
+from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -23,12 +24,16 @@ class JointSeparator(FactorisedSeparator):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration: interference, lambda, objects, lambda, all on one posterior."""
-        interference, searched = self.interference_workspace(state), self.search_due(state)
+        with part(BURSTS):
+            interference = self.interference_workspace(state)
+        searched = self.search_due(state)
         if searched:
-            self.search(interference, received, state)
+            with part(SEARCH):
+                self.search(interference, received, state)
         received, num_used = self.set_aside(received, state)
-        columns = JointColumns(received, state.objects, interference, state.noise_precision)
-        columns.update()
+        with part(BURSTS):
+            columns = JointColumns(received, state.objects, interference, state.noise_precision)
+            columns.update()
 
         noise_precision = num_used / columns.expected_error()
         objects = ObjectWorkspace(
@@ -39,8 +44,9 @@ class JointSeparator(FactorisedSeparator):
             next_id=state.next_component_id,
             background=columns.background(),
         )
-        objects.add_components(interference.schedule.object_additions(state.iteration))
-        objects.update_components()
+        with part(OBJECTS):
+            objects.add_components(interference.schedule.object_additions(state.iteration))
+            objects.update_components()
         columns = JointColumns(received, objects.components(), interference, noise_precision)
         columns.noise_precision = num_used / columns.expected_error()
         columns.rebuild()
@@ -48,6 +54,8 @@ class JointSeparator(FactorisedSeparator):
         objects.active = columns.active
 
         active, noise_precision = columns.active, columns.noise_precision
-        bound = weights_bound(active.amplitudes, active.covariance, active.precisions)
+        bound = weights_bound(
+            active.amplitudes, active.covariance, active.precisions, active.log_determinant
+        )
         bound += noise_bound(num_used, noise_precision, columns.expected_error())
         return self.conclude(state, objects, interference, noise_precision, bound, searched)

@@ -12,13 +12,14 @@ from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.inference.channel import passive_ratios
-from vsep.inference.chirp_refinement import ChirpCost, refine_chirp, template_slopes
+from vsep.inference.chirp_refinement import ChirpCost, refine_chirp
 from vsep.inference.interference import InterferenceWorkspace, RampWork
 from vsep.inference.object_only import expected_error
 from vsep.inference.objects import Background
 from vsep.inference.refinement import place_components
-from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
+from vsep.inference.sbl import activation_ratio, converged_precision
 from vsep.inference.state import EventKind, ObjectComponents
+from vsep.kernels.channel import template_slopes
 from vsep.signal.atoms import synthesize
 
 OBJECT = -1  # owner of the columns that are object atoms
@@ -80,7 +81,7 @@ class JointColumns:
         precisions = [np.zeros(0)]
         for p, ramp in self._ramps():
             atoms = self.interference.grid.atoms(ramp.bins)
-            beat.append(ramp.templates[ramp.owners] * atoms.T)
+            beat.append(ramp.templates[ramp.owners] * atoms)
             doppler.append(np.tile(np.eye(num_ramps)[p], (len(ramp.bins), 1)))
             precisions.append(ramp.precisions)
         return Background(
@@ -116,9 +117,9 @@ class JointColumns:
         return np.flatnonzero((self.owners == OBJECT) | (self.owners == p))
 
     def columns_in_ramp(self, p: int, members: IntArray) -> ComplexArray:
-        """(N, M) what these columns are within ramp p."""
+        """(M, N) what these columns are within ramp p."""
         beat, doppler = self.factors
-        return np.asarray((beat[members] * doppler[members, p][:, None]).T)
+        return np.asarray(beat[members] * doppler[members, p][:, None])
 
     def _refine(self, ramp: RampWork) -> None:
         for index in range(len(ramp.chirps)):
@@ -138,8 +139,8 @@ class JointColumns:
 
     def _add_components(self, p: int, ramp: RampWork, index: int) -> None:
         work, template = self.interference, ramp.chirps[index].template
-        lags = work.grid.gram_lags(ramp.templates, template)
-        projections = work.grid.projections(template, self.received[p])
+        products = work.grid.products(ramp.templates, self.received[p].copy())
+        lags, projections = products[:, index], products[index, len(ramp.chirps)]
         num_bins, energy = work.grid.num_bins, float(lags[index, 0].real)
         beat, doppler = self.factors
         count = len(self.points)
@@ -217,26 +218,19 @@ class _JointCost:
         self._place(template)
         columns, p = self.columns, self.ramp.ramp
         members = columns.members(p)
-        part = _restricted(columns.active, members)
+        active = columns.active
         gradient, curvature = template_slopes(
             derivatives,
             self.atoms,
             columns.columns_in_ramp(p, members),
-            part,
+            active.covariance[np.ix_(members, members)],
+            active.amplitudes[members],
             np.flatnonzero(columns.owners[members] == p)[self.own],
-            columns.received[p],
+            columns.received[p].copy(),
+            active.noise_precision,
         )
-        return columns.active.cost(), gradient, curvature
+        return active.cost(), gradient, curvature
 
     def _place(self, template: ComplexArray) -> None:
         self.ramp.chirps[self.index] = replace(self.ramp.chirps[self.index], template=template)
         self.columns.rebuild()
-
-
-def _restricted(active: ActiveSet, members: IntArray) -> ActiveSet:
-    """Marginal posterior of some columns: a block of the covariance, not a new inverse."""
-    part: ActiveSet = object.__new__(ActiveSet)
-    part.noise_precision = active.noise_precision
-    part.amplitudes = active.amplitudes[members]
-    part.covariance = active.covariance[np.ix_(members, members)]
-    return part

@@ -23,6 +23,7 @@ from vsep.inference.estimator import is_quiet, settle
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
 from vsep.inference.schedule import ROBUST
 from vsep.inference.state import IterationInfo, SeparationState, Termination
+from vsep.inference.stopwatch import OBJECTS, part
 from vsep.signal.template import SignalModel
 
 LONGEST_STEP = 1.9  # w at most: beyond half the samples missing, where w < 2 would not hold
@@ -111,19 +112,21 @@ class MaskedSeparator:
         num_used = int(np.count_nonzero(used))
         length = min(used.size / num_used, LONGEST_STEP)
         unexplained = np.where(used, received - state.object_signal, 0.0)
-        objects = update_objects(
-            state.object_signal + length * unexplained,
-            replace(state, noise_precision=state.noise_precision / length),
-            self.threshold_db,
-            ROBUST.object_additions(state.iteration),
-        )
+        with part(OBJECTS):
+            objects = update_objects(
+                state.object_signal + length * unexplained,
+                replace(state, noise_precision=state.noise_precision / length),
+                self.threshold_db,
+                ROBUST.object_additions(state.iteration),
+            )
         object_signal = objects.signal
         difference = received - object_signal
         share = num_used / used.size
         error = expected_error(difference[used], share * objects.active.trace())
         noise_precision = num_used / error
+        active = objects.active
         bound = weights_bound(
-            objects.active.amplitudes, objects.active.covariance, objects.active.precisions
+            active.amplitudes, active.covariance, active.precisions, active.log_determinant
         ) + noise_bound(num_used, noise_precision, error)
         new_state = replace(
             state,

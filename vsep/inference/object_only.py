@@ -11,6 +11,7 @@ from vsep.inference.objects import ObjectWorkspace, no_objects
 from vsep.inference.sbl import threshold_from_false_alarm_rate
 from vsep.inference.schedule import ROBUST
 from vsep.inference.state import IterationInfo, SeparationState, Termination
+from vsep.inference.stopwatch import OBJECTS, part
 from vsep.signal.template import SignalModel
 
 
@@ -73,14 +74,16 @@ class ObjectOnlySeparator:
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One iteration of Algorithm 3 on the received signal itself."""
-        objects = update_objects(
-            received, state, self.threshold_db, ROBUST.object_additions(state.iteration)
-        )
+        with part(OBJECTS):
+            objects = update_objects(
+                received, state, self.threshold_db, ROBUST.object_additions(state.iteration)
+            )
         object_signal = objects.signal
         error = expected_error(received - object_signal, objects.active.trace())
         noise_precision = received.size / error
+        active = objects.active
         bound = weights_bound(
-            objects.active.amplitudes, objects.active.covariance, objects.active.precisions
+            active.amplitudes, active.covariance, active.precisions, active.log_determinant
         ) + noise_bound(received.size, noise_precision, error)
         new_state = replace(
             state,
@@ -122,4 +125,4 @@ def update_objects(
 
 def expected_error(residual: ComplexArray, trace: float) -> float:
     """Denominator of (65): residual energy plus the energy of the weights' uncertainty."""
-    return float(np.sum(np.abs(residual) ** 2)) + trace
+    return float(np.vdot(residual, residual).real) + trace

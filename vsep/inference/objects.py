@@ -6,9 +6,17 @@ import numpy as np
 from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, to_db, wrap_frequency
-from vsep.inference.refinement import PlacedComponents, joint_step, place_components, refine_point
-from vsep.inference.sbl import activation_ratio, converged_precision
+from vsep.inference.refinement import (
+    PlacedComponents,
+    cost_jet,
+    joint_step,
+    place_components,
+    refine_point,
+)
+from vsep.inference.sbl import converged_precision
 from vsep.inference.state import ComponentEvent, EventKind, ObjectComponents
+from vsep.kernels.climbing import update_lines
+from vsep.kernels.lines import LEAST_SCHUR, Columns, CostJet
 from vsep.signal.atoms import Factors, line_factors, project, synthesize
 
 NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
@@ -67,7 +75,8 @@ class ObjectWorkspace:
         next_id: int,
         background: Background | None = None,
     ) -> None:
-        self.residual = residual
+        # A writable copy: for read-only arrays the kernels would be compiled a second time.
+        self.residual = residual.copy()
         self.threshold = threshold
         self.next_id = next_id
         self.events: list[ComponentEvent] = []
@@ -128,35 +137,34 @@ class ObjectWorkspace:
     def _best_candidate(self) -> Candidate:
         """Return the first usable of the highest grid peaks, refined if that stays clear."""
         best = Candidate(np.zeros(2), 0.0, 0.0, absorbed=True)
+        others = self.residual, self.active, (self.beat_factors, self.doppler_factors)
         for peak in self._grid_peaks():
-            refined = refine_point(
-                peak,
-                0.0,
-                self.residual,
-                self.active,
-                (self.beat_factors, self.doppler_factors),
-                max_steps=NEW_COMPONENT_STEPS,
-            )
-            for point in (wrap_frequency(refined), peak):
-                candidate = self._candidate_at(point)
+            top = refine_point(peak, 0.0, *others, max_steps=NEW_COMPONENT_STEPS)
+            for point in (top, peak):
+                candidate = self._candidate(point, cost_jet(point, 0.0, *others))
                 if candidate.ratio > self.threshold and not candidate.absorbed:
                     return candidate
                 if candidate.ratio > best.ratio:
                     best = candidate
         return best
 
-    def _candidate_at(self, point: FloatArray) -> Candidate:
-        rho, omega_sq = self._moments_at(point)
-        ratio = activation_ratio(rho, omega_sq)
-        precision = converged_precision(rho, omega_sq) if ratio > 1.0 else np.inf
-        absorbed = 1.0 / rho < ABSORBED_SHARE * self.active.noise_precision
-        return Candidate(point, ratio, precision, absorbed=absorbed)
+    def _candidate(self, point: FloatArray, jet: CostJet) -> Candidate:
+        noise_precision = self.active.noise_precision
+        absorbed = jet.inverse_rho < ABSORBED_SHARE * noise_precision
+        if jet.inverse_rho <= LEAST_SCHUR * noise_precision:
+            return Candidate(point, 0.0, np.inf, absorbed=True)
+        rho = 1.0 / jet.inverse_rho
+        ratio = jet.power * rho
+        precision = converged_precision(rho, ratio * rho) if ratio > 1.0 else np.inf
+        return Candidate(wrap_frequency(point), ratio, precision, absorbed=absorbed)
 
     def _grid_peaks(self) -> list[FloatArray]:
         """Highest local maxima of |q|^2 on a grid of half a cell."""
         num_ramps, num_samples = self.residual.shape
         size = (2 * num_ramps if num_ramps > 1 else 1, 2 * num_samples)
-        spectrum = np.abs(fft.ifft2(self._unexplained(), s=size)) ** 2
+        # Single precision: the peaks are starting points of a climb.
+        transform = fft.ifft2(self._unexplained().astype(np.complex64), s=size)
+        spectrum = transform.real**2 + transform.imag**2
         peaks = []
         for _ in range(CANDIDATE_PEAKS):
             row, column = np.unravel_index(int(np.argmax(spectrum)), size)
@@ -165,20 +173,6 @@ class ObjectWorkspace:
             columns = np.arange(column - 2, column + 3) % size[1]
             spectrum[np.ix_(rows, columns)] = 0.0
         return peaks
-
-    def _moments_at(self, point: FloatArray) -> tuple[float, float]:
-        """Moments rho and omega^2 of (23)-(24) of an atom that is not active."""
-        jet_beat, jet_doppler = self._atom_factors(point)
-        correlations = self._correlations(jet_beat, jet_doppler)
-        projection = complex(project(self.residual, jet_beat, jet_doppler)[0])
-        noise_precision = self.active.noise_precision
-        inverse_rho = noise_precision - noise_precision**2 * float(
-            np.vdot(correlations, self.active.covariance @ correlations).real
-        )
-        if inverse_rho <= 1e-12 * noise_precision:
-            return float("inf"), 0.0
-        innovation = projection - np.vdot(correlations, self.active.amplitudes)
-        return 1.0 / inverse_rho, float(abs(noise_precision * innovation / inverse_rho) ** 2)
 
     def _atom_factors(self, point: FloatArray) -> tuple[ComplexArray, ComplexArray]:
         num_ramps, num_samples = self.residual.shape
@@ -202,12 +196,6 @@ class ObjectWorkspace:
         self.beat_factors = np.insert(self.beat_factors, index, beat[0], axis=0)
         self.doppler_factors = np.insert(self.doppler_factors, index, doppler[0], axis=0)
 
-    def _take_out(self, index: int) -> None:
-        self.active = self.active.without(index)
-        self.points = np.delete(self.points, index, axis=0)
-        self.beat_factors = np.delete(self.beat_factors, index, axis=0)
-        self.doppler_factors = np.delete(self.doppler_factors, index, axis=0)
-
     def update_components(self) -> None:
         """Refine, re-weigh or prune every component in turn (the loop of Algorithm 3).
 
@@ -215,15 +203,32 @@ class ObjectWorkspace:
         the place of tens of rounds where components share a resolution cell.
         """
         start = dict(zip(self.ids.tolist(), self.points, strict=True))
-        for component_id in self.ids.copy():
-            self._update_component(int(np.flatnonzero(self.ids == component_id)[0]))
-        count = len(self.ids)
+        points = self.points.copy()
+        precisions = self.active.precisions.copy()
+        kept, ratios = update_lines(
+            points,
+            precisions,
+            self.residual,
+            Columns(
+                self.beat_factors.copy(),
+                self.doppler_factors.copy(),
+                self.active.covariance.copy(),
+                self.active.amplitudes.copy(),
+                self.active.noise_precision,
+            ),
+            self.threshold,
+        )
+        for index in np.flatnonzero(~kept):
+            ratio, component_id = float(ratios[index]), int(self.ids[index])
+            self._record(EventKind.OBJECT_PRUNED, ratio, component_id, self.points[index])
+        before = len(self.ids)
+        self.ids = self.ids[kept]
         placed = place_components(
-            self.points,
-            self.active.precisions,
+            points[kept],
+            np.concatenate([precisions[:before][kept], precisions[before:]]),
             self.residual,
             self.active.noise_precision,
-            (self.beat_factors[count:], self.doppler_factors[count:]),
+            (self.beat_factors[before:], self.doppler_factors[before:]),
         )
         placed = joint_step(placed, self.residual)
         self._measure_change(start, placed)
@@ -231,33 +236,19 @@ class ObjectWorkspace:
 
     def _measure_change(self, start: dict[int, FloatArray], placed: PlacedComponents) -> None:
         """Largest move since the step began, in deviations of isolated lines."""
-        for index, component_id in enumerate(self.ids.tolist()):
-            offset = wrap_frequency(placed.points[index] - start[component_id])
-            cells = np.abs(offset) * np.array(self.residual.shape[::-1])
-            ratio = activation_ratio(*placed.active.flat_prior_moments(index))
-            deviation = np.sqrt(6.0 / max(ratio, 1.0)) / (2.0 * np.pi)
-            change = float(cells.max()) / deviation
-            self.max_frequency_change = max(self.max_frequency_change, change)
-
-    def _update_component(self, index: int) -> None:
-        old_point = self.points[index]
-        precision = float(self.active.precisions[index])
-        self._take_out(index)
-        point = refine_point(
-            old_point,
-            precision,
-            self.residual,
-            self.active,
-            (self.beat_factors, self.doppler_factors),
-            max_steps=1,
-        )
-        rho, omega_sq = self._moments_at(point)
-        ratio = activation_ratio(rho, omega_sq)
-        if ratio > self.threshold:
-            self._insert(index, wrap_frequency(point), converged_precision(rho, omega_sq))
-        else:
-            self._record(EventKind.OBJECT_PRUNED, ratio, int(self.ids[index]), old_point)
-            self.ids = np.delete(self.ids, index)
+        if len(self.ids) == 0:
+            return
+        before = np.array([start[component_id] for component_id in self.ids.tolist()])
+        cells = np.abs(wrap_frequency(placed.points - before)) * self.residual.shape[::-1]
+        active, count = placed.active, len(self.ids)
+        variance = np.diagonal(active.covariance)[:count].real
+        inverse_rho = 1.0 / variance - active.precisions[:count]
+        power = np.abs(active.amplitudes[:count]) ** 2
+        # omega^2 / rho as in `ActiveSet.flat_prior_moments`; 1 where the others explain a weight.
+        hidden = inverse_rho <= 0.0
+        ratio = power / (variance**2 * np.where(hidden, np.inf, inverse_rho))
+        deviation = np.sqrt(6.0 / np.maximum(ratio, 1.0)) / (2.0 * np.pi)
+        self.max_frequency_change = float(np.max(cells.max(axis=1) / deviation))
 
     def _record(self, kind: EventKind, ratio: float, component_id: int, point: FloatArray) -> None:
         self.events.append(

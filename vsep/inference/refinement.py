@@ -1,18 +1,15 @@
-"""How object components move: the cost (70) of one of them, and a joint step of all, (67).
-
-The cost of moving one component is ``J(zeta) = -log D + lambda^2 |q|^2 / D`` with
-``D = lambda + gamma - lambda^2 v^H C v``, ``v = Phi^H phi(zeta)`` and ``q = phi^H (r - Phi mu)``,
-where Phi, C and mu belong to the *other* components. Its derivatives need only moments
-``sum (j 2 pi n)^a (j 2 pi p)^b ...`` of the residual.
-"""
+"""How object components move: the cost (70) of one of them, and a joint step of all, (67)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray
+from vsep._arrays import ComplexArray, FloatArray
 from vsep.inference.sbl import ActiveSet
+from vsep.kernels import climbing, lines
+from vsep.kernels.climbing import MAX_STEP_CELLS, NO_GAIN
+from vsep.kernels.lines import Columns, CostJet
 from vsep.signal.atoms import (
     Factors,
     gram,
@@ -21,28 +18,6 @@ from vsep.signal.atoms import (
     moved_atoms,
     project,
 )
-
-NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
-MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
-# (beat, Doppler) derivative orders of the rows of a jet: value, gradient, Hessian
-_JET_ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CostJet:
-    """Value, gradient (2,) and Hessian (2, 2) of (70) at one point (beat, doppler)."""
-
-    value: float
-    gradient: FloatArray
-    hessian: FloatArray
-
-
-def _derivative_columns(frequency: float, length: int) -> ComplexArray:
-    """(3, M) unit-norm line centred at mid-ramp, with its first and second derivative."""
-    centred = np.arange(length) - 0.5 * (length - 1)
-    rotation = -2j * np.pi * centred
-    line = np.exp(rotation * frequency) / np.sqrt(length)
-    return np.stack([line, rotation * line, rotation**2 * line])
 
 
 def cost_jet(
@@ -67,54 +42,14 @@ def cost_jet(
     other_factors : tuple of (L, N) and (L, P) complex
         Their beat and Doppler factors.
     """
-    num_ramps, num_samples = residual.shape
-    beat_columns = _derivative_columns(point[0], num_samples)
-    doppler_columns = _derivative_columns(point[1], num_ramps)
-    # moments[a, b]: a-th beat and b-th Doppler derivative of phi^H r
-    moments = (residual @ beat_columns.conj().T).T @ doppler_columns.conj().T
-    if len(others):
-        beat_products = other_factors[0].conj() @ beat_columns.T
-        doppler_products = other_factors[1].conj() @ doppler_columns.T
-        moments = moments - np.einsum(
-            "la,lb,l->ab", beat_products.conj(), doppler_products.conj(), others.amplitudes
-        )
-        # rows: v, v_beat, v_doppler, v_beat_beat, v_beat_doppler, v_doppler_doppler
-        jet = np.stack([beat_products[:, a] * doppler_products[:, b] for a, b in _JET_ORDERS])
-        weighted = jet[:3] @ others.covariance.T
-        overlap = (jet.conj() @ weighted.T).real
-    else:
-        overlap = np.zeros((6, 3))
-    noise_precision = others.noise_precision
-    return _assemble_jet(moments, overlap, noise_precision, precision)
-
-
-def _assemble_jet(
-    moments: ComplexArray, overlap: FloatArray, noise_precision: float, precision: float
-) -> CostJet:
-    """Put value, gradient and Hessian of ``-log D + lambda^2 |q|^2 / D`` together."""
-    squared = noise_precision**2
-    inner = moments[0, 0]
-    first = np.array([moments[1, 0], moments[0, 1]])
-    second = np.array([[moments[2, 0], moments[1, 1]], [moments[1, 1], moments[0, 2]]])
-    power = squared * abs(inner) ** 2
-    power_first = 2.0 * squared * (inner.conjugate() * first).real
-    power_second = (
-        2.0 * squared * (np.outer(first, first.conj()).real + (inner.conjugate() * second).real)
+    return lines.cost_jet(
+        point[0], point[1], precision, residual, as_columns(others, other_factors)
     )
-    schur = max(noise_precision + precision - squared * overlap[0, 0], 1e-12 * noise_precision)
-    schur_first = -2.0 * squared * overlap[1:3, 0]
-    crossed = overlap[1:3, 1:3]
-    curved = np.array([[overlap[3, 0], overlap[4, 0]], [overlap[4, 0], overlap[5, 0]]])
-    schur_second = -2.0 * squared * (curved + 0.5 * (crossed + crossed.T))
-    ratio = power / schur
-    gradient = (power_first - (1.0 + ratio) * schur_first) / schur
-    hessian = (
-        power_second
-        - (1.0 + ratio) * schur_second
-        - (np.outer(power_first, schur_first) + np.outer(schur_first, power_first)) / schur
-        + (1.0 + 2.0 * ratio) * np.outer(schur_first, schur_first) / schur
-    ) / schur
-    return CostJet(float(ratio - np.log(schur)), gradient, hessian)
+
+
+def as_columns(active: ActiveSet, factors: Factors) -> Columns:
+    """Return what the kernels take of an active set."""
+    return Columns(*factors, active.covariance, active.amplitudes, active.noise_precision)
 
 
 def refine_point(
@@ -129,40 +64,12 @@ def refine_point(
     """Climb (70) by safeguarded Newton steps; the cost never falls.
 
     Where the Hessian is not negative definite the step follows the gradient, scaled by the
-    curvature of an isolated line.
+    curvature of an isolated line. Arguments as for `cost_jet`.
     """
-    shape = np.array(residual.shape[::-1], dtype=np.float64)
-    free = shape > 1  # a single ramp has no Doppler frequency
-    longest = MAX_STEP_CELLS / shape
-    current = cost_jet(point, precision, residual, others, other_factors)
-    for _ in range(max_steps):
-        step = _newton_step(current, free, shape)
-        step *= min(1.0, float(np.min(longest / np.maximum(np.abs(step), 1e-300))))
-        if current.gradient @ step < 2.0 * NO_GAIN:
-            break
-        for _ in range(4):
-            trial_point = point + step
-            trial = cost_jet(trial_point, precision, residual, others, other_factors)
-            if trial.value >= current.value:
-                break
-            step = 0.25 * step
-        else:
-            return point
-        point, current = trial_point, trial
-    return point
-
-
-def _newton_step(jet: CostJet, free: BoolArray, shape: FloatArray) -> FloatArray:
-    step = np.zeros(2)
-    hessian, gradient = jet.hessian[np.ix_(free, free)], jet.gradient[free]
-    determinant = hessian[0, 0] if len(gradient) == 1 else np.linalg.det(hessian)
-    concave = hessian[0, 0] < 0 and (len(gradient) == 1 or determinant > 0)
-    if concave:
-        step[free] = -np.linalg.solve(hessian, gradient)
-    else:
-        curvature = np.abs(np.diagonal(hessian)) + shape[free] ** 2
-        step[free] = gradient / curvature
-    return step
+    start = cost_jet(point, precision, residual, others, other_factors)
+    moved, columns = point.copy(), as_columns(others, other_factors)
+    climbing.climb(moved, start, max_steps, precision, residual, columns)
+    return moved
 
 
 @dataclass(frozen=True, slots=True, eq=False)

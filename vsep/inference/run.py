@@ -8,6 +8,7 @@ import numpy as np
 from vsep._arrays import ComplexArray
 from vsep.inference.estimator import Estimator
 from vsep.inference.state import IterationInfo, SeparationState, Solution, Step, Termination
+from vsep.inference.stopwatch import stopwatch, summed, with_rest
 
 
 def iterate(
@@ -53,7 +54,7 @@ def guarded_step(estimator: Estimator, received: ComplexArray, state: Separation
     """
     start = time.perf_counter()
     try:
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        with stopwatch() as parts, np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             new_state, info = estimator.step(received, state)
         sound = bool(np.isfinite(new_state.noise_precision) and np.isfinite(info.elbo))
     except np.linalg.LinAlgError:
@@ -68,6 +69,7 @@ def guarded_step(estimator: Estimator, received: ComplexArray, state: Separation
         info=info,
         termination=estimator.terminate(new_state, info),
         seconds=seconds,
+        seconds_by_part=with_rest(parts, seconds),
     )
 
 
@@ -97,11 +99,16 @@ def run(
     Solution
         ``seconds`` is the time of the steps alone.
     """
-    infos = []
+    infos, parts = [], []
     seconds = 0.0
     for step in iterate(estimator, received, state):
         infos.append(step.info)
+        parts.append(step.seconds_by_part)
         seconds += step.seconds
     return Solution(
-        state=step.state, termination=step.termination, infos=tuple(infos), seconds=seconds
+        state=step.state,
+        termination=step.termination,
+        infos=tuple(infos),
+        seconds=seconds,
+        seconds_by_part=summed(parts),
     )

@@ -12,6 +12,7 @@ from scipy.linalg.lapack import zpotrf, zpotri
 from scipy.special import lambertw
 
 from vsep._arrays import ComplexArray, FloatArray
+from vsep.kernels.channel import Posterior
 
 MOST_EXPLAINED = 0.5  # of a frame's noise that false alarms may be expected to explain
 
@@ -60,6 +61,24 @@ class ActiveSet:
         self.noise_precision = noise_precision
         self.refresh()
 
+    @classmethod
+    def fitted(cls, fit: Posterior, precisions: FloatArray, noise_precision: float) -> "ActiveSet":
+        """Take over a posterior that a kernel has computed.
+
+        Raises
+        ------
+        LinAlgError
+            If its precision matrix was not positive definite.
+        """
+        if not np.isfinite(fit.log_determinant):
+            raise LinAlgError("the precision matrix is not positive definite")
+        active = cls.__new__(cls)
+        active.gram, active.projections = fit.gram, fit.projections
+        active.precisions, active.noise_precision = precisions, noise_precision
+        active.covariance, active.amplitudes = fit.covariance, fit.amplitudes
+        active.log_determinant = fit.log_determinant
+        return active
+
     def __len__(self) -> int:
         """Return the number of active components."""
         return len(self.precisions)
@@ -81,7 +100,7 @@ class ActiveSet:
         # The upper half of the transposed inverse; zpotrf has cleaned the lower one.
         upper, _ = zpotri(factor, lower=False, overwrite_c=True)
         upper[np.diag_indices(len(self))] *= 0.5
-        self.covariance = upper.T + upper.conj()
+        self.covariance = np.add(upper.T, upper.conj(), order="C")
         self.amplitudes = self.noise_precision * (self.covariance @ self.projections)
 
     def flat_prior_moments(self, index: int) -> tuple[float, float]:
@@ -185,7 +204,7 @@ class ActiveSet:
 
     def trace(self) -> float:
         """tr(A C A^H), the expected energy of the weights' uncertainty in (65)."""
-        return float(np.sum(self.covariance * self.gram.T).real)
+        return float(np.vdot(self.gram, self.covariance).real)
 
 
 def activation_ratio(rho: float, omega_sq: float) -> float:

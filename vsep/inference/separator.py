@@ -14,11 +14,13 @@ from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
 from vsep.inference.filter_correction import update_correction
-from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.interference import InterferenceWorkspace, RampWork
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
 from vsep.inference.objects import ObjectWorkspace, object_factors
+from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import schedule_by_name
-from vsep.inference.state import IterationInfo, ObjectComponents, SeparationState, Termination
+from vsep.inference.state import IterationInfo, SeparationState, Termination
+from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.signal.atoms import gram, project
 from vsep.signal.template import SignalModel
 
@@ -91,28 +93,34 @@ class FactorisedSeparator:
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
-        interference, searched = self.interference_workspace(state), self.search_due(state)
+        with part(BURSTS):
+            interference = self.interference_workspace(state)
+        searched = self.search_due(state)
         if searched:
-            self.search(interference, received, state)
+            with part(SEARCH):
+                self.search(interference, received, state)
         received, num_used = self.set_aside(received, state)
         residual = received - state.object_signal
-        interference.update(residual, state.noise_precision)
-        if interference.schedule.correction_due(state.iteration):
-            update_correction(interference, residual, state.noise_precision)
+        with part(BURSTS):
+            interference.update(residual, state.noise_precision)
+            if interference.schedule.correction_due(state.iteration):
+                update_correction(interference, residual, state.noise_precision)
 
         traces = _object_trace(state) + interference.trace
         error = expected_error(residual - interference.signal, traces)
-        objects = update_objects(
-            received - interference.signal,
-            replace(state, noise_precision=num_used / error),
-            self.threshold_db,
-            interference.schedule.object_additions(state.iteration),
-        )
+        with part(OBJECTS):
+            objects = update_objects(
+                received - interference.signal,
+                replace(state, noise_precision=num_used / error),
+                self.threshold_db,
+                interference.schedule.object_additions(state.iteration),
+            )
         residual = received - objects.signal
         traces = objects.active.trace() + interference.trace
         error = expected_error(residual - interference.signal, traces)
         noise_precision = num_used / error
-        interference.recompute(residual, noise_precision)
+        with part(BURSTS):
+            interference.recompute(residual, noise_precision)
         bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
         return self.conclude(state, objects, interference, noise_precision, bound, searched)
 
@@ -187,15 +195,14 @@ class FactorisedSeparator:
     ) -> tuple[SeparationState, IterationInfo]:
         """Freeze both working copies into the next state and its diagnostics."""
         components, object_signal = objects.components(), objects.signal
+        signal = interference.signal
         info = IterationInfo(
             elbo=bound,
             events=(*interference.events, *objects.events),
             max_frequency_change=objects.max_frequency_change,
             noise_precision_change=noise_precision / state.noise_precision - 1.0,
             searched=searched,
-            separability_ratio_db=_separability_ratio_db(
-                components, object_signal, interference.signal
-            ),
+            separability_ratio_db=_separability_ratio_db(objects, signal),
         )
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
         new_state = replace(
@@ -206,7 +213,7 @@ class FactorisedSeparator:
             filter_correction=interference.correction,
             noise_precision=noise_precision,
             object_signal=object_signal,
-            interference_signal=interference.signal,
+            interference_signal=signal,
             next_component_id=objects.next_id,
             search_pending=search_again and is_quiet(info),
         )
@@ -235,20 +242,27 @@ def _separation_bound(
 ) -> float:
     traces = objects.active.trace() + interference.trace
     error = expected_error(residual - interference.signal, traces)
-    active, filtered = objects.active, interference.correction
-    bound = weights_bound(active.amplitudes, active.covariance, active.precisions)
-    bound += weights_bound(filtered.amplitudes, filtered.covariance, filtered.precisions)
-    for ramp in interference.ramps.values():
-        bound += weights_bound(ramp.amplitudes, ramp.covariance, ramp.precisions)
+    sources: list[ActiveSet | RampWork] = [objects.active, *interference.ramps.values()]
+    bound = sum(
+        weights_bound(each.amplitudes, each.covariance, each.precisions, each.log_determinant)
+        for each in sources
+    )
+    filtered = interference.correction
+    bound += weights_bound(
+        filtered.amplitudes,
+        filtered.covariance,
+        filtered.precisions,
+        float(np.linalg.slogdet(filtered.covariance)[1]),
+    )
     return bound + noise_bound(num_used, noise_precision, error)
 
 
-def _separability_ratio_db(
-    components: ObjectComponents, object_signal: ComplexArray, interference: ComplexArray
-) -> float:
+def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray) -> float:
     """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
-    factors = object_factors(components, object_signal.shape)
-    own = np.linalg.norm(project(object_signal, *factors))
+    count = len(objects.ids)
+    active = objects.active
+    own = np.linalg.norm(active.gram[:count, :count] @ active.amplitudes[:count])
+    factors = objects.beat_factors[:count], objects.doppler_factors[:count]
     other = np.linalg.norm(project(interference, *factors))
     if own == 0.0 or other == 0.0:
         return float("nan")

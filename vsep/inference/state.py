@@ -5,7 +5,8 @@ that dropping it never changes a result. All arrays are read-only.
 """
 
 import enum
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Final
 
 import numpy as np
@@ -15,10 +16,10 @@ from vsep.signal.corrected_filter import NUM_SPLINES
 
 
 def _freeze_arrays(record: object) -> None:
-    for field in fields(record):  # type: ignore[arg-type]
-        value = getattr(record, field.name)
+    for each in fields(record):  # type: ignore[arg-type]
+        value = getattr(record, each.name)
         if isinstance(value, np.ndarray):
-            object.__setattr__(record, field.name, frozen(value))
+            object.__setattr__(record, each.name, frozen(value))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -310,12 +311,13 @@ class Termination(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Step:
-    """One iteration as the runner yields it; `seconds` is measured outside of the algorithm."""
+    """One iteration as the runner yields it; its seconds are measured outside of the algorithm."""
 
     state: SeparationState
     info: IterationInfo
     termination: Termination
     seconds: float
+    seconds_by_part: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -326,6 +328,7 @@ class Solution:
     termination: Termination
     infos: tuple[IterationInfo, ...]
     seconds: float
+    seconds_by_part: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def objects(self) -> ObjectComponents:

@@ -6,6 +6,7 @@ An atom is a Kronecker product, so it is kept as its two factors: nothing of siz
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray
+from vsep.kernels.lines import fill_lines
 
 
 def line_factors(frequencies: FloatArray, length: int) -> ComplexArray:
@@ -28,8 +29,9 @@ def line_factors(frequencies: FloatArray, length: int) -> ComplexArray:
     >>> np.round(line_factors(np.array([0.25]), 4) * 2)
     array([[ 1.+0.j,  0.-1.j, -1.-0.j, -0.+1.j]])
     """
-    phase = np.outer(frequencies, np.arange(length))
-    return np.asarray(np.exp(-2j * np.pi * phase) / np.sqrt(length))
+    lines = np.empty((len(frequencies), length), dtype=np.complex128)
+    fill_lines(np.array(frequencies, dtype=np.float64), lines)
+    return lines
 
 
 def line_slopes(lines: ComplexArray) -> ComplexArray:
@@ -54,7 +56,7 @@ def project(
 ) -> ComplexArray:
     """Adjoint Phi^H r: (L,) inner products of a (P, N) signal with every atom."""
     along_ramps = signal @ beat_factors.conj().T
-    return np.asarray(np.einsum("lp,pl->l", doppler_factors.conj(), along_ramps))
+    return np.asarray((doppler_factors.conj() * along_ramps.T).sum(axis=1))
 
 
 def gram(beat_factors: ComplexArray, doppler_factors: ComplexArray) -> ComplexArray:

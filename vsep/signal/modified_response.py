@@ -13,9 +13,10 @@ dGbar/d(Delta k) = -(j / 4 pi) d^2 Gbar/df^2: one jet in the frequency holds eve
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import fresnel, wofz
+from scipy.special import wofz
 
 from vsep._arrays import ComplexArray, FloatArray, InputError
+from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms, truncated_cubic_terms
 
 
 class ResponseJet(NamedTuple):
@@ -41,10 +42,8 @@ def raised_cosine_jet(
 ) -> ResponseJet:
     """Evaluate the modified response of a raised cosine in Fresnel integrals.
 
-    The response is one half between -outer and outer, one half more between -inner and inner, and
-    in each taper the cosine's two exponentials exp(+-j w f'), w = pi / (outer - inner). Times the
-    kernel K each is a quadratic phase; completing the square shifts the limits of the Fresnel
-    integral by w Delta k / (2 pi). The derivatives multiply the exponentials by their frequency.
+    Times the kernel K every part of the response is a quadratic phase, see
+    `vsep.kernels.fresnel.raised_cosine_terms`.
 
     Parameters
     ----------
@@ -64,30 +63,16 @@ def raised_cosine_jet(
         If a slope difference is zero.
     """
     slope = nonparallel(slope_hz_per_s)
-    width = outer_hz - inner_hz
-    scale = np.sqrt(2.0 / np.abs(slope))
-    direction = np.sign(slope)
-    broadcast = (1,) * max(np.ndim(frequency_hz), slope.ndim)
-    edges = np.array([-outer_hz, -inner_hz, inner_hz, outer_hz]).reshape(4, *broadcast)
-    shift = np.array([0.0, 1.0, -1.0]).reshape(3, 1, *broadcast) * (slope / (2.0 * width))
-    sine, cosine = fresnel((edges - shift - frequency_hz) * scale)
-    integral = cosine - 1j * (direction * sine)
-
-    flat = 0.5 * (integral[0, 3] + integral[0, 2] - integral[0, 1] - integral[0, 0])
-    right = integral[1:, 3] - integral[1:, 2]
-    left = integral[1:, 1] - integral[1:, 0]
-    kernel_factor = np.exp(0.25j * np.pi * direction) / np.sqrt(2.0)
-    taper_factor = 0.25 * kernel_factor * np.exp(0.25j * np.pi * slope / width**2)
-    to_inner = np.exp(-1j * np.pi * inner_hz / width)
-    turn = taper_factor * np.exp(1j * np.pi / width * np.asarray(frequency_hz))
-    turn_back = taper_factor * np.exp(-1j * np.pi / width * np.asarray(frequency_hz))
-    rising = turn * (to_inner * right[0] + np.conj(to_inner) * left[0])
-    falling = turn_back * (np.conj(to_inner) * right[1] + to_inner * left[1])
-    tapers = rising + falling
-    angular = np.pi / width
-    return ResponseJet(
-        kernel_factor * flat + tapers, 1j * angular * (rising - falling), -(angular**2) * tapers
-    )
+    frequency = np.asarray(frequency_hz, dtype=np.float64)
+    if frequency.ndim == 2 and slope.shape == (len(frequency), 1):
+        # Rows of one slope each, whole bursts: what the estimator asks for.
+        return ResponseJet(
+            *raised_cosine_terms(frequency, slope[:, 0].copy(), inner_hz, outer_hz, SMOOTH)
+        )
+    frequency, slope = np.broadcast_arrays(frequency, slope)
+    column = frequency.reshape(-1, 1).copy()
+    terms = raised_cosine_terms(column, slope.flatten(), inner_hz, outer_hz, SMOOTH)
+    return ResponseJet(*terms.reshape(3, *frequency.shape))
 
 
 def pole_jet(
@@ -140,7 +125,7 @@ def pole_jet(
 def nonparallel(slope_hz_per_s: FloatArray | float) -> FloatArray:
     """Return the slope differences as an array, or raise `InputError` if one of them is zero."""
     slope = np.asarray(slope_hz_per_s, dtype=np.float64)
-    if not np.all(slope != 0.0):
+    if not slope.all():
         raise InputError(
             "The slope difference is 0 Hz/s; it must not be zero, parallel chirps have no burst."
         )
@@ -152,9 +137,9 @@ def truncated_cubics_jet(
 ) -> ResponseJet:
     """Evaluate the modified responses of the truncated cubics max(f - knot, 0)^3 / 6.
 
-    They are the iterated integrals of the kernel K at x = f - knot. Because K' = -K x / a with
-    a = Delta k / (j 2 pi), integration by parts gives, from the Fresnel integral H_0 on,
-    ``H_n = (x H_(n-1) + a H_(n-2)) / n`` with H_(-1) = K, and dH_n/df = H_(n-1).
+    They are the iterated integrals of the kernel K at x = f - knot, which integration by parts
+    gives from the Fresnel integral on because K' = -K x / a with a = Delta k / (j 2 pi), see
+    `vsep.kernels.fresnel.truncated_cubic_terms`.
 
     Parameters
     ----------
@@ -174,14 +159,6 @@ def truncated_cubics_jet(
         If a slope difference is zero.
     """
     slope = nonparallel(slope_hz_per_s)
-    direction = np.sign(slope)
-    dimensions = max(np.ndim(frequency_hz), slope.ndim)
-    position = np.asarray(frequency_hz) - knots_hz.reshape(-1, *(1,) * dimensions)
-    sine, cosine = fresnel(position * np.sqrt(2.0 / np.abs(slope)))
-    turn = np.exp(0.25j * np.pi * direction)
-    kernel = turn / np.sqrt(np.abs(slope)) * np.exp(-1j * np.pi / slope * position**2)
-    curvature = slope / (2j * np.pi)
-    flat = turn / np.sqrt(2.0) * (cosine - 1j * direction * sine)
-    second = position * flat + curvature * kernel
-    first = (position * second + curvature * flat) / 2.0
-    return ResponseJet((position * first + curvature * second) / 3.0, first, second)
+    frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)
+    terms = truncated_cubic_terms(frequency.flatten(), slope.flatten(), knots_hz, SMOOTH)
+    return ResponseJet(*terms.reshape(3, len(knots_hz), *frequency.shape))

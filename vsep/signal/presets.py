@@ -13,11 +13,10 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, InputError, require_range
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
+from vsep.signal.preset_names import PRESET_NAMES
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel, Interferer, Observation, Scene
 from vsep.signal.simulate import InterferenceModel, simulate
-
-PRESET_NAMES = ("simulation-1", "simulation-2-a", "simulation-2-b", "simulation-2-c")
 
 _SIMULATION_1_RADAR = ChirpSequence(
     start_frequency_hz=79e9,

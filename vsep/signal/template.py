@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
+from vsep.kernels.templates import template_jets
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 
@@ -112,49 +113,41 @@ class SignalModel:
         (B, N) complex
             The diagonals of U.
         """
-        n = np.arange(self.num_samples)
-        frequency = start_frequency[:, None] + slope[:, None] * n
-        phase = start_frequency[:, None] * n + 0.5 * slope[:, None] * n**2
-        envelope = self.anti_aliasing_filter.modified_response(
-            frequency * self.sample_rate_hz, slope[:, None] * self.sample_rate_hz**2
-        )
-        return np.asarray(np.exp(2j * np.pi * phase) * envelope)
+        return self.template_jet(start_frequency, slope, np.zeros_like(slope))[0]
 
     def template_jet(
-        self, start_frequency: float, slope: float, reference: float
+        self,
+        start_frequency: FloatArray | float,
+        slope: FloatArray | float,
+        reference: FloatArray | float,
     ) -> tuple[ComplexArray, ComplexArray]:
-        """One template and its derivatives by (frequency at `reference`, slope).
+        """Templates and their derivatives by (frequency at `reference`, slope).
 
         The constant phase of the template is free (the channel weights absorb it), so the
         derivatives are those of the template whose phase stands still at the reference sample.
 
         Parameters
         ----------
-        start_frequency, slope : float
+        start_frequency, slope : float or (B,) float
             Cycles per sample and cycles per sample squared.
-        reference : float
+        reference : float or (B,) float
             Sample at which the frequency is the first parameter; the burst's centre conditions
             the two parameters best.
 
         Returns
         -------
-        template : (N,) complex
-        derivatives : (2, N) complex
+        template : (N,) or (B, N) complex
+        derivatives : (2, N) or (B, 2, N) complex
         """
-        n = np.arange(self.num_samples)
-        offset = n - reference
-        frequency = np.asarray(start_frequency + slope * n, dtype=np.float64)
+        parameters = np.empty((3, np.size(slope)))
+        parameters[0], parameters[1], parameters[2] = start_frequency, slope, reference
+        start, slopes, middle = parameters
         rate = self.sample_rate_hz
-        response, first, second = self.anti_aliasing_filter.modified_response_jet(
-            frequency * rate, np.asarray(slope * rate**2)
+        course_hz = (rate * start)[:, None] + (rate * slopes)[:, None] * np.arange(self.num_samples)
+        jet = self.anti_aliasing_filter.modified_response_jet(
+            course_hz, (rate**2 * slopes)[:, None]
         )
-        carrier = np.exp(2j * np.pi * (start_frequency * n + 0.5 * slope * n**2))
-        template = carrier * response
-        first_carried = carrier * (first * rate)
-        by_frequency = 2j * np.pi * offset * template + first_carried
-        by_slope = (
-            1j * np.pi * offset**2 * template
-            + offset * first_carried
-            - (0.25j / np.pi * rate**2) * carrier * second
-        )
-        return template, np.stack([by_frequency, by_slope])
+        templates, derivatives = template_jets(start, slopes, middle, rate, *jet)
+        if np.ndim(slope) == 0:
+            return templates[0], derivatives[0]
+        return templates, derivatives

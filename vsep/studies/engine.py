@@ -4,18 +4,12 @@ Every trial is a pure function, so the order in which trials finish, the number 
 interruption change nothing but the order of the rows.
 """
 
-import multiprocessing
-import multiprocessing.connection
-import os
-import signal
 import threading
 from collections.abc import Collection, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
-from multiprocessing.connection import Connection
 from pathlib import Path
 
 from vsep._arrays import require_range
@@ -30,9 +24,8 @@ from vsep.studies.rows import (
 )
 from vsep.studies.study import Study, Trial
 from vsep.studies.trial import Row, failed_rows, run_trial
+from vsep.workers import worker_pool
 
-# One linear-algebra thread a worker: more would fight over the cores, and could round otherwise.
-_SINGLE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # Trials handed out ahead, per worker, so that none waits for work.
 _AHEAD = 3
 _STOP_CHECK_S = 0.2
@@ -158,7 +151,7 @@ def _run_until_breakage(
     """
     unfinished: dict[Trial, None] = {}
     running: dict[Future[list[Row]], Trial] = {}
-    with _single_threaded(), _pool(workers) as pool:
+    with worker_pool(workers) as pool:
         try:
             while not stop.is_set():
                 for trial in islice(waiting, workers * _AHEAD - len(running)):
@@ -175,46 +168,3 @@ def _run_until_breakage(
         except BrokenProcessPool:
             return list(unfinished)
     return []
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Worker processes that end when the block is left, whatever they are at."""
-    # Spawned, not forked: a fork of a process with threads (a server, BLAS) may lock up.
-    context = multiprocessing.get_context("spawn")
-    lifeline, held = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(
-        workers, mp_context=context, initializer=_start_worker, initargs=(lifeline,)
-    )
-    try:
-        yield pool
-    finally:
-        held.close()
-        pool.shutdown(wait=True, cancel_futures=True)
-        lifeline.close()
-
-
-def _start_worker(lifeline: Connection) -> None:
-    """Leave Ctrl-C to the parent, and end once it lets go of the lifeline, even if it is killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, args=(lifeline,), daemon=True).start()
-
-
-def _end_with_parent(lifeline: Connection) -> None:
-    multiprocessing.connection.wait([lifeline])
-    os._exit(1)
-
-
-@contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Have processes that start meanwhile load their libraries with one thread."""
-    before = {name: os.environ.get(name) for name in _SINGLE_THREAD}
-    os.environ.update(dict.fromkeys(_SINGLE_THREAD, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value

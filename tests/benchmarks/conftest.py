@@ -1,0 +1,63 @@
+"""What `make bench` prints at its end: every part with its ratio to the literal one, and growth."""
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def timed(benchmark):
+    """Time a function as a part of the table, or as one point of a curve of growth."""
+
+    def run(function, *, part, way="fast", rounds=None, **info):
+        benchmark.extra_info |= {"part": part, "way": way} | info
+        if rounds is None:
+            return benchmark(function)
+        return benchmark.pedantic(function, rounds=rounds, warmup_rounds=int(way == "fast"))
+
+    return run
+
+
+def milliseconds(seconds):
+    return f"{seconds * 1e3:.4g} ms" if seconds is not None else ""
+
+
+def table(parts):
+    """Lines of the table: the least time tells what the program needs, the median the machine."""
+    row = "{:46s} {:>11s} {:>11s} {:>13s} {:>6s}".format
+    lines = [row("part", "median", "least", "literal", "ratio")]
+    for part, ways in parts.items():
+        fast, slow = ways["fast"].stats, ways.get("literal")
+        literal = slow.stats.median if slow else None
+        ratio = f"{literal / fast.median:.0f}" if slow else ""
+        times = [milliseconds(each) for each in (fast.median, fast.min, literal)]
+        lines.append(row(part, *times, ratio))
+    return lines
+
+
+def growth(curves):
+    """Lines of the growth exponents: slopes of log time an iteration over log size."""
+    for number, benches in curves.items():
+        sizes = [bench.extra_info["size"] for bench in benches]
+        seconds = [bench.stats.median / bench.extra_info["iterations"] for bench in benches]
+        exponent = np.polyfit(np.log(sizes), np.log(seconds), 1)[0]
+        points = zip(sizes, seconds, strict=True)
+        values = ", ".join(f"{milliseconds(time)} at {size}" for size, time in points)
+        yield f"growth in {number:8s} exponent {exponent:5.2f}   an iteration takes {values}"
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    session = getattr(config, "_benchmarksession", None)
+    parts, curves = defaultdict(dict), defaultdict(list)
+    for bench in session.benchmarks if session else []:
+        info = bench.extra_info
+        if "iterations" in info:
+            curves[info["part"]].append(bench)
+        elif "part" in info:
+            parts[info["part"]][info["way"]] = bench
+    complete = {part: ways for part, ways in parts.items() if "fast" in ways}
+    if complete:
+        terminalreporter.section("speed")
+        for line in [*table(complete), "", *growth(curves)]:
+            terminalreporter.write_line(line)

@@ -1,0 +1,192 @@
+"""Time of the parts: the costs (70) and (71), their refinement, the search, a dashboard frame."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bokeh.models import Span
+
+from app.picture import make_picture
+from app.settings import Settings
+from app.views.range_doppler import RangeDopplerView
+from app.views.signals import DelayView, FastTimeView
+from app.views.style import Axis
+from app.work import advance, prepare
+from tests.benchmarks.scenes import preset_problem
+from tests.vsep import literal
+from vsep.inference.channel import ChannelGrid
+from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
+from vsep.inference.chirp_search import find_single_chirps
+from vsep.inference.refinement import cost_jet, refine_point
+from vsep.inference.run import run
+from vsep.inference.sbl import ActiveSet
+from vsep.inference.state import Termination
+from vsep.kernels.channel import Channel
+from vsep.signal.atoms import gram, line_factors, project
+
+WAYS = ["fast", "literal"]
+OFF_CELLS = 0.02  # resolution cells from the top at which a refinement starts
+
+
+@pytest.fixture(scope="module")
+def settled():
+    """A finished run of Simulation II-c, and its frame."""
+    problem = preset_problem("simulation-2-c", 60.0, -20.0)
+    return problem, run(problem.separator, problem.received).state
+
+
+@pytest.fixture(scope="module")
+def line(settled):
+    """One object of it: where it is, the residual, and the others."""
+    problem, state = settled
+    objects, shape = state.objects, problem.received.shape
+    points = np.stack([objects.beats, objects.dopplers], axis=1)
+    residual = problem.received - state.interference_signal
+    factors = line_factors(points[1:, 0], shape[1]), line_factors(points[1:, 1], shape[0])
+    others = ActiveSet(
+        gram(*factors), project(residual, *factors), objects.precisions[1:], state.noise_precision
+    )
+    return points, objects.precisions, residual, others, factors
+
+
+@pytest.fixture(scope="module")
+def chirp(settled):
+    """One burst of it: its cost and where it is."""
+    problem, state = settled
+    burst, model = state.bursts[0], problem.separator.model
+    row = (problem.received - state.object_signal)[burst.ramp]
+    return model, burst, row, state.noise_precision
+
+
+def cost_of(chirp):
+    """Cost (71) of the burst's ramp."""
+    model, burst, row, noise_precision = chirp
+    twiddle = ChannelGrid(model.num_samples, model.num_grid_bins).twiddle
+    bins, precisions = burst.active_bins.copy(), burst.precisions.copy()
+    return ChannelCost(
+        residual=row,
+        templates=place_chirp(burst.start_frequency, burst.slope, model).template[None],
+        moving=0,
+        channel=Channel(np.zeros_like(bins), bins, precisions, twiddle),
+        noise_precision=noise_precision,
+    )
+
+
+@pytest.mark.benchmark(group="cost (70)")
+@pytest.mark.parametrize("way", WAYS)
+def test_cost_of_an_object(timed, line, way):
+    points, precisions, residual, others, factors = line
+
+    def literally():
+        atoms = literal.object_atoms(points, residual.shape)
+        return literal.log_evidence(atoms, residual.ravel(), precisions, others.noise_precision)
+
+    def fast():
+        return cost_jet(points[0], precisions[0], residual, others, factors).value
+
+    value = timed(fast if way == "fast" else literally, part="one evaluation of (70)", way=way)
+    assert np.isfinite(value)
+
+
+@pytest.mark.benchmark(group="cost (70)")
+@pytest.mark.parametrize("way", WAYS)
+def test_refinement_of_an_object(timed, settled, line, way):
+    points, precisions, residual, others, factors = line
+    start = points[0] + OFF_CELLS / np.array(residual.shape[::-1])
+    separator = literal.LiteralSeparator(model=settled[0].separator.model)
+
+    def literally():
+        rest = list(points[1:]), list(precisions[1:]), residual.ravel(), others.noise_precision
+        return separator._moved(start, precisions[0], *rest)
+
+    def fast():
+        return refine_point(start, precisions[0], residual, others, factors, max_steps=1)
+
+    moved = timed(fast if way == "fast" else literally, part="one refinement of (70)", way=way)
+    assert np.linalg.norm(moved - points[0]) < np.linalg.norm(start - points[0])
+
+
+@pytest.mark.benchmark(group="cost (71)")
+@pytest.mark.parametrize("way", WAYS)
+def test_cost_of_a_burst(timed, chirp, way):
+    model, burst, row, noise_precision = chirp
+    bins, precisions = burst.active_bins.copy(), burst.precisions.copy()
+    cost = cost_of(chirp)
+
+    def literally():
+        matrix = np.diag(literal.template(model, burst.start_frequency, burst.slope))
+        columns = matrix @ literal.grid_atoms(model)[:, bins]
+        return literal.log_evidence(columns, row, precisions, noise_precision)
+
+    def fast():
+        return cost.value(place_chirp(burst.start_frequency, burst.slope, model).template)
+
+    value = timed(fast if way == "fast" else literally, part="one evaluation of (71)", way=way)
+    # Two formulas of the same number of about 1e5.
+    assert value == pytest.approx(literally(), rel=1e-9)
+
+
+@pytest.mark.benchmark(group="cost (71)")
+@pytest.mark.parametrize("way", WAYS)
+def test_refinement_of_a_burst(timed, chirp, way):
+    model, burst, row, noise_precision = chirp
+    slope = burst.slope * (1.0 + 1e-3)
+    moved = replace(burst, slope=slope, start_frequency=-burst.centre * slope)
+    cost = cost_of(chirp)
+    separator = literal.LiteralSeparator(model=model)
+
+    def literally():
+        return separator._refined(moved, row, noise_precision)
+
+    def fast():
+        return refine_chirp(place_chirp(moved.start_frequency, slope, model), model, cost)
+
+    found = timed(fast if way == "fast" else literally, part="one refinement of (71)", way=way)
+    assert abs(found.slope - burst.slope) < abs(slope - burst.slope)
+
+
+@pytest.mark.benchmark(group="search")
+@pytest.mark.parametrize("way", WAYS)
+def test_chirp_search(timed, settled, way):
+    problem, _ = settled
+    model, received = problem.separator.model, problem.received
+    parameters, atoms, energies = literal.chirp_dictionary(model)
+
+    def literally():
+        return parameters[np.argmax(np.abs(atoms.conj() @ received.T) ** 2 / energies[:, None], 0)]
+
+    def fast():
+        found = find_single_chirps(received, model)
+        return np.stack([found.start_frequency, found.slope], axis=1)
+
+    found = timed(fast if way == "fast" else literally, part="chirp search of a frame", way=way)
+    interfered = sorted({burst.ramp for burst in settled[1].bursts})
+    np.testing.assert_allclose(found[interfered], literally()[interfered])
+
+
+@pytest.mark.benchmark(group="dashboard")
+def test_dashboard_frame(timed):
+    settings = Settings()
+    settings.choose_preset("simulation-2-c")
+    prepared = prepare(settings.plan())
+    steps = [advance(prepared, prepared.initial_state)]
+    while steps[-1].termination is Termination.RUNNING:
+        steps.append(advance(prepared, steps[-1].state))
+    axis, crosshair = Axis(), Span(dimension="height")
+    views = FastTimeView(), DelayView(axis, crosshair), RangeDopplerView(axis, crosshair)
+
+    def draw():
+        picture = make_picture(
+            prepared.backdrop,
+            prepared.initial_state,
+            tuple(steps),
+            ramp=0,
+            fast_time_mode="level",
+            run_number=1,
+            num_iterations=len(steps),
+        )
+        for view in views:
+            view.update(picture)
+        return picture
+
+    assert timed(draw, part="one dashboard frame: picture and views").progress is not None

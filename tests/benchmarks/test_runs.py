@@ -1,0 +1,84 @@
+"""Time of whole runs and single steps, and how it grows with the size of the problem."""
+
+import pytest
+
+from tests.benchmarks.scenes import drawn_problem, preset_problem
+from tests.vsep.literal import LiteralSeparator, chirp_dictionary
+from vsep.inference.run import run
+
+CASES = {
+    "Simulation I, SIR -20 dB": ("simulation-1", 30.0, -20.0),
+    "Simulation I, SIR +10 dB": ("simulation-1", 30.0, 10.0),
+    "Simulation II-a, SIR -20 dB": ("simulation-2-a", 60.0, -20.0),
+    "Simulation II-b, SIR -20 dB": ("simulation-2-b", 60.0, -20.0),
+    "Simulation II-c, SIR -20 dB": ("simulation-2-c", 60.0, -20.0),
+    "Simulation II-c, SIR +10 dB": ("simulation-2-c", 60.0, 10.0),
+}
+LITERAL = ["Simulation I, SIR -20 dB", "Simulation II-c, SIR -20 dB"]
+LARGE = {
+    "64 x 256, 30 objects, 16 bursts": (64, 256, 30, 16),
+    "128 x 512, 100 objects, 32 bursts": (128, 512, 100, 32),
+}
+# 16 ramps of 128 samples with 10 objects and 8 bursts, one of the numbers changed at a time.
+GROWTH = {
+    "samples": {size: ((16, size), 10) for size in (64, 128, 256, 512)},
+    "ramps": {size: ((size, 128), 10) for size in (8, 16, 32, 64)},
+    "objects": {size: ((32, 128), size) for size in (5, 10, 20, 40)},
+}
+
+
+@pytest.mark.benchmark(group="whole run")
+@pytest.mark.parametrize("case", CASES)
+def test_whole_run(timed, case):
+    problem = preset_problem(*CASES[case])
+    solution = timed(lambda: run(problem.separator, problem.received), part=f"run: {case}")
+    assert solution.objects.num_components >= 1
+
+
+@pytest.mark.benchmark(group="whole run")
+@pytest.mark.parametrize("case", LITERAL)
+def test_literal_run(timed, case):
+    problem = preset_problem(*CASES[case])
+    literal = LiteralSeparator(model=problem.separator.model)
+    chirp_dictionary(literal.model)  # is made once for all frames, as the fast one's bank
+    solution = timed(
+        lambda: run(literal, problem.received), part=f"run: {case}", way="literal", rounds=1
+    )
+    assert solution.objects.num_components >= 1
+
+
+@pytest.mark.benchmark(group="whole run")
+@pytest.mark.parametrize("size", LARGE)
+def test_run_of_a_large_frame(timed, size):
+    num_ramps, num_samples, num_objects, num_bursts = LARGE[size]
+    problem = drawn_problem((num_ramps, num_samples), num_objects, num_bursts)
+    solution = timed(
+        lambda: run(problem.separator, problem.received), part=f"run: {size}", rounds=1
+    )
+    assert solution.objects.num_components >= 0.8 * num_objects
+
+
+@pytest.mark.benchmark(group="one step")
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("stage", ["first", "settled"])
+def test_step(timed, stage, case):
+    problem = preset_problem(*CASES[case])
+    separator, received = problem.separator, problem.received
+    state = separator.init(received) if stage == "first" else run(separator, received).state
+    part = f"{stage} step: {case}"
+    after, _ = timed(lambda: separator.step(received, state), part=part)
+    assert after.iteration == state.iteration + 1
+
+
+@pytest.mark.benchmark(group="growth")
+@pytest.mark.parametrize(
+    ("number", "size"), [(number, size) for number, sizes in GROWTH.items() for size in sizes]
+)
+def test_growth(timed, benchmark, number, size):
+    shape, num_objects = GROWTH[number][size]
+    problem = drawn_problem(shape, num_objects, 8)
+    solution = timed(
+        lambda: run(problem.separator, problem.received), part=number, rounds=5, size=size
+    )
+    benchmark.extra_info["iterations"] = solution.iterations
+    assert solution.objects.num_components >= 0.8 * num_objects

@@ -1,0 +1,183 @@
+"""Fresnel integrals as a phase times a smooth function, and the raised cosine's response in them.
+
+With ``F(x) = C(x) + j S(x)`` and x >= 0 the rest is
+
+    F(inf) - F(x) = exp(j pi x^2 / 2) W(x),   W(x) = (1 + j)/2 w(sqrt(pi)/2 (1 + j) x),
+
+w being the Faddeeva function. W has no oscillation: polynomials on equal pieces of 1/(1 + x)
+reproduce it to 1e-13.
+"""
+
+import numpy as np
+from scipy.special import wofz
+
+from vsep._arrays import ComplexArray, FloatArray
+from vsep.kernels.compiler import compiled
+from vsep.kernels.turns import turn
+
+PIECES = 128
+DEGREE = 6
+
+
+def _smooth_table() -> FloatArray:
+    """(PIECES, DEGREE + 1, 2) coefficients of W by ascending powers, from -1 to 1 on each piece."""
+    nodes = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
+    place = (np.arange(PIECES)[:, None] + 0.5 * (1.0 + nodes)) / PIECES
+    argument = 0.5 * np.sqrt(np.pi) * (1.0 + 1.0j) * (1.0 / place - 1.0)
+    values = (0.5 + 0.5j) * wofz(argument)
+    powers = nodes[:, None] ** np.arange(DEGREE + 1)
+    coefficients = np.linalg.solve(powers, values.T).T
+    return np.stack([coefficients.real, coefficients.imag], axis=2)
+
+
+SMOOTH = _smooth_table()
+
+
+@compiled
+def fresnel_rest(distance: float, table: FloatArray) -> complex:
+    """Smooth part W of the Fresnel integral, for a distance of at least zero; `table` is SMOOTH."""
+    place = PIECES / (1.0 + distance)
+    piece = min(int(place), PIECES - 1)
+    local = 2.0 * (place - piece) - 1.0
+    real, imag = table[piece, DEGREE, 0], table[piece, DEGREE, 1]
+    for power in range(DEGREE - 1, -1, -1):
+        real = real * local + table[piece, power, 0]
+        imag = imag * local + table[piece, power, 1]
+    return complex(real, imag)
+
+
+@compiled
+def _signed_rest(position: float, table: FloatArray) -> complex:
+    """Rest of the integral beyond a place on either side of zero, with the sign of that side."""
+    rest = fresnel_rest(abs(position), table)
+    return rest if position >= 0.0 else -rest
+
+
+@compiled
+def _side(distance: float) -> float:
+    return 1.0 if distance >= 0.0 else -1.0
+
+
+@compiled
+def _edge_rests(
+    frequency: float, rate: float, inner: float, outer: float, table: FloatArray
+) -> tuple[complex, complex, complex]:
+    """Sum what the edges add to the flat part and to the taper's two exponentials."""
+    inverse = 1.0 / abs(rate)
+    scale = np.sqrt(2.0 * inverse)
+    shift = 0.5 * rate / (outer - inner)
+    flat = rising = falling = 0.0j
+    for edge in range(4):
+        outward = 1.0 if edge < 2 else -1.0
+        distance = outward * (inner if edge % 2 else outer) - frequency
+        phase = outward * turn(0.5 * distance * distance * inverse)
+        flat += phase * _signed_rest(distance * scale, table)
+        rising += phase * _signed_rest((distance - shift) * scale, table)
+        falling += phase * _signed_rest((distance + shift) * scale, table)
+    if rate > 0.0:
+        return flat.conjugate(), rising.conjugate(), falling.conjugate()
+    return flat, rising, falling
+
+
+@compiled
+def _taper_steps(frequency: float, shift: float, inner: float, outer: float) -> complex:
+    """Phase of the rising exponential within the shifted tapers, and zero elsewhere."""
+    right = _side(outer - frequency - shift) - _side(inner - frequency - shift)
+    left = _side(-inner - frequency - shift) - _side(-outer - frequency - shift)
+    at_inner = turn(-0.5 * inner / (outer - inner))
+    return right * at_inner + left * at_inner.conjugate()
+
+
+@compiled
+def raised_cosine_terms(
+    frequency: FloatArray, slope: FloatArray, inner: float, outer: float, table: FloatArray
+) -> ComplexArray:
+    """Evaluate the modified response of a raised cosine and its two derivatives by the frequency.
+
+    The response is one half inside of +-outer, one half more inside of +-inner, and in each taper
+    the cosine's two exponentials, which shift the Fresnel integrals' limits by half the slope over
+    the taper's width. An edge e of these intervals adds the phase ``exp(-j pi (e - f)^2 / slope)``
+    times smooth functions, the same phase for all of them.
+
+    Parameters
+    ----------
+    frequency : (B, M) float
+        Where to evaluate.
+    slope : (B,) float
+        Not zero.
+    inner, outer : float
+        End of the flat part and of the taper.
+    table : array
+        `SMOOTH`.
+
+    Returns
+    -------
+    (3, B, M) complex
+        Value, first and second derivative.
+    """
+    result = np.empty((3, *frequency.shape), dtype=np.complex128)
+    per_cycle = 0.5 / (outer - inner)
+    angular = 2.0 * np.pi * per_cycle
+    for b in range(frequency.shape[0]):
+        rate = slope[b]
+        shift = rate * per_cycle
+        kernel = complex(0.25, 0.25 * _side(rate))
+        common = 0.125 * turn(0.5 * per_cycle * shift)
+        for m in range(frequency.shape[1]):
+            f = frequency[b, m]
+            flat, rising, falling = _edge_rests(f, rate, inner, outer, table)
+            steps = _side(outer - f) + _side(inner - f) - _side(-inner - f) - _side(-outer - f)
+            value = 0.25 * steps - kernel * flat
+            taper = turn(per_cycle * f)
+            rising *= 0.5 * kernel
+            rising += common * taper * _taper_steps(f, shift, inner, outer)
+            falling *= 0.5 * kernel
+            falling += common * (taper * _taper_steps(f, -shift, inner, outer)).conjugate()
+            result[0, b, m] = value + rising + falling
+            result[1, b, m] = 1j * angular * (rising - falling)
+            result[2, b, m] = -angular * angular * (rising + falling)
+    return result
+
+
+@compiled
+def truncated_cubic_terms(
+    frequency: FloatArray, slope: FloatArray, knots: FloatArray, table: FloatArray
+) -> ComplexArray:
+    """Evaluate the modified responses of the cubics max(f - knot, 0)^3 / 6, up to a cubic.
+
+    They are iterated integrals of the kernel K: from the Fresnel integral H_0 on,
+    ``H_n = (x H_(n-1) + a H_(n-2)) / n`` at x = f - knot, with a = slope / (j 2 pi), H_(-1) = K.
+
+    Parameters
+    ----------
+    frequency, slope : (M,) float
+        Where to evaluate; the slope is not zero.
+    knots : (K,) float
+    table : array
+        `SMOOTH`.
+
+    Returns
+    -------
+    (3, K, M) complex
+        H_3 and its first two derivatives by the frequency, H_2 and H_1.
+    """
+    result = np.empty((3, len(knots), len(frequency)), dtype=np.complex128)
+    for m in range(len(frequency)):
+        rate = slope[m]
+        direction, inverse = _side(rate), 1.0 / abs(rate)
+        factor = complex(0.5, 0.5 * direction)  # exp(j pi/4 sgn slope) / sqrt(2)
+        scale = np.sqrt(2.0 * inverse)
+        curvature = complex(0.0, -rate / (2.0 * np.pi))
+        for k in range(len(knots)):
+            x = frequency[m] - knots[k]
+            phase = turn(-0.5 * direction * x * x * inverse)
+            rest = _signed_rest(x * scale, table)
+            if direction > 0.0:
+                rest = rest.conjugate()
+            flat = 0.5 * _side(x) - factor * phase * rest
+            second = x * flat + curvature * factor * scale * phase
+            first = 0.5 * (x * second + curvature * flat)
+            result[0, k, m] = (x * first + curvature * second) / 3.0
+            result[1, k, m] = first
+            result[2, k, m] = second
+    return result

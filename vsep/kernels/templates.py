@@ -1,0 +1,54 @@
+"""Burst templates (12) and their derivatives, from the modified response along their course."""
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, FloatArray
+from vsep.kernels.compiler import compiled
+from vsep.kernels.turns import turn
+
+
+@compiled
+def template_jets(
+    start_frequency: FloatArray,
+    slope: FloatArray,
+    reference: FloatArray,
+    sample_rate_hz: float,
+    value: ComplexArray,
+    first: ComplexArray,
+    second: ComplexArray,
+) -> tuple[ComplexArray, ComplexArray]:
+    """Templates ``exp(j 2 pi (f n + s n^2 / 2)) Gbar(f + s n; s)`` and their derivatives.
+
+    Parameters
+    ----------
+    start_frequency, slope, reference : (B,) float
+        f, s, and the sample where the derivatives' frequency is taken and the phase stands still.
+    sample_rate_hz : float
+        Unit of the frequencies by which `first` and `second` are derivatives.
+    value, first, second : (B, N) complex
+        Gbar along the burst's course, and its derivatives by the frequency.
+
+    Returns
+    -------
+    templates : (B, N) complex
+    derivatives : (B, 2, N) complex
+        By the frequency at the reference and by the slope; ``dGbar/ds = -j/(4 pi) d^2 Gbar/df^2``.
+    """
+    templates = np.empty(value.shape, dtype=np.complex128)
+    derivatives = np.empty((len(slope), 2, value.shape[1]), dtype=np.complex128)
+    for b in range(len(slope)):
+        f, s = start_frequency[b], slope[b]
+        for n in range(value.shape[1]):
+            carrier = turn(n * (f + 0.5 * s * n))
+            offset = n - reference[b]
+            template = carrier * value[b, n]
+            moved = carrier * (sample_rate_hz * first[b, n])
+            angular = complex(0.0, 2.0 * np.pi * offset)
+            templates[b, n] = template
+            derivatives[b, 0, n] = angular * template + moved
+            derivatives[b, 1, n] = (
+                0.5 * offset * angular * template
+                + offset * moved
+                - complex(0.0, 0.25 / np.pi * sample_rate_hz**2) * carrier * second[b, n]
+            )
+    return templates, derivatives
