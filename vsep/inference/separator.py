@@ -103,7 +103,7 @@ class FactorisedSeparator:
         residual = received - state.object_signal
         with part(BURSTS):
             interference.update(residual, state.noise_precision)
-            if interference.schedule.correction_due(state.iteration):
+            if self.correction_due(state, searched=searched):
                 update_correction(interference, residual, state.noise_precision)
 
         traces = _object_trace(state) + interference.trace
@@ -178,6 +178,11 @@ class FactorisedSeparator:
         raised = around > RAISED * noise * counted
         unexplained = ndimage.binary_propagation(certain, ALONG_THE_RAMP, certain | raised)
         return np.where(unexplained, explained, received), int(np.sum(~unexplained))
+
+    def correction_due(self, state: SeparationState, *, searched: bool) -> bool:
+        """Whether the next step estimates the filter's correction: a first one with a search."""
+        wanted = searched or state.filter_correction.num_splines > 0
+        return wanted and schedule_by_name(self.schedule).correction_due(state.iteration)
 
     def search_due(self, state: SeparationState) -> bool:
         """Whether the next step searches every ramp for bursts."""
