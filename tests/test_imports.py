@@ -26,6 +26,7 @@ FLOORS = {
     # The rows of a study are written as result lines are.
     "vsep.studies": 6,
     "vsep": 7,
+    "vsep.first_use": 8,
     "vsep.commands": 8,
     "vsep.mitigate_commands": 8,
     "vsep.study_commands": 8,

@@ -289,7 +289,10 @@ def _whole_number(lowest: int, highest: int) -> Callable[[str], int]:
 
 def _serve(options: argparse.Namespace) -> int:
     from app.main import serve
+    from vsep.first_use import compile_everything
 
+    sys.stderr.write("vsep: getting ready; the very first time takes half a minute.\n")
+    compile_everything()
     serve(port=options.port, address=options.address, show=options.show)
     return 0
 
