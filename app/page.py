@@ -29,6 +29,7 @@ from app.views.tables import log_html, table_html, times_html
 from app.work import Prepared, advance, compose, prepare
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
+from vsep.inference.state import Step
 
 TITLE = "vsep: objects out of interference"
 SIDE_PERIOD_S = 0.3
@@ -68,7 +69,7 @@ class Dashboard:
         if self._trial is not None:
             self._take(self._trial.frame)
             self.settings.choose_preset(LOADED_FRAME)
-        self.session: RunSession[Plan, Prepared] = RunSession()
+        self.session: RunSession[Plan, Prepared, Step] = RunSession()
         self.loop = FrameLoop(
             self.session,
             Crew(prepare=self._prepare, advance=advance, compose=self._compose),

@@ -31,7 +31,7 @@ class Transport:
     """The row above the views, and the status in the header."""
 
     def __init__(
-        self, settings: Settings, session: RunSession[Any, Any], wake: Callable[[], None]
+        self, settings: Settings, session: RunSession[Any, Any, Any], wake: Callable[[], None]
     ) -> None:
         self._settings, self._session, self._wake = settings, session, wake
         self.status = pn.pane.HTML("", margin=(0, 12), styles={"color": "white"})

@@ -117,7 +117,7 @@ def advance(prepared: Prepared, state: SeparationState) -> Step:
     return guarded_step(prepared.estimator, prepared.observation.received, state)
 
 
-def compose(snapshot: Snapshot[Prepared], ramp: int, fast_time_mode: str) -> Picture:
+def compose(snapshot: Snapshot[Prepared, Step], ramp: int, fast_time_mode: str) -> Picture:
     """Make the picture of a snapshot."""
     return make_picture(
         snapshot.opening.backdrop,
