@@ -13,7 +13,16 @@ from bokeh.models import ColumnDataSource, CustomJS, Span
 
 from app.address import parse_query, set_query, synchronise
 from app.controls import Controls
-from app.layout import card, page_link, panel, progress_card, stylesheet, theme, unseen_title
+from app.layout import (
+    card,
+    page_link,
+    panel,
+    progress_card,
+    scene_link,
+    stylesheet,
+    theme,
+    unseen_title,
+)
 from app.loop import Crew, FrameLoop, Stage
 from app.picture import Picture
 from app.session import Phase, RunSession
@@ -168,7 +177,12 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             sidebar_resizable=False,
             sidebar_variant="persistent",
             busy_indicator=None,
-            header=[page_link("studies", "Studies"), pn.HSpacer(), self.transport.status],
+            header=[
+                page_link("studies", "Studies"),
+                scene_link("compare", "Compare"),
+                pn.HSpacer(),
+                self.transport.status,
+            ],
             sidebar=self.controls.layout(),
             main=[main],
             theme_config=theme(),
