@@ -126,8 +126,14 @@ class LaneCard:
         self.profile.line(
             "range", "level", source=self._line, line_color=COLOURS["cleaned"], line_width=1.4
         )
+        # A pane of a figure takes its visibility from the figure; what is around it does not.
         self._map_pane, self._profile_pane = (
-            pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0)
+            pn.Column(
+                pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0),
+                margin=0,
+                sizing_mode="stretch_both",
+                styles={"flex": "1 1 0", **_FLEXIBLE},
+            )
             for plot in (self.map, self.profile)
         )
         self._profile_pane.visible = False

@@ -11,8 +11,8 @@ from vsep.inference.state import Termination
 
 _ENDS = {
     Termination.CONVERGED: "finished",
-    Termination.MAX_ITERATIONS: "stopped at the largest number of iterations",
-    Termination.NONFINITE: "stopped, no finite value",
+    Termination.MAX_ITERATIONS: "stopped at the limit",
+    Termination.NONFINITE: "stopped, not finite",
 }
 
 
@@ -98,7 +98,7 @@ def view_lane(backdrop: Backdrop, lane: Lane, state: LaneState) -> LaneView:
         repair_s=state.repair_s,
         detection_s=state.detection_s,
     )
-    stage = "repairs" if separation is None else "looks for objects"
+    stage = "repairs" if separation is None else "detects"
     return LaneView(
         name=lane.name,
         stage=_ENDS.get(state.termination, stage),

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import panel as pn
-from bokeh.models import ColumnDataSource, HoverTool, SingleIntervalTicker
+from bokeh.models import BasicTicker, ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
 from app.compare.metrics import FrameResult, LaneMetrics
@@ -21,7 +21,11 @@ _MARKERS = ("circle", "square", "triangle", "diamond")
 _DASHES = ("solid", "dashed", "dotted", "dotdash")
 _HEADINGS = (
     ("method", ""),
-    ("now", "What the method does at the iteration shown."),
+    (
+        "now",
+        "What the method does at the iteration shown; the limit is the largest number of "
+        "iterations.",
+    ),
     (
         "iterations",
         "Of the repair + of the object-only estimator on the cleaned frame, once the repair has "
@@ -62,7 +66,7 @@ class CompareResults:
         self._curves = card(self.figure, weight=4, look="strip")
         self.row = pn.Row(
             panel(
-                "What the methods are worth, the cleaned frame and its objects",
+                "What each method is worth: the cleaned frame and its objects",
                 self.table,
                 weight=7,
             ),
@@ -83,7 +87,7 @@ class CompareResults:
             y_axis=self._errors,
             name="compare-sequence",
         )
-        plot.xaxis.ticker = SingleIntervalTicker(interval=5)
+        plot.xaxis.ticker = BasicTicker(min_interval=1)
         looks = zip(self._sources, SLOT_COLOURS, _MARKERS, _DASHES, strict=True)
         for source, colour, marker, dash in looks:
             plot.line("frame", "error", source=source, color=colour, line_dash=dash)
@@ -130,7 +134,8 @@ def _row(
     name: str, stage: str, metrics: LaneMetrics, num_prior_peaks: int | None, colour: str
 ) -> str:
     swatch = f'<span class="swatch" style="background:{colour}"></span>' if colour else ""
-    peaks = MISSING if num_prior_peaks is None else f"{num_prior_peaks} peaks"
+    noun = "peak" if num_prior_peaks == 1 else "peaks"
+    peaks = MISSING if num_prior_peaks is None else f"{num_prior_peaks} {noun}"
     cells = [
         swatch + escape(name),
         escape(stage) or MISSING,
