@@ -79,6 +79,17 @@ class Controls:
         """Return the side bar from top to bottom."""
         pick = self.widgets
         return [
+            *self.scene(),
+            heading("Estimator"),
+            pn.Row(pick["estimator"], pick["schedule"], sizing_mode="stretch_width"),
+            *self.thresholds(),
+            self.upload,
+        ]
+
+    def scene(self) -> list[Any]:
+        """Return what makes the frame."""
+        pick = self.widgets
+        return [
             heading("Scene"),
             pick["preset"],
             pick["snr_db"],
@@ -98,13 +109,16 @@ class Controls:
             pick["assumed_cutoff"],
             pick["assumed_rolloff"],
             pick["assumed_order"],
-            heading("Estimator"),
-            pn.Row(pick["estimator"], pick["schedule"], sizing_mode="stretch_width"),
+        ]
+
+    def thresholds(self) -> list[Any]:
+        """Return what decides on objects and when to stop."""
+        pick = self.widgets
+        return [
             pick["false_alarm_rate"],
             pick["object_threshold_db"],
             self.threshold,
             pick["max_iterations"],
-            self.upload,
         ]
 
     def _make_scene(self) -> None:

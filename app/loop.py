@@ -16,12 +16,10 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
-from app.picture import Picture
-from app.session import Job, JobKind, Opening, RunSession, Snapshot
+from app.session import AnyStep, Job, JobKind, Opening, RunSession, Snapshot
 from vsep._arrays import InputError
-from vsep.inference.state import SeparationState, Step
 
 _LOG = logging.getLogger(__name__)
 
@@ -30,12 +28,24 @@ LONGEST_FLIGHT_S = 3.0
 MOST_IN_FLIGHT = 2  # one that the browser draws while the next one is on its way
 RATE_WINDOW_S = 2.0
 
+
+class AnyPicture(Protocol):
+    """What is drawn of a run; the loop only looks whose it is."""
+
+    @property
+    def run_number(self) -> int:
+        """The run that it shows."""
+        ...
+
+
 PlanT = TypeVar("PlanT")
 OpeningT = TypeVar("OpeningT", bound=Opening)
+StepT = TypeVar("StepT", bound=AnyStep)
+PictureT = TypeVar("PictureT", bound=AnyPicture)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Crew(Generic[PlanT, OpeningT]):
+class Crew(Generic[PlanT, OpeningT, StepT, PictureT]):
     """The three pieces of work, done by the pool.
 
     Parameters
@@ -49,12 +59,12 @@ class Crew(Generic[PlanT, OpeningT]):
     """
 
     prepare: Callable[[PlanT], OpeningT]
-    advance: Callable[[OpeningT, SeparationState], Step]
-    compose: Callable[[Snapshot[OpeningT]], Picture]
+    advance: Callable[[OpeningT, Any], StepT]
+    compose: Callable[[Snapshot[OpeningT, StepT]], PictureT]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stage:
+class Stage(Generic[PictureT]):
     """Where results go.
 
     Parameters
@@ -72,20 +82,20 @@ class Stage:
     """
 
     post: Callable[[Callable[[], None]], Any]
-    show: Callable[[Picture], None]
+    show: Callable[[PictureT], None]
     complain: Callable[[str], None]
     speed: Callable[[], float]
     watched: Callable[[], bool]
 
 
-class FrameLoop(Generic[PlanT, OpeningT]):
+class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
     """Drives one session; all methods are called on the event loop."""
 
     def __init__(
         self,
-        session: RunSession[PlanT, OpeningT],
-        crew: Crew[PlanT, OpeningT],
-        stage: Stage,
+        session: RunSession[PlanT, OpeningT, StepT],
+        crew: Crew[PlanT, OpeningT, StepT, PictureT],
+        stage: Stage[PictureT],
         pool: Executor,
     ) -> None:
         self.session = session
@@ -209,7 +219,7 @@ class FrameLoop(Generic[PlanT, OpeningT]):
             if not await _wait(self._drawn, LONGEST_FLIGHT_S):
                 self._in_flight = 0
 
-    def _show(self, picture: Picture) -> None:
+    def _show(self, picture: PictureT) -> None:
         if picture.run_number != self.session.run_number:
             self.acknowledged()
             return

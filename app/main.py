@@ -10,6 +10,8 @@ from typing import Any
 import panel as pn
 from tornado.websocket import WebSocketClosedError
 
+from app.compare.page import TITLE as COMPARE_TITLE
+from app.compare.page import ComparePage
 from app.page import TITLE, Dashboard
 from app.studies.page import TITLE as STUDIES_TITLE
 from app.studies.page import StudyPage
@@ -42,6 +44,19 @@ def build() -> Any:
     return dashboard.page()
 
 
+def build_comparison() -> Any:
+    """Build one session's compare page."""
+    pn.extension(notifications=True, respect_explicit_sizing=True)
+    document: Any = pn.state.curdoc
+    query = pn.state.location.query_params if pn.state.location is not None else {}
+    page = ComparePage(
+        shared_pool(), dict(query), document.add_next_tick_callback, partial(_watched, document)
+    )
+    pn.state.onload(page.start)
+    pn.state.on_session_destroyed(partial(_gone, page))
+    return page.page()
+
+
 def build_studies(*, own_folder: bool) -> Any:
     """Build one session's page of studies."""
     pn.extension(notifications=True, respect_explicit_sizing=True)
@@ -64,7 +79,7 @@ def _watched(document: Any) -> bool:
     return context is None or context.session is None or context.session.connection_count > 0
 
 
-def _gone(dashboard: Dashboard, context: Any) -> None:
+def _gone(dashboard: Dashboard | ComparePage, context: Any) -> None:
     del context
     dashboard.loop.close()
 
@@ -84,12 +99,16 @@ def make_server(*, port: int, address: str, show: bool = False) -> Any:
     origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
     server = pn.serve(
         # Only who sits at this machine may choose where on its disk rows go.
-        {"/": build, "/studies": lambda: build_studies(own_folder=address in LOOPBACK)},
+        {
+            "/": build,
+            "/compare": build_comparison,
+            "/studies": lambda: build_studies(own_folder=address in LOOPBACK),
+        },
         port=port,
         address=address,
         show=show,
         start=False,
-        title={"/": TITLE, "/studies": STUDIES_TITLE},
+        title={"/": TITLE, "/compare": COMPARE_TITLE, "/studies": STUDIES_TITLE},
         websocket_origin=origins if port else "*",
         check_unused_sessions=CHECK_SESSIONS_MS,
         unused_session_lifetime=UNUSED_SESSION_MS,

@@ -13,7 +13,16 @@ from bokeh.models import ColumnDataSource, CustomJS, Span
 
 from app.address import parse_query, set_query, synchronise
 from app.controls import Controls
-from app.layout import card, page_link, panel, progress_card, stylesheet, theme, unseen_title
+from app.layout import (
+    card,
+    page_link,
+    panel,
+    progress_card,
+    scene_link,
+    stylesheet,
+    theme,
+    unseen_title,
+)
 from app.loop import Crew, FrameLoop, Stage
 from app.picture import Picture
 from app.session import Phase, RunSession
@@ -29,6 +38,7 @@ from app.views.tables import log_html, table_html, times_html
 from app.work import Prepared, advance, compose, prepare
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
+from vsep.inference.state import Step
 
 TITLE = "vsep: objects out of interference"
 SIDE_PERIOD_S = 0.3
@@ -68,7 +78,7 @@ class Dashboard:
         if self._trial is not None:
             self._take(self._trial.frame)
             self.settings.choose_preset(LOADED_FRAME)
-        self.session: RunSession[Plan, Prepared] = RunSession()
+        self.session: RunSession[Plan, Prepared, Step] = RunSession()
         self.loop = FrameLoop(
             self.session,
             Crew(prepare=self._prepare, advance=advance, compose=self._compose),
@@ -167,7 +177,12 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             sidebar_resizable=False,
             sidebar_variant="persistent",
             busy_indicator=None,
-            header=[page_link("studies", "Studies"), pn.HSpacer(), self.transport.status],
+            header=[
+                page_link("studies", "Studies"),
+                scene_link("compare", "Compare"),
+                pn.HSpacer(),
+                self.transport.status,
+            ],
             sidebar=self.controls.layout(),
             main=[main],
             theme_config=theme(),

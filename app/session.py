@@ -7,10 +7,11 @@ cursor, and running on from an earlier iteration first shows the steps that are 
 """
 
 import enum
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
-from vsep.inference.state import SeparationState, Step, Termination
+from vsep.inference.state import Termination
 
 
 class Phase(enum.Enum):
@@ -34,12 +35,27 @@ class Opening(Protocol):
     """Outcome of preparing a run; the session needs its first state only."""
 
     @property
-    def initial_state(self) -> SeparationState:
+    def initial_state(self) -> Any:
         """State of iteration 0."""
         ...
 
 
+class AnyStep(Protocol):
+    """Outcome of an iteration; the session hands its state to the next one."""
+
+    @property
+    def state(self) -> Any:
+        """State after the iteration."""
+        ...
+
+    @property
+    def termination(self) -> Termination:
+        """Whether the run has ended here, and why."""
+        ...
+
+
 OpeningT = TypeVar("OpeningT", bound=Opening)
+StepT = TypeVar("StepT", bound=AnyStep)
 PlanT = TypeVar("PlanT")
 
 
@@ -57,7 +73,7 @@ class Job(Generic[PlanT, OpeningT]):
         What determines the run.
     opening : OpeningT or None
         The prepared run; None while it is to be prepared.
-    state : SeparationState or None
+    state : object or None
         The state to advance from; None while the run is to be prepared.
     """
 
@@ -65,28 +81,35 @@ class Job(Generic[PlanT, OpeningT]):
     kind: JobKind
     plan: PlanT
     opening: OpeningT | None = None
-    state: SeparationState | None = None
+    state: Any = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Snapshot(Generic[OpeningT]):
+class Snapshot(Generic[OpeningT, StepT]):
     """What a view needs: the prepared run, the steps up to the cursor, and how many there are."""
 
     run_number: int
     opening: OpeningT
-    steps: tuple[Step, ...]
+    steps: tuple[StepT, ...]
     num_steps: int
     phase: Phase
 
 
-class RunSession(Generic[PlanT, OpeningT]):
-    """One user's run: idle, running, paused or finished."""
+class RunSession(Generic[PlanT, OpeningT, StepT]):
+    """One user's run: idle, running, paused or finished.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    thin : callable or None
+        Makes of a step what is kept of it once the next one is there; None keeps all.
+    """
+
+    def __init__(self, thin: Callable[[StepT], StepT] | None = None) -> None:
+        self._thin = thin
         self.phase = Phase.IDLE
         self.run_number = 0
         self.cursor = 0
-        self._steps: list[Step] = []
+        self._steps: list[StepT] = []
         self._plan: PlanT | None = None
         self._opening: OpeningT | None = None
         self._single_step = False
@@ -169,7 +192,7 @@ class RunSession(Generic[PlanT, OpeningT]):
         self._opening = opening
         return True
 
-    def advanced(self, job: Job[PlanT, OpeningT], step: Step) -> bool:
+    def advanced(self, job: Job[PlanT, OpeningT], step: StepT) -> bool:
         """Take a computed step; return False if it is stale.
 
         A step that was under way when the user paused or scrubbed is kept, as it will be the next
@@ -178,6 +201,8 @@ class RunSession(Generic[PlanT, OpeningT]):
         if job.run_number != self.run_number:
             return False
         at_end = self.cursor == len(self._steps)
+        if self._thin is not None and self._steps:
+            self._steps[-1] = self._thin(self._steps[-1])
         self._steps.append(step)
         if at_end and (self._single_step or self.phase is Phase.RUNNING):
             self._move_on()
@@ -202,7 +227,7 @@ class RunSession(Generic[PlanT, OpeningT]):
             self.phase = Phase.PAUSED
         return True
 
-    def snapshot(self) -> Snapshot[OpeningT] | None:
+    def snapshot(self) -> Snapshot[OpeningT, StepT] | None:
         """Return what a view needs, None until the run is prepared."""
         if self._opening is None:
             return None

@@ -27,11 +27,21 @@ _STATE_WORDS = {
 _NOTHING_COMMITTED = -1
 
 
-class Transport:
-    """The row above the views, and the status in the header."""
+class RunTransport:
+    """The buttons, the slider over all iterations and the speed of any run.
+
+    Parameters
+    ----------
+    settings : Settings
+        Holds the speed.
+    session : RunSession
+        What the buttons command.
+    wake : callable
+        Called after every command.
+    """
 
     def __init__(
-        self, settings: Settings, session: RunSession[Any, Any], wake: Callable[[], None]
+        self, settings: Settings, session: RunSession[Any, Any, Any], wake: Callable[[], None]
     ) -> None:
         self._settings, self._session, self._wake = settings, session, wake
         self.status = pn.pane.HTML("", margin=(0, 12), styles={"color": "white"})
@@ -62,54 +72,14 @@ class Transport:
             margin=(0, 14),
         )
         self.speed.param.watch(self._speed_set, "value_throttled")
-        self.mode = pmu.Select(
-            label="Fast time shows",
-            options={"Level": "level", "Real part": "real"},
-            value=settings.fast_time,
-            size="small",
-            description=Settings.param.fast_time.doc,
-            width=130,
-            margin=(7, 4, 0, 4),
-        )
-        self.mode.param.watch(self._mode_set, "value")
-        self.ramp = pmu.IntInput(
-            label="Ramp",
-            start=0,
-            value=settings.ramp,
-            size="small",
-            description=Settings.param.ramp.doc,
-            width=104,
-            margin=(7, 4, 0, 4),
-        )
-        self.ramp.param.watch(self._ramp_set, "value")
-        settings.param.watch(self._show_settings, ["speed", "fast_time", "ramp"])
+        settings.param.watch(self._show_speed, "speed")
 
-    def layout(self, stylesheet: str) -> Any:
-        """Return the row."""
-        return pn.Row(
-            *self.buttons.values(),
-            self.speed,
-            self.scrub,
-            self.ramp,
-            self.mode,
-            sizing_mode="stretch_width",
-            styles={"min-height": "52px"},
-            margin=(2, 3, 0, 3),
-            align="center",
-            stylesheets=[stylesheet],
-        )
+    def show_place(self, iteration: int, num_iterations: int) -> None:
+        """Show which iteration is drawn, of how many."""
+        self.scrub.param.update(end=max(num_iterations, 1), value=min(iteration, num_iterations))
 
-    def show(self, picture: Picture, rate: float) -> None:
-        """Show where the run is; called with the document locked."""
-        self.scrub.param.update(
-            end=max(picture.num_iterations, 1), value=min(picture.iteration, picture.num_iterations)
-        )
-        last_ramp = picture.backdrop.radar.num_ramps - 1
-        self.ramp.param.update(end=max(last_ramp, 1), visible=last_ramp > 0)
-        self.refresh(rate, picture)
-
-    def refresh(self, rate: float, picture: Picture | None = None) -> None:
-        """Show the state of the session."""
+    def refresh_buttons(self) -> None:
+        """Offer what the session can do."""
         session, phase = self._session, self._session.phase
         ready = session.opening is not None
         over = phase is Phase.FINISHED
@@ -118,7 +88,6 @@ class Transport:
         self.buttons["step"].disabled = not ready or over or phase is Phase.RUNNING
         self.buttons["step_back"].disabled = not ready or session.cursor == 0
         self.buttons["reset"].disabled = not ready
-        self.status.object = _status_html(phase, picture, rate)
 
     def _button(self, name: str, label: str, icon: str, variant: str, text: str) -> Any:
         button = pmu.Button(
@@ -149,6 +118,66 @@ class Transport:
             self._settings.speed = event.new
             self._wake()
 
+    def _show_speed(self, *_: Any) -> None:
+        self.speed.value = self._settings.speed
+
+
+class Transport(RunTransport):
+    """The row above the views, and the status in the header."""
+
+    def __init__(
+        self, settings: Settings, session: RunSession[Any, Any, Any], wake: Callable[[], None]
+    ) -> None:
+        super().__init__(settings, session, wake)
+        self.mode = pmu.Select(
+            label="Fast time shows",
+            options={"Level": "level", "Real part": "real"},
+            value=settings.fast_time,
+            size="small",
+            description=Settings.param.fast_time.doc,
+            width=130,
+            margin=(7, 4, 0, 4),
+        )
+        self.mode.param.watch(self._mode_set, "value")
+        self.ramp = pmu.IntInput(
+            label="Ramp",
+            start=0,
+            value=settings.ramp,
+            size="small",
+            description=Settings.param.ramp.doc,
+            width=104,
+            margin=(7, 4, 0, 4),
+        )
+        self.ramp.param.watch(self._ramp_set, "value")
+        settings.param.watch(self._show_settings, ["fast_time", "ramp"])
+
+    def layout(self, stylesheet: str) -> Any:
+        """Return the row."""
+        return pn.Row(
+            *self.buttons.values(),
+            self.speed,
+            self.scrub,
+            self.ramp,
+            self.mode,
+            sizing_mode="stretch_width",
+            styles={"min-height": "52px"},
+            margin=(2, 3, 0, 3),
+            align="center",
+            stylesheets=[stylesheet],
+        )
+
+    def show(self, picture: Picture, rate: float) -> None:
+        """Show where the run is; called with the document locked."""
+        self.show_place(picture.iteration, picture.num_iterations)
+        last_ramp = picture.backdrop.radar.num_ramps - 1
+        self.ramp.param.update(end=max(last_ramp, 1), visible=last_ramp > 0)
+        self.refresh(rate, picture)
+
+    def refresh(self, rate: float, picture: Picture | None = None) -> None:
+        """Show the state of the session."""
+        self.refresh_buttons()
+        self.status.object = _status_html(self._session.phase, picture, rate)
+
     def _mode_set(self, event: Any) -> None:
         self._settings.fast_time = event.new
 
@@ -158,7 +187,6 @@ class Transport:
 
     def _show_settings(self, *_: Any) -> None:
         self.ramp.value = self._settings.ramp
-        self.speed.value = self._settings.speed
         self.mode.value = self._settings.fast_time
 
 

@@ -6,6 +6,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from app.backdrop import Backdrop, make_backdrop
 from app.picture import Picture, make_picture
 from app.session import Snapshot
 from app.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Plan
-from vsep._arrays import InputError
+from vsep._arrays import BoolArray, InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.inference import estimators
 from vsep.inference.estimator import Estimator
@@ -64,6 +65,13 @@ class Prepared:
     backdrop: Backdrop
 
 
+class MadeScene(NamedTuple):
+    """A frame, with truth where it is known, and the filter that an estimator is to assume."""
+
+    frame: Frame
+    assumed_filter: AntiAliasingFilter
+
+
 @lru_cache(maxsize=1)
 def real_frame() -> Frame:
     """Return the recorded frame that comes with the program."""
@@ -85,6 +93,36 @@ def prepare(plan: Plan, loaded: Frame | None = None) -> Prepared:
     InputError
         If the plan cannot be carried out; the message is for the user.
     """
+    scene = make_scene(plan, loaded)
+    frame = scene.frame
+    observation = Observation(received=frame.received, truth=frame.truth)
+    estimator = make_estimator(plan, frame.radar, scene.assumed_filter)
+    return Prepared(
+        plan=plan,
+        estimator=estimator,
+        observation=observation,
+        initial_state=estimator.init(observation.received),
+        backdrop=make_backdrop(frame.radar, observation, title=frame.name),
+    )
+
+
+def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0) -> MadeScene:
+    """Make the frame of a plan and the filter that goes with it.
+
+    Parameters
+    ----------
+    plan : Plan
+        What determines the scene.
+    loaded : Frame or None
+        The frame the user loaded.
+    frame_number : int
+        Which frame of a sequence; only simulated objects move.
+
+    Raises
+    ------
+    InputError
+        If the plan cannot be carried out; the message is for the user.
+    """
     true_filter = make_filter(
         plan.filter_kind, plan.filter_cutoff, plan.filter_rolloff, plan.filter_order
     )
@@ -92,24 +130,23 @@ def prepare(plan: Plan, loaded: Frame | None = None) -> Prepared:
     if plan.preset == LOADED_FRAME:
         if loaded is None:
             raise InputError("No frame is loaded; choose a preset or load a frame file.")
-        radar = loaded.radar
-        observation = Observation(received=loaded.received, truth=loaded.truth)
+        frame = loaded
         true_filter = measured = loaded.assumed_filter
-        title = loaded.name
-    elif plan.preset == REAL_FRAME:
-        radar, observation = _real_frame_with_bursts(plan, true_filter)
-        title = PRESETS[plan.preset].label
     else:
-        radar, observation = _simulation(plan, true_filter)
-        title = PRESETS[plan.preset].label
-    estimator = make_estimator(plan, radar, _assumed_filter(plan, true_filter, measured))
-    return Prepared(
-        plan=plan,
-        estimator=estimator,
-        observation=observation,
-        initial_state=estimator.init(observation.received),
-        backdrop=make_backdrop(radar, observation, title=title),
-    )
+        make = _simulation if is_simulated(plan) else _real_frame_with_bursts
+        radar, observation = make(plan, true_filter, frame_number)
+        frame = Frame(
+            received=observation.received,
+            radar=radar,
+            truth=observation.truth,
+            name=PRESETS[plan.preset].label,
+        )
+    return MadeScene(frame=frame, assumed_filter=_assumed_filter(plan, true_filter, measured))
+
+
+def is_simulated(plan: Plan) -> bool:
+    """Whether objects are simulated, not recorded."""
+    return plan.preset not in (LOADED_FRAME, REAL_FRAME)
 
 
 def advance(prepared: Prepared, state: SeparationState) -> Step:
@@ -117,7 +154,7 @@ def advance(prepared: Prepared, state: SeparationState) -> Step:
     return guarded_step(prepared.estimator, prepared.observation.received, state)
 
 
-def compose(snapshot: Snapshot[Prepared], ramp: int, fast_time_mode: str) -> Picture:
+def compose(snapshot: Snapshot[Prepared, Step], ramp: int, fast_time_mode: str) -> Picture:
     """Make the picture of a snapshot."""
     return make_picture(
         snapshot.opening.backdrop,
@@ -156,9 +193,13 @@ def _assumed_filter(
 
 
 def make_estimator(
-    plan: Plan, radar: ChirpSequence, anti_aliasing_filter: AntiAliasingFilter
+    plan: Plan,
+    radar: ChirpSequence,
+    anti_aliasing_filter: AntiAliasingFilter,
+    *,
+    mask: BoolArray | None = None,
 ) -> Estimator:
-    """Return the estimator of a plan."""
+    """Return the estimator of a plan; only the masked one has a use for a mask."""
     model = SignalModel.of_radar(radar, anti_aliasing_filter)
     return estimators.make_estimator(
         plan.estimator,
@@ -167,10 +208,13 @@ def make_estimator(
         object_threshold_db=plan.object_threshold_db,
         schedule=plan.schedule,
         max_iterations=plan.max_iterations,
+        mask=mask,
     )
 
 
-def _simulation(plan: Plan, true_filter: AntiAliasingFilter) -> tuple[ChirpSequence, Observation]:
+def _simulation(
+    plan: Plan, true_filter: AntiAliasingFilter, frame_number: int
+) -> tuple[ChirpSequence, Observation]:
     slope = plan.interferer_slope * 1e12
     scenario, observation = simulate_preset(
         plan.preset,
@@ -182,6 +226,7 @@ def _simulation(plan: Plan, true_filter: AntiAliasingFilter) -> tuple[ChirpSeque
         time_offset_s=_time_offset(plan.burst_shift, slope, PRESETS[plan.preset].victim_slope),
         anti_aliasing_filter=true_filter,
         interference_model=plan.interference_model,
+        frame_number=frame_number,
     )
     return scenario.radar, observation
 
@@ -192,7 +237,7 @@ def _time_offset(shift_us: float, slope_hz_per_s: float, victim_slope: float) ->
 
 
 def _real_frame_with_bursts(
-    plan: Plan, true_filter: AntiAliasingFilter
+    plan: Plan, true_filter: AntiAliasingFilter, _frame_number: int
 ) -> tuple[ChirpSequence, Observation]:
     frame = real_frame()
     if not plan.interference:

@@ -9,33 +9,61 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from vsep._arrays import InputError
-from vsep.files.frame import read_frame
+from vsep._arrays import BoolArray, InputError
+from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
-from vsep.mitigation.method import Mitigation, mitigate
-from vsep.mitigation.registry import make_mitigation
+from vsep.mitigation.method import FrameArray, mitigate
+from vsep.mitigation.registry import PRIORS, MitigationSettings, make_mitigation
+from vsep.mitigation.sparse.prior import SeenFrame
+from vsep.signal.radar import ChirpSequence
 
 _EXIT_INPUT = 2
 
 
 def mitigate_frames(options: argparse.Namespace) -> int:
     """Repair every frame, one file each; 2 if one of them could not be used."""
-    method = make_mitigation(options.method, domain=options.domain)
+    repairs = _Repairs(options)
     _require_distinct(options.frames, options.out)
     Path(options.out).mkdir(parents=True, exist_ok=True)
     # tqdm draws nothing by itself (None) where standard error is no terminal.
     quiet = None if len(options.frames) > 1 else True
     progress = tqdm(options.frames, unit="frame", disable=quiet)
-    used = [_mitigate_frame(path, method, options) for path in progress]
+    used = [_mitigate_frame(path, repairs, options) for path in progress]
     return 0 if all(used) else _EXIT_INPUT
 
 
-def _mitigate_frame(path: str, method: Mitigation, options: argparse.Namespace) -> bool:
+class _Repairs:
+    """Repairs frame after frame; a method with a prior knows what it found in the last ones.
+
+    A frame that cannot be used says nothing to the next, and one of another radar begins anew.
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._name: str = options.method
+        self._settings = MitigationSettings(domain=options.domain, debias=options.debias)
+        self._method = make_mitigation(self._name, **self._settings)
+        self._history: tuple[SeenFrame, ...] = ()
+        self._radar: ChirpSequence | None = None
+
+    def cleaned(self, frame: Frame, mask: BoolArray) -> FrameArray:
+        """Return the repaired frame."""
+        prior = PRIORS.get(self._name)
+        if prior is None:
+            return mitigate(self._method, frame.received, mask).cleaned
+        history = self._history if frame.radar == self._radar else ()
+        settings: MitigationSettings = {**self._settings, "history": history}
+        method = make_mitigation(self._name, **settings)
+        cleaned = mitigate(method, frame.received, mask).cleaned
+        self._history, self._radar = prior.see(history, cleaned), frame.radar
+        return cleaned
+
+
+def _mitigate_frame(path: str, repairs: _Repairs, options: argparse.Namespace) -> bool:
     """Write the repaired frame of one file, in its sign and shape; False if it cannot be used."""
     try:
         frame = read_frame(path)
         mask = frame_mask(frame, options.mask)
-        cleaned = mitigate(method, frame.received, mask).cleaned
+        cleaned = repairs.cleaned(frame, mask)
         np.savez(
             _path_of(options.out, path),
             cleaned=frame.in_file_sign(np.asarray(cleaned, dtype=np.complex128)),

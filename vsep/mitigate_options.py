@@ -7,6 +7,7 @@ _EXAMPLES = """\
 examples:
   vsep mitigate frame.npz --method zeroing --out cleaned
   vsep mitigate night/*.npz --method mca-2d --mask autoregressive --out cleaned
+  vsep mitigate drive-1.npz drive-2.npz drive-3.npz --method pm-ist --out cleaned
 """
 METHODS = (
     "zeroing, blanking, linear, autoregressive, slow-time, noise-canceller, mca, mca-2d, ist, iht, "
@@ -19,13 +20,15 @@ def add_mitigate(commands: Any) -> None:
     parser = commands.add_parser(
         "mitigate",
         help="repair the interfered samples of frame files",
-        description="Repair the interfered samples of frame files by one of the usual methods.",
+        description="Repair the interfered samples of frame files by one of the usual methods. For "
+        "pm-ist and pm-iht the frames are a sequence: what was found in the last three lowers "
+        "thresholds in the next.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.set_defaults(command=_mitigate)
-    parser.add_argument("frames", nargs="+", metavar="FRAME", help="a frame file, *.npz")
+    parser.add_argument("frames", nargs="+", metavar="FRAME", help="a frame file, *.npz; in order")
     parser.add_argument("--method", required=True, metavar="NAME", help=METHODS)
     add_mask_option(parser)
     parser.add_argument(
@@ -34,6 +37,9 @@ def add_mitigate(commands: Any) -> None:
         default="masked-2d",
         help="how compressive sensing computes: two-dimensional masked residual updates, or the "
         "explicit matrix for comparison (default: masked-2d)",
+    )
+    parser.add_argument(
+        "--debias", action="store_true", help="end compressive sensing by a least-squares fit"
     )
     parser.add_argument(
         "--out",

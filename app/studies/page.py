@@ -137,7 +137,12 @@ class StudyPage:
             sidebar_resizable=False,
             sidebar_variant="persistent",
             busy_indicator=None,
-            header=[page_link("./", "Live view"), pn.HSpacer(), self.transport.status],
+            header=[
+                page_link("./", "Live view"),
+                page_link("compare", "Compare"),
+                pn.HSpacer(),
+                self.transport.status,
+            ],
             sidebar=self.form.layout(),
             main=[main],
             theme_config=theme(),

@@ -29,7 +29,8 @@ def mark_sizes(snr_db: "np.ndarray[Any, np.dtype[np.float64]]") -> Any:
     return SMALLEST_MARK + (LARGEST_MARK - SMALLEST_MARK) * share
 
 
-def _columns(marks: Marks) -> dict[str, Any]:
+def mark_columns(marks: Marks) -> dict[str, Any]:
+    """Return the columns of a source of marks."""
     return {
         "range": marks.ranges_m,
         "velocity": marks.velocities_mps,
@@ -39,85 +40,121 @@ def _columns(marks: Marks) -> dict[str, Any]:
     }
 
 
+def empty_image() -> ColumnDataSource:
+    """Return the source of a map that shows nothing yet."""
+    return ColumnDataSource(
+        {"image": [np.zeros((2, 2), np.uint8)], "x": [0], "y": [0], "dw": [1], "dh": [1]}
+    )
+
+
+def empty_marks() -> ColumnDataSource:
+    """Return the source of marks that are not there yet."""
+    return ColumnDataSource({column: [] for column in _COLUMNS})
+
+
+def map_figure(
+    source: ColumnDataSource, *, title: str, y_label: str, axes: tuple[Axis, Axis], name: str
+) -> figure:
+    """Return a figure of a range-Doppler map."""
+    plot = plain_figure(
+        title=title,
+        x_label="range [m]",
+        y_label=y_label,
+        x_axis=axes[0],
+        y_axis=axes[1],
+        name=f"range-doppler-{name}",
+    )
+    plot.image(
+        "image",
+        x="x",
+        y="y",
+        dw="dw",
+        dh="dh",
+        source=source,
+        color_mapper=LinearColorMapper(palette=MAP_PALETTE, low=0, high=255),
+    )
+    plot.grid.visible = False
+    return plot
+
+
+def add_colour_bar(plot: figure, scale: LinearColorMapper) -> None:
+    """Put the levels of a map beside it."""
+    plot.add_layout(
+        ColorBar(
+            color_mapper=scale,
+            width=8,
+            padding=2,
+            title="dB",
+            title_text_font_size=LABEL_SIZE,
+            major_label_text_font_size=LABEL_SIZE,
+            ticker=BasicTicker(desired_num_ticks=5),
+            background_fill_color=None,
+        ),
+        "right",
+    )
+
+
+def mark_objects(plot: figure, objects: ColumnDataSource, true_objects: ColumnDataSource) -> None:
+    """Ring the estimates on a map and cross the true objects."""
+    for colour, width in (("black", 3.0), ("white", 1.4)):
+        estimates = plot.scatter(
+            "range",
+            "velocity",
+            source=objects,
+            marker="circle",
+            size="size",
+            fill_color=None,
+            line_color=colour,
+            line_width=width,
+        )
+    for colour, width in (("black", 3.5), (COLOURS["true"], 1.8)):
+        truth = plot.scatter(
+            "range",
+            "velocity",
+            source=true_objects,
+            marker="cross",
+            size=11,
+            line_color=colour,
+            line_width=width,
+        )
+    for label, renderer in (("estimate", estimates), ("true object", truth)):
+        plot.add_tools(
+            HoverTool(
+                renderers=[renderer],
+                tooltips=[
+                    (label, "@range{0.00} m, @velocity{+0.00} m/s"),
+                    ("component SNR", "@snr{0.0} dB"),
+                ],
+            )
+        )
+
+
 class RangeDopplerView:
     """Two maps with common axes; the range axis is that of the delay view."""
 
     def __init__(self, x_axis: Axis, crosshair: Span) -> None:
         self._x, self._y = x_axis, Axis()
-        self._images = {name: ColumnDataSource(self._image()) for name in ("before", "after")}
+        self._images = {name: empty_image() for name in ("before", "after")}
         self._marks = {
-            name: ColumnDataSource({column: [] for column in _COLUMNS})
-            for name in ("true_objects", "objects", "added", "pruned")
+            name: empty_marks() for name in ("true_objects", "objects", "added", "pruned")
         }
         self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
         self._drawn_before: Any = None
         self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
         self.after = self._figure("after", "Range-Doppler, bursts cancelled", "")
-        self.after.add_layout(
-            ColorBar(
-                color_mapper=self._scale,
-                width=8,
-                padding=2,
-                title="dB",
-                title_text_font_size=LABEL_SIZE,
-                major_label_text_font_size=LABEL_SIZE,
-                ticker=BasicTicker(desired_num_ticks=5),
-                background_fill_color=None,
-            ),
-            "right",
-        )
+        add_colour_bar(self.after, self._scale)
         for plot in (self.before, self.after):
-            self._mark(plot)
+            mark_objects(plot, self._marks["objects"], self._marks["true_objects"])
+            self._mark_changes(plot)
             plot.add_tools(CrosshairTool(overlay=crosshair))
 
-    @staticmethod
-    def _image() -> dict[str, Any]:
-        return {"image": [np.zeros((2, 2), np.uint8)], "x": [0], "y": [0], "dw": [1], "dh": [1]}
-
     def _figure(self, name: str, title: str, y_label: str) -> figure:
-        plot = plain_figure(
-            title=title,
-            x_label="range [m]",
-            y_label=y_label,
-            x_axis=self._x,
-            y_axis=self._y,
-            name=f"range-doppler-{name}",
+        return map_figure(
+            self._images[name], title=title, y_label=y_label, axes=(self._x, self._y), name=name
         )
-        plot.image(
-            "image",
-            x="x",
-            y="y",
-            dw="dw",
-            dh="dh",
-            source=self._images[name],
-            color_mapper=LinearColorMapper(palette=MAP_PALETTE, low=0, high=255),
-        )
-        plot.grid.visible = False
-        return plot
 
-    def _mark(self, plot: figure) -> None:
+    def _mark_changes(self, plot: figure) -> None:
         marks = self._marks
-        for colour, width in (("black", 3.0), ("white", 1.4)):
-            estimates = plot.scatter(
-                "range",
-                "velocity",
-                source=marks["objects"],
-                marker="circle",
-                size="size",
-                fill_color=None,
-                line_color=colour,
-                line_width=width,
-            )
-        for colour, width in (("black", 3.5), (COLOURS["true"], 1.8)):
-            truth = plot.scatter(
-                "range",
-                "velocity",
-                source=marks["true_objects"],
-                marker="cross",
-                size=11,
-                line_color=colour,
-                line_width=width,
-            )
         plot.scatter(
             "range",
             "velocity",
@@ -139,21 +176,11 @@ class RangeDopplerView:
             line_width=2.5,
             line_alpha="opacity",
         )
-        for label, renderer in (("estimate", estimates), ("true object", truth)):
-            plot.add_tools(
-                HoverTool(
-                    renderers=[renderer],
-                    tooltips=[
-                        (label, "@range{0.00} m, @velocity{+0.00} m/s"),
-                        ("component SNR", "@snr{0.0} dB"),
-                    ],
-                )
-            )
 
     def update(self, picture: Picture) -> None:
         """Draw another picture; the map before cancellation is sent once a scene."""
         backdrop = picture.backdrop
-        box = _box(backdrop.map_ranges_m, backdrop.map_velocities_mps)
+        box = image_box(backdrop.map_ranges_m, backdrop.map_velocities_mps)
         if self._drawn_before is not backdrop.map_before:
             self._drawn_before = backdrop.map_before
             full = (box["y"][0], box["y"][0] + box["dh"][0])
@@ -163,10 +190,10 @@ class RangeDopplerView:
             self._images["before"].data = {"image": [backdrop.map_before], **box}
         self._images["after"].data = {"image": [picture.map_after], **box}
         for name, source in self._marks.items():
-            put(source, _columns(getattr(picture, name)))
+            put(source, mark_columns(getattr(picture, name)))
 
 
-def _box(ranges_m: Any, velocities_mps: Any) -> dict[str, list[float]]:
+def image_box(ranges_m: Any, velocities_mps: Any) -> dict[str, list[float]]:
     """Place of an image whose pixels are centred on the axes' values."""
     box: dict[str, list[float]] = {}
     for start, size, values in (("x", "dw", ranges_m), ("y", "dh", velocities_mps)):

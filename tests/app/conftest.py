@@ -18,7 +18,7 @@ class FinishedRun(NamedTuple):
     prepared: Prepared
     steps: tuple[Step, ...]
 
-    def snapshot(self, num_steps: int | None = None) -> Snapshot[Prepared]:
+    def snapshot(self, num_steps: int | None = None) -> Snapshot[Prepared, Step]:
         """Return what a view would get after some of the steps."""
         shown = self.steps if num_steps is None else self.steps[:num_steps]
         return Snapshot(

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from vsep import cli
-from vsep.files.frame import read_frame
+from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.mitigate_options import METHODS
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import MITIGATIONS, make_mitigation
+from vsep.mitigation.sparse.sequence import mitigate_sequence
+from vsep.mitigation.sparse.sparse_methods import SOFT_PRIOR, pm_ist
+from vsep.signal.presets import simulate_preset
 
 
 @pytest.fixture
@@ -37,6 +40,51 @@ def test_every_method_writes_its_cleaned_frame_and_the_mask(frame_file, name):
     np.testing.assert_array_equal(mask, frame.truth.perfect_mask())
     expected = mitigate(make_mitigation(name), frame.received, mask).cleaned
     np.testing.assert_array_equal(cleaned, expected)
+
+
+@pytest.fixture
+def drive(tmp_path):
+    """Three frames of one sequence."""
+    scenes = [
+        simulate_preset("simulation-2-b", snr_db=60.0, sir_db=-20.0, seed=7, frame_number=number)
+        for number in range(3)
+    ]
+    paths = [tmp_path / f"drive-{number}.npz" for number in range(3)]
+    for path, (scenario, observation) in zip(paths, scenes, strict=True):
+        frame = Frame(received=observation.received, radar=scenario.radar, truth=observation.truth)
+        write_frame(path, frame)
+    return paths
+
+
+@pytest.mark.parametrize("debias", [False, True])
+def test_frames_in_order_are_a_sequence_to_a_method_with_a_prior(tmp_path, drive, debias):
+    out = tmp_path / "cleaned"
+    options = ["--method", "pm-ist", "--out", str(out), *(["--debias"] if debias else [])]
+    assert cli.main(["mitigate", *map(str, drive), *options]) == 0
+    frames = [read_frame(path) for path in drive]
+    expected = mitigate_sequence(
+        lambda history: pm_ist(history=history, debias=debias),
+        [(frame.received, frame.perfect_mask) for frame in frames],
+        SOFT_PRIOR,
+    )
+    for path, step in zip(drive, expected, strict=True):
+        with np.load(out / path.name) as archive:
+            np.testing.assert_array_equal(archive["cleaned"], step.state.cleaned)
+    # Frame 2 alone is another thing: the prior had something to say.
+    alone = mitigate(pm_ist(debias=debias), frames[2].received, frames[2].perfect_mask).cleaned
+    assert not np.array_equal(alone, step.state.cleaned)
+
+
+def test_a_frame_of_another_radar_begins_a_new_sequence(tmp_path, drive, frame_arrays):
+    other = tmp_path / "other.npz"
+    np.savez(other, **frame_arrays(truth_mask=np.zeros((4, 32), dtype=bool)))
+    out = tmp_path / "cleaned"
+    paths = [str(drive[0]), str(other), str(drive[1])]
+    assert cli.main(["mitigate", *paths, "--method", "pm-iht", "--out", str(out)]) == 0
+    frame = read_frame(drive[1])
+    alone = mitigate(make_mitigation("pm-iht"), frame.received, frame.perfect_mask).cleaned
+    with np.load(out / drive[1].name) as archive:
+        np.testing.assert_array_equal(archive["cleaned"], alone)
 
 
 def test_masks_are_found_by_name_and_the_domain_is_a_choice(frame_file):

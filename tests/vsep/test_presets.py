@@ -116,6 +116,30 @@ def test_one_seed_makes_one_frame(name):
     assert np.abs(first.received - other.received).max() > 0.0
 
 
+def test_frames_of_a_sequence_have_moved_objects_and_noise_of_their_own():
+    first, second, third = (
+        simulate_preset("simulation-2-a", **LEVELS, seed=5, frame_number=number)
+        for number in range(3)
+    )
+    start, later = first[0].scene.objects, third[0].scene.objects
+    moved = start.delays_s + 2 * 0.05 * start.dopplers_hz / 79e9
+    np.testing.assert_allclose(later.delays_s, moved, rtol=1e-12)
+    np.testing.assert_array_equal(later.dopplers_hz, start.dopplers_hz)
+    bursts = [o.truth.interference_signal for _, o in (first, second)]
+    noises = [
+        o.received - o.truth.object_signal - o.truth.interference_signal
+        for _, o in (first, second, third)
+    ]
+    # The SIR holds in every frame, so that the level of the bursts follows that of the objects.
+    np.testing.assert_allclose(*(burst / np.linalg.norm(burst) for burst in bursts), atol=1e-14)
+    # Of two independent noises the correlation is at most 4 / sqrt(2048), one time in 10^7.
+    for one, other in ((0, 1), (1, 2)):
+        norm = np.linalg.norm(noises[one]) * np.linalg.norm(noises[other])
+        assert abs(np.vdot(noises[one], noises[other])) / norm < 4 / np.sqrt(2048)
+    direct = simulate_preset("simulation-2-a", **LEVELS, seed=5)[1]
+    np.testing.assert_array_equal(first[1].received, direct.received)
+
+
 def test_seed_sequence_is_not_used_up():
     seed = np.random.SeedSequence(7, spawn_key=(2, 3))
     first = simulate_preset("simulation-1", **LEVELS, seed=seed)[1]

@@ -113,3 +113,8 @@ def test_a_prior_of_zero_is_bit_for_bit_no_prior(make):
 def test_unusable_settings_are_refused(setting, message):
     with pytest.raises(InputError, match=message):
         PriorModel(**setting)
+
+
+def test_a_frame_too_small_for_the_detector_says_nothing():
+    history = PriorModel().see((), tone(5 / 32, 3 / 16))
+    assert PriorModel().see(history, np.ones((4, 32))) is history

@@ -101,6 +101,20 @@ class Cfar:
         highest = ndimage.maximum_filter(power, size=3, mode="wrap")
         return np.argwhere(self.detect(power) & (power >= highest))
 
+    def fits(self, shape: tuple[int, ...]) -> bool:
+        """Whether a spectrum of this shape is large enough.
+
+        Examples
+        --------
+        >>> Cfar().fits((16, 128)), Cfar().fits((4, 32))
+        (True, False)
+        """
+        try:
+            self._footprint(shape)
+        except InputError:
+            return False
+        return True
+
     def _footprint(self, shape: tuple[int, ...]) -> BoolArray:
         """Training cells around the middle of a box."""
         if len(shape) != len(self.guard):

@@ -13,6 +13,7 @@ from vsep.mitigation.method import Mitigation
 from vsep.mitigation.noise_canceller import noise_canceller
 from vsep.mitigation.sparse import sparse_methods as sparse
 from vsep.mitigation.sparse.operators import Domain
+from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
 
 MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
     "zeroing": zeroing,
@@ -38,11 +39,19 @@ MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
 """What makes each method; its keyword parameters are the settings that it has."""
 
 
+PRIORS: Final[dict[str, PriorModel]] = {
+    "pm-ist": sparse.SOFT_PRIOR,
+    "pm-iht": sparse.HARD_PRIOR,
+}
+"""The methods that know the last frames of a sequence, and what sees these frames for them."""
+
+
 class MitigationSettings(TypedDict, total=False):
     """Settings of the methods; what is left out keeps its default."""
 
     domain: Domain
     debias: bool
+    history: tuple[SeenFrame, ...]
 
 
 def make_mitigation(name: str, **settings: Unpack[MitigationSettings]) -> Mitigation:
@@ -55,7 +64,8 @@ def make_mitigation(name: str, **settings: Unpack[MitigationSettings]) -> Mitiga
     **settings
         ``domain``: how the compressive-sensing methods compute, by two-dimensional masked residual
         updates ("masked-2d") or with the explicit matrix ("explicit-1d"). ``debias``: whether they
-        end with a least-squares fit of the cells found.
+        end with a least-squares fit of the cells found. ``history``: what those of `PRIORS` have
+        seen of the last frames.
 
     Raises
     ------

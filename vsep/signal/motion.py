@@ -9,6 +9,9 @@ from vsep._arrays import require_range
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Channel, Scene
 
+CYCLE_S = 0.05
+"""From frame to frame; usual in cars."""
+
 
 def moved_paths(radar: ChirpSequence, channel: Channel, elapsed_s: float) -> Channel:
     """Where the paths of an object channel are after some time, at constant velocity.
@@ -43,7 +46,7 @@ def moved_paths(radar: ChirpSequence, channel: Channel, elapsed_s: float) -> Cha
 
 
 def moving_scenes(
-    radar: ChirpSequence, scene: Scene, num_frames: int, *, cycle_s: float = 0.05
+    radar: ChirpSequence, scene: Scene, num_frames: int, *, cycle_s: float = CYCLE_S
 ) -> Iterator[Scene]:
     """Yield the scene of every measurement cycle; the first is the scene itself.
 
@@ -56,7 +59,7 @@ def moving_scenes(
     num_frames : int
         How many scenes.
     cycle_s : float
-        From frame to frame; 50 ms is usual in cars.
+        From frame to frame.
 
     Raises
     ------

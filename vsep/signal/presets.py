@@ -6,13 +6,14 @@ Simulation I, a raised cosine of half amplitude at a quarter of the sampling rat
 middle of its ramp) and the Doppler frequencies of the interference paths (zero).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypedDict, Unpack
 
 import numpy as np
 
 from vsep._arrays import ComplexArray, InputError, require_range
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
+from vsep.signal.motion import CYCLE_S, moved_paths
 from vsep.signal.preset_names import PRESET_NAMES
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel, Interferer, Observation, Scene
@@ -159,6 +160,7 @@ def simulate_preset(
     seed: int | np.random.SeedSequence,
     anti_aliasing_filter: AntiAliasingFilter | None = None,
     interference_model: InterferenceModel = "multiplicative",
+    frame_number: int = 0,
     **options: Unpack[PresetOptions],
 ) -> tuple[Scenario, Observation]:
     """Draw a scene of Table I and simulate its frame, both from one seed.
@@ -176,6 +178,9 @@ def simulate_preset(
         Shapes the bursts in the place of the preset's filter.
     interference_model : str
         As for `simulate`.
+    frame_number : int
+        Which frame of a sequence with one every `CYCLE_S`: objects have moved on, the noise is
+        another one, the bursts stay where they are.
     **options : PresetOptions
         As for `preset`.
 
@@ -197,7 +202,8 @@ def simulate_preset(
     else:
         require_range("seed", seed, 0, 2**63 - 1)
         sequence = np.random.SeedSequence(seed)
-    scene_seed, noise_seed = sequence.spawn(2)
+    require_range("frame_number", frame_number, 0, 1_000_000)
+    scene_seed, *noise_seeds = sequence.spawn(2 + frame_number)
     drawn = preset(
         name,
         snr_db=snr_db,
@@ -206,13 +212,15 @@ def simulate_preset(
         **options,
     )
     used = drawn.anti_aliasing_filter if anti_aliasing_filter is None else anti_aliasing_filter
-    scenario = Scenario(radar=drawn.radar, scene=drawn.scene, anti_aliasing_filter=used)
+    objects = moved_paths(drawn.radar, drawn.scene.objects, frame_number * CYCLE_S)
+    scene = replace(drawn.scene, objects=objects)
+    scenario = Scenario(radar=drawn.radar, scene=scene, anti_aliasing_filter=used)
     observation = simulate(
         scenario.radar,
         scenario.scene,
         anti_aliasing_filter=used,
         interference_model=interference_model,
-        rng=np.random.default_rng(noise_seed),
+        rng=np.random.default_rng(noise_seeds[-1]),
     )
     return scenario, observation
 

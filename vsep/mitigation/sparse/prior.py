@@ -89,6 +89,8 @@ class PriorModel:
     def see(self, history: tuple[SeenFrame, ...], frame: FrameArray) -> tuple[SeenFrame, ...]:
         """Add a frame, original or recovered, to the history; the oldest falls out.
 
+        One that is too small for the detector says nothing, and the history stays.
+
         Parameters
         ----------
         history : tuple of SeenFrame
@@ -96,6 +98,8 @@ class PriorModel:
         frame : (P, N) complex
             The next one.
         """
+        if not self.detector.fits(frame.shape):
+            return history
         window = np.outer(hann_window(frame.shape[0]), hann_window(frame.shape[1]))
         magnitude = np.abs(ifft2(window * frame, norm="ortho"))
         peaks = np.zeros(frame.shape, dtype=np.bool_)

@@ -1,0 +1,249 @@
+"""The compare page: two to four methods side by side on the same frame, iterating together."""
+
+import io
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import Any
+
+import panel as pn
+import panel_material_ui as pmu
+import param
+from bokeh.models import ColumnDataSource, CustomJS
+
+from app.address import parse_query, set_query, synchronise
+from app.compare.form import CompareForm
+from app.compare.maps import CompareMaps
+from app.compare.picture import ComparePicture
+from app.compare.results import CompareResults
+from app.compare.settings import (
+    DEBIAS_KEY,
+    MASK_KEY,
+    METHODS_KEY,
+    MOST_METHODS,
+    ComparePlan,
+    CompareSettings,
+    parse_choice,
+)
+from app.compare.transport import CompareTransport
+from app.compare.work import (
+    CompareStep,
+    Comparison,
+    advance,
+    compose,
+    has_next_frame,
+    next_plan,
+    prepare,
+    thin,
+)
+from app.controls import Controls
+from app.layout import page_link, scene_link, stylesheet, theme, unseen_title
+from app.loop import Crew, FrameLoop, Stage
+from app.session import Phase, RunSession
+from app.settings import LOADED_FRAME, PLAN_NAMES, Settings
+from vsep._arrays import InputError
+from vsep.files.frame import Frame, read_frame
+from vsep.files.frame_mask import TRUTH
+
+TITLE = "vsep: compare methods"
+# After a bad repair the estimator finds ever more objects and slows all others down.
+FIRST_QUERY = {"preset": "simulation-2-b", "max_iterations": 50}
+BLIND_MASK = "autoregressive"
+
+
+class ComparePage:
+    """One user's compare page.
+
+    Parameters
+    ----------
+    pool : Executor
+        Does the work of all sessions.
+    query : mapping
+        Decoded query of the page's address.
+    post : callable
+        Runs a function on the event loop with the document locked.
+    watched : callable
+        Whether a browser is connected.
+    """
+
+    def __init__(
+        self,
+        pool: Executor,
+        query: dict[str, Any],
+        post: Callable[[Callable[[], None]], Any],
+        watched: Callable[[], bool],
+    ) -> None:
+        values, complaints = parse_query({**FIRST_QUERY, **query})
+        chosen, more = parse_choice(query)
+        self._complaints = complaints + more
+        self.settings, self.choice = Settings(**values), CompareSettings(**chosen)
+        self._frame: Frame | None = None
+        self.controls = Controls(self.settings, self.load)
+        self.form = CompareForm(self.choice, self.controls, self.complain)
+        self.maps, self.results = CompareMaps(MOST_METHODS), CompareResults(MOST_METHODS)
+        self._make_acknowledgement()
+        self.session: RunSession[ComparePlan, Comparison, CompareStep] = RunSession(thin)
+        self.loop = FrameLoop(
+            self.session,
+            Crew(prepare=self._prepare, advance=advance, compose=compose),
+            Stage(
+                post=post,
+                show=self.show,
+                complain=self.complain,
+                speed=lambda: float(self.settings.speed),
+                watched=watched,
+            ),
+            pool,
+        )
+        self.transport = CompareTransport(
+            self.settings,
+            self.session,
+            self.loop.wake,
+            next_frame=self.next_frame,
+            first_frame=self._restart,
+        )
+        self.settings.param.watch(lambda *_: self._restart(), list(PLAN_NAMES))
+        self.choice.param.watch(self._choice_changed, ["methods", "mask", "debias"])
+
+    def _make_acknowledgement(self) -> None:
+        """Let the browser say when it has drawn a picture."""
+        self._painted = ColumnDataSource({"number": [0]}, name="painted")
+        self._drawn = ColumnDataSource({"number": [0]}, name="drawn")
+        self._drawn.on_change("data", self._acknowledged)
+        self._painted.js_on_change(
+            "data",
+            CustomJS(
+                args={"painted": self._painted, "drawn": self._drawn},
+                code="""
+const number = painted.data.number[0]
+requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }, 0))
+""",
+            ),
+        )
+        # A source that nothing draws is not sent to the browser: an invisible glyph holds it.
+        self.results.figure.scatter("number", "number", source=self._painted, visible=False)
+
+    def page(self) -> Any:
+        """Return the whole page."""
+        main = pn.Column(
+            unseen_title(TITLE),
+            self.transport.layout(),
+            self.maps.grid,
+            self.results.row,
+            margin=0,
+            sizing_mode="stretch_width",
+            stylesheets=[stylesheet("main")],
+        )
+        return pmu.Page(
+            title=TITLE,
+            sidebar_width=292,
+            sidebar_resizable=False,
+            sidebar_variant="persistent",
+            busy_indicator=None,
+            header=[
+                scene_link("./", "Live view"),
+                page_link("studies", "Studies"),
+                pn.HSpacer(),
+                self.transport.status,
+            ],
+            sidebar=self.form.layout(),
+            main=[main],
+            theme_config=theme(),
+            meta_description="Methods against radar interference side by side, live.",
+        )
+
+    def start(self) -> None:
+        """Begin the first run; called when the page has been drawn."""
+        synchronise(self.settings, self.complain)
+        self._write_address()
+        for complaint in self._complaints:
+            self.complain(complaint)
+        self.loop.start()
+        self._restart()
+
+    def load(self, name: str, content: bytes) -> None:
+        """Take a frame file; a bad one becomes a notification and nothing else changes."""
+        try:
+            frame = read_frame(io.BytesIO(content), name=name)
+        except InputError as error:
+            self.complain(str(error))
+            return
+        self._frame = frame
+        brought = frame.anti_aliasing_filter
+        with param.parameterized.discard_events(self.settings):
+            self.controls.fit_frame(
+                frame.radar.sample_rate_hz,
+                measured=brought is not None and brought.kind == "measured",
+            )
+        if self.choice.mask == TRUTH and frame.perfect_mask is None:
+            self._tell(f"{name} holds no truth: the mask is {BLIND_MASK} now.")
+            self.choice.mask = BLIND_MASK
+        if self.settings.preset == LOADED_FRAME:
+            self._restart()
+        else:
+            self.settings.choose_preset(LOADED_FRAME)
+
+    def next_frame(self) -> None:
+        """Go to the next frame of the sequence, if all methods have finished this one."""
+        comparison, snapshot = self.session.opening, self.session.snapshot()
+        if comparison is None or snapshot is None or self.session.phase is not Phase.FINISHED:
+            return
+        if has_next_frame(comparison.plan):
+            self.session.restart(next_plan(comparison, snapshot.steps[-1]))
+            self.loop.wake()
+
+    def show(self, picture: ComparePicture) -> None:
+        """Draw a picture on all views; called with the document locked."""
+        opening = self.session.opening
+        with pn.io.hold():
+            self.maps.show(picture)
+            self.results.show(picture)
+            self.controls.show_levels(picture.backdrop.levels_text)
+            if opening is not None:
+                self.controls.show_threshold(opening.lanes[0].estimator.threshold_db)
+                self.transport.show(
+                    picture, rate=self.loop.rate, has_next=has_next_frame(opening.plan)
+                )
+            self._painted.data = {"number": [self._painted.data["number"][0] + 1]}
+        at_end = picture.iteration == picture.num_iterations
+        if self.transport.play.value and at_end:
+            self.next_frame()
+
+    def complain(self, sentence: str) -> None:
+        """Notify the user of what cannot be done."""
+        if pn.state.notifications is not None:
+            pn.state.notifications.error(sentence, duration=8000)
+
+    def _tell(self, sentence: str) -> None:
+        if pn.state.notifications is not None:
+            pn.state.notifications.info(sentence, duration=8000)
+
+    def _prepare(self, plan: ComparePlan) -> Comparison:
+        return prepare(plan, self._frame)
+
+    def _choice_changed(self, *_: Any) -> None:
+        self._write_address()
+        self._restart()
+
+    def _write_address(self) -> None:
+        set_query(METHODS_KEY, ",".join(self.choice.methods))
+        set_query(MASK_KEY, self.choice.mask)
+        set_query(DEBIAS_KEY, "true" if self.choice.debias else None)
+
+    def _restart(self) -> None:
+        """Begin with frame 0 of what is chosen now."""
+        self.session.restart(
+            ComparePlan(
+                scene=self.settings.plan(),
+                methods=tuple(self.choice.methods),
+                mask=self.choice.mask,
+                debias=self.choice.debias,
+                frame_number=0,
+                histories={},
+                past=(),
+            )
+        )
+        self.loop.wake()
+
+    def _acknowledged(self, attr: str, old: Any, new: Any) -> None:
+        del attr, old, new
+        self.loop.acknowledged()

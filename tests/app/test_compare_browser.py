@@ -1,0 +1,204 @@
+"""The compare page in a headless browser: choose, run to the end, step, and drive a sequence."""
+
+import re
+import time
+
+import numpy as np
+import pytest
+
+from app.views.tables import MISSING
+from tests.app.test_browser import (  # noqa: F401
+    CHROMIUM,
+    PATIENCE_MS,
+    app_url,
+    browser_context_args,
+    browser_type_launch_args,
+    watched,
+)
+
+pytestmark = [
+    pytest.mark.ui,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
+]
+FIGURES = """() => [...Bokeh.documents[0].all_models]
+    .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
+    .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
+    .filter(([name, r]) => r.width > 0)
+    .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
+# The largest value of each map: 0 as long as nothing is drawn.
+PEAKS = """() => [...Bokeh.documents[0].all_models]
+    .filter((m) => m.type === "ImageModel" || m.type === "Image")
+    .map((m) => [...Bokeh.documents[0].all_models].find((r) => r.glyph === m))
+    .filter((r) => r != null)
+    .map((r) => [...r.data_source.data.image[0]].reduce((a, b) => Math.max(a, b), 0))"""
+# Short runs: what is shown matters here, not what it is worth.
+QUICK = "max_iterations=4&speed=30&preset=simulation-2-a"
+
+
+class Compare:
+    """What the tests do with the page."""
+
+    def __init__(self, page, url):
+        self.page, self.url = page, url
+
+    def open(self, query):
+        self.page.goto(f"{self.url}compare?{query}")
+        self.page.wait_for_selector("canvas", timeout=PATIENCE_MS)
+        self.page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
+        return self
+
+    def press(self, name):
+        self.button(name).click()
+
+    def button(self, name):
+        return self.page.get_by_role("button", name=re.compile(f"^{name}"))
+
+    def choose(self, label, option):
+        self.page.get_by_role("combobox", name=re.compile(f"^{label}")).click()
+        self.page.get_by_role("menuitem", name=option, exact=True).click()
+
+    @property
+    def header(self):
+        return self.page.locator("span:has(> [role=status])").first.inner_text()
+
+    @property
+    def iteration(self):
+        number = re.search(r"iteration (\d+) of", self.header)
+        return int(number[1]) if number else 0
+
+    def until(self, condition, what):
+        deadline = time.monotonic() + 2 * PATIENCE_MS / 1000.0
+        while not condition():
+            assert time.monotonic() < deadline, f"waited in vain until {what}; {self.header}"
+            self.page.wait_for_timeout(50)
+
+    def until_finished(self, *, frame=0):
+        self.until(
+            lambda: "finished" in self.header and f"frame {frame} of" in self.header,
+            f"frame {frame} is finished",
+        )
+
+    def rows(self):
+        rows = self.page.locator("table.methods tbody tr").all()
+        return {
+            cells[0]: cells
+            for cells in ([*map(str.strip, row.locator("td").all_inner_texts())] for row in rows)
+        }
+
+    def upload(self, name, content):
+        file = {"name": name, "mimeType": "application/octet-stream", "buffer": content}
+        self.page.locator("input[type=file]").set_input_files(file)
+
+
+@pytest.fixture
+def compare(watched, app_url):  # noqa: F811
+    """The page, not yet opened."""
+    return Compare(watched, app_url)
+
+
+def test_three_chosen_methods_run_to_the_end_side_by_side(compare):
+    compare.open(f"{QUICK}&methods=zeroing,masked")
+    compare.choose("Method 1", "mca-2d")
+    compare.choose("Method 3", "object-only")
+    compare.until(
+        lambda: set(compare.rows()) == {"as received", "mca-2d", "masked", "object-only"},
+        "the three are in the table",
+    )
+    compare.until_finished()
+    compare.until(lambda: compare.rows()["mca-2d"][1] != "repairs", "the table is the last one")
+    rows = compare.rows()
+    assert "methods=mca-2d%2Cmasked%2Cobject-only" in compare.page.url
+    # A repair of 100 iterations, then the detection; the frame is better than it was by far.
+    assert re.fullmatch(r"100 \+ [1-4]", rows["mca-2d"][2])
+    assert re.fullmatch("[1-4]", rows["object-only"][2])
+    assert all(re.fullmatch(r"\d+", rows[name][4]) for name in ("mca-2d", "masked"))
+    assert float(rows["mca-2d"][6]) < float(rows["as received"][6]) - 20.0
+    boxes = compare.page.evaluate(FIGURES)
+    assert {name for name, *_ in boxes} == {
+        *(f"range-doppler-compare-{number}" for number in range(3)),
+        "compare-sequence",
+    }
+    for name, left, top, right, bottom in boxes:
+        assert (left >= 0, top >= 0, right <= 1400, bottom <= 900) == (True,) * 4, name
+        assert min(right - left, bottom - top) > 100, name
+    assert sum(peak > 128 for peak in compare.page.evaluate(PEAKS)) == 3
+
+
+def test_pause_step_and_back_move_all_methods_together(compare):
+    compare.open(f"{QUICK}&methods=mca-2d,iht&speed=3")
+    compare.until(lambda: compare.iteration >= 2, "two iterations are shown")
+    compare.press("Pause")
+    compare.until(lambda: "paused" in compare.header, "it is paused")
+    iteration = compare.iteration
+    compare.press("Step")
+    compare.until(lambda: f"iteration {iteration + 1} of" in compare.header, "it has stepped")
+    compare.until(lambda: compare.rows()["mca-2d"][2] == str(iteration + 1), "the table tells")
+    compare.press("Back")
+    compare.until(lambda: f"iteration {iteration} of" in compare.header, "it has gone back")
+    compare.until(lambda: compare.rows()["mca-2d"][2] == str(iteration), "the table tells")
+
+
+def test_the_next_frame_knows_what_the_last_one_held(compare):
+    compare.open("methods=pm-ist,ist&preset=simulation-2-b&max_iterations=2&speed=30")
+    compare.until_finished()
+    assert compare.rows()["pm-ist"][8] == "0 peaks"
+    compare.press("Next frame")
+    compare.until_finished(frame=1)
+    compare.until(lambda: compare.rows()["pm-ist"][8] == "1 peak", "there is a prior")
+    compare.until(lambda: "+" in compare.rows()["ist"][2], "the table is the last one")
+    rows = compare.rows()
+    assert rows["ist"][8] == MISSING
+    # The prior saves iterations of the same repair.
+    with_prior, without = (int(rows[name][2].split(" ")[0]) for name in ("pm-ist", "ist"))
+    assert with_prior < without
+    compare.page.get_by_role("switch", name=re.compile("^Play")).click()
+    compare.until(lambda: "frame 3 of" in compare.header, "frames follow by themselves")
+    compare.page.get_by_role("switch", name=re.compile("^Play")).click()
+    compare.press("First")
+    compare.until_finished()
+    compare.until(lambda: compare.rows()["pm-ist"][8] == "0 peaks", "the prior is forgotten")
+
+
+def test_a_single_ramp_is_compared_by_its_delay_spectrum(compare):
+    compare.open("methods=linear,factorised&preset=simulation-1&max_iterations=4&speed=30")
+    compare.until_finished()
+    compare.until(
+        lambda: (
+            {name for name, *_ in compare.page.evaluate(FIGURES)}
+            == {"compare-profile-0", "compare-profile-1", "compare-sequence"}
+        ),
+        "the spectra are shown",
+    )
+
+
+def test_what_cannot_be_compared_is_told_and_the_page_goes_on(compare, tmp_path, frame_arrays):
+    compare.open(f"{QUICK}&methods=linear,magic&mask=guess")
+    told = compare.page.get_by_text
+    told("method is 'magic'; it must be one of").first.wait_for(timeout=PATIENCE_MS)
+    told("mask is guess; it must be one of").first.wait_for(timeout=PATIENCE_MS)
+    compare.choose("Method 1", "masked")
+    told("masked is chosen twice").first.wait_for(timeout=PATIENCE_MS)
+    compare.upload("broken.npz", b"no archive")
+    told("broken.npz").first.wait_for(timeout=PATIENCE_MS)
+    np.savez(tmp_path / "own.npz", **frame_arrays())
+    compare.upload("own.npz", (tmp_path / "own.npz").read_bytes())
+    told("own.npz holds no truth").first.wait_for(timeout=PATIENCE_MS)
+    compare.until(lambda: compare.rows()["as received"][6] == MISSING, "there is no truth")
+    compare.until(lambda: "finished" in compare.header, "it is finished")
+    assert "frame" not in compare.header
+    assert compare.button("Next frame").is_disabled()
+
+
+def test_the_live_view_leads_here_with_its_scene_by_keyboard(compare):
+    page = compare.page
+    page.goto(f"{compare.url}?preset=simulation-2-c&seed=11&max_iterations=3")
+    page.locator("[role=status]").first.wait_for(timeout=PATIENCE_MS)
+    compare.until(lambda: "iteration 3 of 3" in compare.header, "the live run has ended")
+    page.get_by_role("link", name="Compare").focus()
+    page.keyboard.press("Enter")
+    page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
+    compare.until(lambda: "methods=" in page.url, "the address is complete")
+    assert "/compare?" in page.url
+    assert "preset=simulation-2-c" in page.url
+    assert "seed=11" in page.url
+    compare.until_finished()
