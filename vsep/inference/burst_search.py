@@ -88,12 +88,11 @@ class BurstSearch:
             return EventKind.CHIRP_RESTARTED
         if not self._confirmed(found, number):
             return EventKind.CHIRP_DROPPED
-        score = self._single_score(ramp.chirps[index], row)
-        if self.work.correction.num_splines:
-            # Searched with the assumed filter: only a chirp that explains more than the whole burst
-            # with its corrected filter shows that the burst is wrong.
-            rest = row - ramp.signals[index]
-            score = max(score, float(np.sum(np.abs(row) ** 2 - np.abs(rest) ** 2)))
+        # A chirp fitted with many components need not be the best with one: only one that explains
+        # more than the whole burst shows that the burst is wrong.
+        rest = row - ramp.signals[index]
+        explained = float(np.sum(np.abs(row) ** 2 - np.abs(rest) ** 2))
+        score = max(self._single_score(ramp.chirps[index], row), explained)
         better = found.score[number] > CLEARLY_BETTER * score
         return EventKind.CHIRP_RESTARTED if better else None
 
