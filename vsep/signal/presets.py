@@ -66,6 +66,7 @@ _INTERFERERS = {
     ),
 }
 _SIMULATION_1_DELAY_S = 80.06e-9
+_PERIOD_DIFFERENCE_S = 10e-9  # of an interferer in every ramp; that of set a in one of its ramps
 _NUM_PATHS = 10
 _DELAY_RANGE_S = (3.97e-9, 127e-9)
 _DOPPLER_RANGE_HZ = (-5e3, 5e3)
@@ -86,6 +87,7 @@ class PresetOptions(TypedDict, total=False):
     interference: bool
     interferer_slope_hz_per_s: float | None
     time_offset_s: float
+    num_interfered_ramps: int | None
 
 
 def preset(
@@ -97,6 +99,7 @@ def preset(
     interference: bool = True,
     interferer_slope_hz_per_s: float | None = None,
     time_offset_s: float = 0.0,
+    num_interfered_ramps: int | None = None,
 ) -> Scenario:
     """Draw a scene of Table I.
 
@@ -118,6 +121,8 @@ def preset(
         the band at the same time as with the slope of Table I.
     time_offset_s : float
         T-bar; a microsecond shifts the course by k_I times a microsecond, some 10 MHz.
+    num_interfered_ramps : int, optional
+        That many ramps in a row, from the first on, are interfered.
 
     Returns
     -------
@@ -137,7 +142,10 @@ def preset(
     ((16, 128), 10)
     """
     sequence = interferer_sequence(
-        name, slope_hz_per_s=interferer_slope_hz_per_s, time_offset_s=time_offset_s
+        name,
+        slope_hz_per_s=interferer_slope_hz_per_s,
+        time_offset_s=time_offset_s,
+        num_interfered_ramps=num_interfered_ramps,
     )
     radar = preset_radar(name)
     object_rng, channel_rng = rng.spawn(2)
@@ -232,7 +240,11 @@ def preset_radar(name: str) -> ChirpSequence:
 
 
 def interferer_sequence(
-    name: str, *, slope_hz_per_s: float | None = None, time_offset_s: float = 0.0
+    name: str,
+    *,
+    slope_hz_per_s: float | None = None,
+    time_offset_s: float = 0.0,
+    num_interfered_ramps: int | None = None,
 ) -> InterfererSequence:
     """Return the interferer of a preset, with another slope or time offset if wanted.
 
@@ -245,6 +257,9 @@ def interferer_sequence(
         zero intermediate frequency at the same fast time as with the preset's own slope.
     time_offset_s : float
         T-bar, start of the interferer's first ramp.
+    num_interfered_ramps : int, optional
+        P_I, with a ramp period so near the victim's that every ramp meets one of the victim's; its
+        crossing moves by at most 0.6 us from ramp to ramp, as the slopes of Table I are.
 
     Returns
     -------
@@ -262,13 +277,18 @@ def interferer_sequence(
     carrier = own.start_frequency_hz - radar.start_frequency_hz
     crossing_s = -carrier / (own.slope_hz_per_s - radar.slope_hz_per_s)
     moved = (own.slope_hz_per_s - slope) * crossing_s
-    return InterfererSequence(
+    sequence = replace(
+        own,
         start_frequency_hz=own.start_frequency_hz + moved,
         slope_hz_per_s=slope,
-        ramp_duration_s=own.ramp_duration_s,
-        ramp_period_s=own.ramp_period_s,
-        num_ramps=own.num_ramps,
         time_offset_s=time_offset_s,
+    )
+    if num_interfered_ramps is None:
+        return sequence
+    require_range("num_interfered_ramps", num_interfered_ramps, 1, radar.num_ramps)
+    period_s = radar.ramp_period_s + _PERIOD_DIFFERENCE_S
+    return replace(
+        sequence, ramp_duration_s=period_s, ramp_period_s=period_s, num_ramps=num_interfered_ramps
     )
 
 

@@ -96,7 +96,10 @@ def draw_bench(trial: Trial) -> Bench:
         return _noise_bench(trial)
     name = preset_name(point, trial.realization)
     filtered = _true_filter(name, point)
-    options: PresetOptions = {"interferer_slope_hz_per_s": point.interferer_slope_hz_per_s}
+    options: PresetOptions = {
+        "interferer_slope_hz_per_s": point.interferer_slope_hz_per_s,
+        "num_interfered_ramps": point.num_interfered_ramps,
+    }
     scenario, interfered = simulate_preset(
         name,
         snr_db=point.snr_db,

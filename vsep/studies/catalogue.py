@@ -18,6 +18,7 @@ from vsep._arrays import InputError
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
 from vsep.studies.methods import (
+    NO_INTERFERENCE,
     estimator_names,
     make_estimator,
     method_names,
@@ -44,8 +45,8 @@ class Entry:
         Makes the points.
     example : bool
         Whether its figure shows the signals of single realisations, not statistics.
-    mitigation : bool
-        Whether the mitigation methods are among its own methods, beside the estimators.
+    methods : tuple of str, optional
+        Its own methods; the estimators on the received frame by default.
     """
 
     name: str
@@ -53,7 +54,7 @@ class Entry:
     realizations: int
     points: Callable[[], tuple[Point, ...]]
     example: bool = False
-    mitigation: bool = False
+    methods: tuple[str, ...] = estimator_names()
 
 
 def _levels(lowest: int, highest: int, step: int = 5) -> list[float]:
@@ -121,6 +122,19 @@ def _figure_5_methods() -> tuple[Point, ...]:
     return tuple(_simulation_2("methods", sir_db=sir_db) for sir_db in _levels(-40, 40, 10))
 
 
+def _opponents() -> tuple[Point, ...]:
+    # Bursts of 0.17 to 4 ramps in the pass band: the slopes of Table I make 0.17, 0.35 and 0.61.
+    differences = (-0.6e12, -0.3e12, -0.15e12, -0.1e12, -0.05e12, -0.025e12)
+    return (
+        *[
+            _simulation_2("length", interferer_slope_hz_per_s=_VICTIM_SLOPE_HZ_PER_S + difference)
+            for difference in differences
+        ],
+        *[_simulation_2("level", sir_db=sir_db) for sir_db in _levels(-40, 40, 10)],
+        *[_simulation_2("share", num_interfered_ramps=count) for count in (2, 4, 8, 12, 16)],
+    )
+
+
 def _figure_6() -> tuple[Point, ...]:
     return (_simulation_2("6", sir_db=-15.0),)
 
@@ -184,7 +198,14 @@ CATALOGUE: dict[str, Entry] = {
             title="Simulation II over SIR with every mitigation method, given the perfect mask",
             realizations=100,
             points=_figure_5_methods,
-            mitigation=True,
+            methods=method_names(),
+        ),
+        Entry(
+            name="opponents",
+            title="Separation against the masked estimator over the length, level, share of bursts",
+            realizations=100,
+            points=_opponents,
+            methods=("factorised", "masked", "masked-autoregressive", NO_INTERFERENCE),
         ),
         Entry(
             name="fig-6",
@@ -241,8 +262,8 @@ def make_study(
     realizations : int, optional
         Per point; the catalogue's by default.
     methods : tuple of str, optional
-        By default the study's own: the estimators, and the mitigation methods where `Entry` says
-        so. Noise alone is not run twice: without interference there is no reference.
+        By default the study's own. Noise alone is not run twice: without interference there is no
+        reference.
     selection : str, optional
         Panels and indices of the points to run, see `select_points`.
     settings : TrialSettings, optional
@@ -274,8 +295,7 @@ def make_study(
         )
     if methods is None:
         noise = all(point.scene.startswith("noise") for point in points)
-        methods = method_names() if entry.mitigation else estimator_names()
-        methods = methods[:-1] if noise else methods
+        methods = entry.methods[:-1] if noise else entry.methods
     settings = TrialSettings() if settings is None else settings
     _require_usable(require_methods(methods), points, settings)
     return Study(

@@ -42,6 +42,9 @@ class Point:
         1, or 2 for two bursts in every interfered ramp.
     interferer_slope_hz_per_s : float, optional
         Another slope k_I than that of Table I.
+    num_interfered_ramps : int, optional
+        In Simulation II: that many ramps in a row from the first on have a burst, in the place of
+        those that Table I makes.
     """
 
     panel: str
@@ -54,6 +57,7 @@ class Point:
     interference_model: InterferenceModel = "multiplicative"
     num_interferers: int = 1
     interferer_slope_hz_per_s: float | None = None
+    num_interfered_ramps: int | None = None
 
     def __post_init__(self) -> None:
         """Check the names and the counts; the simulator and the estimators check the rest."""

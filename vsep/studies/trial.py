@@ -17,11 +17,12 @@ from vsep.analysis.separability import separability
 from vsep.inference.run import run
 from vsep.inference.state import Solution
 from vsep.inference.uncertainty import dispersion_std
+from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import MITIGATIONS, make_mitigation
 from vsep.signal.scene import Observation
 from vsep.studies.bench import Bench, draw_bench
-from vsep.studies.methods import NO_INTERFERENCE, make_estimator
+from vsep.studies.methods import MASKED_BY_DETECTOR, NO_INTERFERENCE, make_estimator
 from vsep.studies.study import Trial
 
 Row: TypeAlias = dict[str, Any]
@@ -60,14 +61,16 @@ def failed_rows(trial: Trial, reason: str) -> list[Row]:
 
 def separate(trial: Trial, method: str, bench: Bench) -> tuple[Observation, Solution]:
     """Run one method of a trial; return the frame its estimator saw and what that made of it."""
-    observation, seconds = bench.clean if method == NO_INTERFERENCE else bench.interfered, 0.0
+    observation = bench.clean if method == NO_INTERFERENCE else bench.interfered
     mask = bench.truth.perfect_mask()
+    start = time.perf_counter()
+    if method in MASKED_BY_DETECTOR:
+        mask = detect_interference(MASKED_BY_DETECTOR[method], observation.received)
     if method in MITIGATIONS:
-        start = time.perf_counter()
         cleaned = mitigate(make_mitigation(method), observation.received, mask).cleaned
-        seconds = time.perf_counter() - start
         received = np.asarray(cleaned, dtype=np.complex128)
         observation = Observation(received=received, truth=observation.truth)
+    seconds = time.perf_counter() - start
     estimator = make_estimator(method, bench.model, trial.point, trial.settings, mask)
     solution = run(estimator, observation.received)
     return observation, replace(solution, seconds=solution.seconds + seconds)
