@@ -25,17 +25,13 @@ from bokeh.plotting import figure
 from app.layout import card, stylesheet
 from app.studies.style import colour, marker
 from app.studies.trial_link import TRIAL_KEY, trial_link
+from vsep.studies.axes import X_LABELS
 from vsep.studies.plans import PLANS, Plan
 from vsep.studies.scatter import Scatter, scatter
 from vsep.studies.trial import Row
 
 NUM_WORST = 12
 _COLUMNS = ("x", "y", "level", "point", "realization", "link")
-_X_LABELS = {
-    "snr_db": "SNR [dB]",
-    "sir_db": "SIR [dB]",
-    "false_alarm_rate": "false-alarm rate asked for [1/frame]",
-}
 # A tap reports every method that has a dot there; only the first one is opened.
 _OPEN = """
 const source = cb_data.source
@@ -130,7 +126,7 @@ class StudyScatter:
     def _draw(self, dots: Dots) -> None:
         choice = dots.choice
         plot = figure(
-            x_axis_label=_X_LABELS[choice.x],
+            x_axis_label=X_LABELS[choice.x],
             y_axis_label=choice.value,
             x_axis_type="log" if choice.log_x else "linear",
             y_axis_type="log" if "error" in choice.value else "linear",

@@ -4,11 +4,14 @@ Colours are those of Okabe and Ito, safe for colour-blind readers; a marker tell
 without colour, a dash the variants of one method.
 """
 
+from vsep.mitigation.registry import MITIGATIONS
+
 _COLOURS = {
     "factorised": "#0072B2",
     "joint": "#009E73",
     "object-only": "#D55E00",
     "masked": "#E69F00",
+    "masked-autoregressive": "#8B5FBF",
     "no-interference": "#7F7F7F",
     "scene": "#CC79A7",
     "bound": "#000000",
@@ -21,15 +24,17 @@ _COLOURS = {
     "estimated object": "#0072B2",
     "channel component": "#D55E00",
 }
-_OTHER_COLOURS = ("#E69F00", "#56B4E9", "#8B5FBF", "#A6761D")
+_OTHER_COLOURS = ("#E69F00", "#56B4E9", "#8B5FBF", "#A6761D", "#009E73", "#D55E00")
 _MARKERS = {
     "factorised": "circle",
     "joint": "square",
     "object-only": "triangle",
     "masked": "inverted_triangle",
+    "masked-autoregressive": "star",
     "no-interference": "diamond",
 }
 _OTHER_MARKERS = ("inverted_triangle", "star", "hex", "plus")
+_MITIGATIONS = {name: number for number, name in enumerate(MITIGATIONS)}
 DASHES = ("solid", "dashed", "dotted", "dotdash")
 
 
@@ -52,7 +57,10 @@ def marker(role: str) -> str:
     >>> marker("joint")
     'square'
     """
-    return _MARKERS.get(role) or _OTHER_MARKERS[_number(role) % len(_OTHER_MARKERS)]
+    return (
+        _MARKERS.get(role)
+        or _OTHER_MARKERS[_number(role) // len(_OTHER_COLOURS) % len(_OTHER_MARKERS)]
+    )
 
 
 def width(role: str) -> float:
@@ -67,4 +75,5 @@ def width(role: str) -> float:
 
 
 def _number(role: str) -> int:
-    return sum(role.encode())
+    """Return the number of a role without a look of its own; mitigation methods have their own."""
+    return _MITIGATIONS.get(role, sum(role.encode()))

@@ -15,15 +15,7 @@ from vsep.mitigation.sparse import sparse_methods as sparse
 from vsep.mitigation.sparse.operators import Domain
 from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
 
-MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
-    "zeroing": zeroing,
-    "blanking": blanking,
-    "linear": linear,
-    "autoregressive": autoregressive,
-    "slow-time": slow_time,
-    "noise-canceller": noise_canceller,
-    "mca": mca,
-    "mca-2d": mca_2d,
+SPARSE: Final[dict[str, Callable[..., Mitigation]]] = {
     "ist": sparse.ist,
     "iht": sparse.iht,
     "iht-plain": sparse.iht_plain,
@@ -35,6 +27,19 @@ MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
     "amp": sparse.amp,
     "gamp": sparse.gamp,
     "yall1": sparse.yall1,
+}
+"""What makes each method of compressive sensing."""
+
+MITIGATIONS: Final[dict[str, Callable[..., Mitigation]]] = {
+    "zeroing": zeroing,
+    "blanking": blanking,
+    "linear": linear,
+    "autoregressive": autoregressive,
+    "slow-time": slow_time,
+    "noise-canceller": noise_canceller,
+    "mca": mca,
+    "mca-2d": mca_2d,
+    **SPARSE,
 }
 """What makes each method; its keyword parameters are the settings that it has."""
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vsep.studies.axes import X_LABELS, x_value
 from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.distributions import box_panels, quantile_panels
 from vsep.studies.groups import groups
@@ -14,11 +15,6 @@ from vsep.studies.plans import PLANS, Plan
 from vsep.studies.summary import Measure, summarise
 from vsep.studies.trial import Row
 
-_X_LABELS = {
-    "snr_db": "SNR [dB]",
-    "sir_db": "SIR [dB]",
-    "false_alarm_rate": "false-alarm rate asked for [1/frame]",
-}
 _CALIBRATED = {"fig-3": "3b", "fig-5": "5d-f"}
 _BOX_LEVELS = ((60.0, 15.0), (60.0, -15.0))
 
@@ -64,7 +60,13 @@ def _panels_of(name: str, rows: list[Row]) -> list[AnyPanel]:
 
 
 def _curve_panel(plan: Plan, measures: Sequence[Measure]) -> Panel:
-    chosen = [m for m in measures if m.point["panel"] == plan.panel and m.metric == plan.metric]
+    chosen = [
+        m
+        for m in measures
+        if m.point["panel"] == plan.panel
+        and m.metric == plan.metric
+        and (plan.methods is None or m.method in plan.methods)
+    ]
     # The reference first, so that the others are drawn over it.
     methods = sorted(
         dict.fromkeys(measure.method for measure in chosen),
@@ -87,7 +89,7 @@ def _curve_panel(plan: Plan, measures: Sequence[Measure]) -> Panel:
     series += [_guide(label, value, series) for label, value in plan.guides if series]
     return Panel(
         title=plan.title,
-        x_label=_X_LABELS[plan.x],
+        x_label=X_LABELS[plan.x],
         y_label=plan.y_label,
         series=tuple(series),
         note=_note(chosen),
@@ -112,14 +114,14 @@ def _variant_text(name: str | None, value: Any) -> str:
 
 
 def _curve(measures: Sequence[Measure], x: str, *, label: str, role: str, variant: int) -> Series:
-    ordered = sorted(measures, key=lambda measure: float(measure.point[x]))
+    ordered = sorted(measures, key=lambda measure: x_value(measure.point, x))
     intervals = [measure.interval for measure in ordered]
     return Series(
         label=label,
         role=role,
         kind="curve",
         variant=variant,
-        x=np.array([measure.point[x] for measure in ordered], dtype=np.float64),
+        x=np.array([x_value(measure.point, x) for measure in ordered]),
         y=np.array([interval.value for interval in intervals]),
         low=np.array([interval.low for interval in intervals]),
         high=np.array([interval.high for interval in intervals]),
@@ -129,7 +131,7 @@ def _curve(measures: Sequence[Measure], x: str, *, label: str, role: str, varian
 def _bound(plan: Plan, measures: Sequence[Measure]) -> Series:
     """Root CRLB over the panel's axis; it is the same for all methods."""
     values = {
-        float(measure.point[plan.x]): measure.interval.value
+        x_value(measure.point, plan.x): measure.interval.value
         for measure in measures
         if measure.metric == "root_crlb" and measure.point["panel"] == plan.panel
     }

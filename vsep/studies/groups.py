@@ -5,14 +5,14 @@ number of objects was right, the paper's condition (Sec. IV-A).
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from vsep._arrays import FloatArray
-from vsep.studies.methods import NO_INTERFERENCE
+from vsep.studies.methods import MASKED, NO_INTERFERENCE
 from vsep.studies.trial import DONE, Row
 
 GroupKey: TypeAlias = tuple[str, int, str]
@@ -22,7 +22,7 @@ DETECTION_CELLS = 0.5
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Group:
-    """Rows of one method at one point, and of the reference on the same realisations.
+    """Rows of one method at one point, and of two others on the same realisations.
 
     Attributes
     ----------
@@ -30,12 +30,15 @@ class Group:
         Finished rows, by realisation.
     references : tuple of dict or None
         The reference's row of the same realisation, where there is one.
+    masked : tuple of dict or None
+        The same of the masked estimator.
     num_failed : int
         Rows without results.
     """
 
     rows: tuple[Row, ...]
     references: tuple[Row | None, ...]
+    masked: tuple[Row | None, ...]
     num_failed: int
 
     def column(self, name: str) -> FloatArray:
@@ -44,8 +47,16 @@ class Group:
 
     def reference_column(self, name: str) -> FloatArray:
         """(n,) the same of the reference."""
-        values = [number(row.get(name)) if row else np.nan for row in self.references]
-        return np.array(values, dtype=np.float64)
+        return _column(self.references, name)
+
+    def masked_column(self, name: str) -> FloatArray:
+        """(n,) the same of the masked estimator."""
+        return _column(self.masked, name)
+
+
+def _column(rows: Sequence[Row | None], name: str) -> FloatArray:
+    values = [number(row.get(name)) if row else np.nan for row in rows]
+    return np.array(values, dtype=np.float64)
 
 
 def number(value: Any) -> float:
@@ -54,7 +65,7 @@ def number(value: Any) -> float:
 
 
 def groups(rows: Iterable[Row]) -> dict[GroupKey, Group]:
-    """Sort rows by study, point and method, each beside its reference.
+    """Sort rows by study, point and method, each beside the reference and the masked estimator.
 
     Returns
     -------
@@ -67,15 +78,22 @@ def groups(rows: Iterable[Row]) -> dict[GroupKey, Group]:
     found = {}
     for study, index, method in sorted(sorted_rows, key=lambda key: key[:2]):
         own = sorted_rows[study, index, method]
-        reference = sorted_rows.get((study, index, NO_INTERFERENCE), {})
         done = [row for _, row in sorted(own.items()) if row["status"] == DONE]
-        partners = (reference.get(row["realization"]) for row in done)
+        references = sorted_rows.get((study, index, NO_INTERFERENCE), {})
+        masked = sorted_rows.get((study, index, MASKED), {})
         found[study, index, method] = Group(
             rows=tuple(done),
-            references=tuple(row if row and row["status"] == DONE else None for row in partners),
+            references=_partners(done, references),
+            masked=_partners(done, masked),
             num_failed=len(own) - len(done),
         )
     return found
+
+
+def _partners(rows: Sequence[Row], others: Mapping[int, Row]) -> tuple[Row | None, ...]:
+    """Return the finished rows of another method on the same realisations."""
+    found = (others.get(row["realization"]) for row in rows)
+    return tuple(row if row and row["status"] == DONE else None for row in found)
 
 
 def single_object_errors(rows: Sequence[Row | None], *, exact: bool = False) -> FloatArray:

@@ -27,7 +27,7 @@ from vsep.studies.groups import (
     single_object_errors,
     standardised_errors,
 )
-from vsep.studies.methods import NO_INTERFERENCE
+from vsep.studies.methods import MASKED, NO_INTERFERENCE
 from vsep.studies.trial import Row
 
 Metric: TypeAlias = Callable[[Group], Interval]
@@ -138,6 +138,13 @@ def _difference_of_rare(differences: FloatArray) -> Interval:
     )
 
 
+def _gospa_over_masked(group: Group) -> Interval:
+    """Cost of a frame above that of the masked estimator on it."""
+    own = group.rows[0]["method"] == MASKED
+    differences = group.column("gospa") - group.masked_column("gospa")
+    return bootstrap_interval(np.zeros(0) if own else differences, mean)
+
+
 def _unconverged_rate(group: Group) -> Interval:
     return _share([row["termination"] != "converged" for row in group.rows])
 
@@ -168,6 +175,7 @@ METRICS: dict[str, Metric] = {
     "excess_false_alarms": _excess("false_alarms"),
     "many_false_alarms_rate": _many_false_alarms,
     "gospa": _average("gospa"),
+    "gospa_over_masked": _gospa_over_masked,
     "sinr_db": _average("sinr_db"),
     "evm": _average("evm"),
     "within_one_std": _within(1.0),

@@ -2,8 +2,8 @@
 
 A mitigation method is given the perfect mask, and the object-only estimator its cleaned frame; the
 masked estimator ignores the samples of the same mask. So none of them pays for finding the bursts,
-which the separation does by itself. "masked-autoregressive" does pay: it is the masked estimator with
-the mask that the prediction errors of an autoregressive model give.
+which the separation does by itself. "masked-autoregressive" does pay: it is the masked estimator
+with the mask that the prediction errors of an autoregressive model give.
 
 What a poor repair leaves in the gaps takes the estimator a hundred objects and up to a minute to
 explain. After a repair it therefore has `ITERATIONS_AFTER_REPAIR` iterations, twice what a frame
@@ -24,6 +24,7 @@ from vsep.signal.template import SignalModel
 from vsep.studies.study import Point, TrialSettings
 
 NO_INTERFERENCE = "no-interference"
+MASKED: Final = "masked"
 MASKED_BY_DETECTOR: Final = {"masked-autoregressive": "autoregressive"}
 """Detectors of `vsep.mitigation.masks` by the methods that give their mask to the masked one."""
 ITERATIONS_AFTER_REPAIR: Final = 20
@@ -92,7 +93,7 @@ def make_estimator(
         If the method is unknown or the threshold out of range.
     """
     require_methods((method,))
-    name = "masked" if method in MASKED_BY_DETECTOR else method
+    name = MASKED if method in MASKED_BY_DETECTOR else method
     name = name if name in ESTIMATORS else "object-only"
     options: EstimatorSettings = {
         "object_threshold_db": point.object_threshold_db,

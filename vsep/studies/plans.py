@@ -3,6 +3,14 @@
 from dataclasses import dataclass
 from typing import Any
 
+from vsep.inference.estimators import ESTIMATORS
+from vsep.mitigation.registry import MITIGATIONS, SPARSE
+from vsep.studies.methods import (
+    ITERATIONS_AFTER_REPAIR,
+    MASKED_BY_DETECTOR,
+    NO_INTERFERENCE,
+)
+
 _EXPECTED_RATIO = 1.08
 
 
@@ -10,7 +18,8 @@ _EXPECTED_RATIO = 1.08
 class Plan:
     """Which metric of which part of a study goes into a panel.
 
-    A metric of the scene is the same for all methods and drawn once.
+    A metric of the scene is the same for all methods and drawn once. Without a choice of methods
+    all that have rows are drawn.
     """
 
     panel: str
@@ -19,6 +28,7 @@ class Plan:
     y_label: str
     title: str
     variant: str | None = None
+    methods: tuple[str, ...] | None = None
     of_scene: bool = False
     log_x: bool = False
     log_y: bool = False
@@ -70,10 +80,28 @@ _FIGURE_5_PANELS = (
     ("5-edges", "sir_db", "exact convolution with the interferer's ramp edges"),
     ("5-two-bursts", "sir_db", "two bursts in every interfered ramp"),
 )
-_METHODS_PANELS = (("methods", "sir_db", "over SIR at SNR 60 dB, after mitigation"),)
 
 
-def _figure_5_plans(panels: tuple[tuple[str, str, str], ...]) -> list[Plan]:
+_ERROR_MISSES_FALSE_ALARMS = (
+    ("mean_assigned_error", "mean assigned error [cycles]"),
+    ("misses", "misses a frame"),
+    ("false_alarms", "false alarms a frame"),
+)
+_METHODS_FIGURES: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("Estimators on the frame as received", (*ESTIMATORS, *MASKED_BY_DETECTOR)),
+    (
+        f"Repair with the perfect mask, then at most {ITERATIONS_AFTER_REPAIR} iterations",
+        ("factorised", *(name for name in MITIGATIONS if name not in SPARSE)),
+    ),
+    (
+        "Compressive sensing with the perfect mask, then at most "
+        f"{ITERATIONS_AFTER_REPAIR} iterations",
+        ("factorised", *SPARSE),
+    ),
+)
+
+
+def _figure_5_plans() -> list[Plan]:
     return [
         Plan(
             panel=panel,
@@ -83,11 +111,47 @@ def _figure_5_plans(panels: tuple[tuple[str, str, str], ...]) -> list[Plan]:
             title=f"Fig. {panel}: {about}",
             log_y=metric == "mean_assigned_error",
         )
-        for panel, x, about in panels
+        for panel, x, about in _FIGURE_5_PANELS
+        for metric, label in _ERROR_MISSES_FALSE_ALARMS
+    ]
+
+
+def _methods_plans() -> list[Plan]:
+    return [
+        Plan(
+            panel="methods",
+            metric=metric,
+            x="sir_db",
+            y_label=label,
+            title=title,
+            log_y=metric == "mean_assigned_error",
+            methods=(*methods, NO_INTERFERENCE),
+        )
+        for title, methods in _METHODS_FIGURES
+        for metric, label in _ERROR_MISSES_FALSE_ALARMS
+    ]
+
+
+def _opponents_plans() -> list[Plan]:
+    return [
+        Plan(
+            panel=panel,
+            metric=metric,
+            x=x,
+            y_label=label,
+            title=title,
+            log_x=x == "interferer_slope_hz_per_s",
+            log_y=metric == "mean_assigned_error",
+            guides=(("the masked estimator", 0.0),) if metric == "gospa_over_masked" else (),
+        )
+        for panel, x, title in (
+            ("length", "interferer_slope_hz_per_s", "Length of the bursts, at SIR -20 dB"),
+            ("level", "sir_db", "Level of the bursts"),
+            ("share", "num_interfered_ramps", "Share of interfered ramps, at SIR -20 dB"),
+        )
         for metric, label in (
-            ("mean_assigned_error", "mean assigned error [cycles]"),
-            ("misses", "misses a frame"),
-            ("false_alarms", "false alarms a frame"),
+            *_ERROR_MISSES_FALSE_ALARMS,
+            ("gospa_over_masked", "GOSPA above that of the masked estimator [cells]"),
         )
     ]
 
@@ -162,8 +226,9 @@ def _false_alarm_plans() -> list[Plan]:
 
 PLANS: dict[str, list[Plan]] = {
     "fig-3": _figure_3_plans(),
-    "fig-5": _figure_5_plans(_FIGURE_5_PANELS),
-    "fig-5-methods": _figure_5_plans(_METHODS_PANELS),
+    "fig-5": _figure_5_plans(),
+    "fig-5-methods": _methods_plans(),
+    "opponents": _opponents_plans(),
     "separability": _separability_plans(),
     "false-alarms": _false_alarm_plans(),
 }

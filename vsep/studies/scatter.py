@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._arrays import FloatArray, InputError
+from vsep.studies.axes import x_value
 from vsep.studies.groups import number
 from vsep.studies.trial import DONE, Row
 
@@ -79,7 +80,7 @@ def scatter(rows: Iterable[Row], value: str, *, panel: str, method: str, x: str)
     heights = [FRAME_VALUES[value](row) for row in chosen]
     shown = [index for index, height in enumerate(heights) if np.isfinite(height)]
     return Scatter(
-        x=np.array([number(chosen[index]["point"][x]) for index in shown], dtype=np.float64),
+        x=np.array([x_value(chosen[index]["point"], x) for index in shown], dtype=np.float64),
         y=np.array([heights[index] for index in shown], dtype=np.float64),
         rows=tuple(chosen[index] for index in shown),
     )
