@@ -5,7 +5,13 @@ import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
 from vsep.inference.channel import channel_posterior
-from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
+from vsep.inference.chirp_refinement import (
+    RIDGE,
+    ChannelCost,
+    newton_step,
+    place_chirp,
+    refine_chirp,
+)
 from vsep.kernels.channel import Channel
 
 OWNERS, BINS = np.array([0, 1, 0]), np.array([0, 1, 7])
@@ -72,3 +78,19 @@ def test_refinement_never_lowers_the_cost():
         slope = -start / rng.uniform(20.0, 110.0)
         moved = refine_chirp(place_chirp(start, slope, MODEL), MODEL, cost)
         assert cost.value(moved.template) >= cost.value(burst(start, slope))
+
+
+def test_the_step_solves_the_ridged_equations():
+    curvature = np.array([[3.0, -1.0], [-1.0, 2.0]])
+    gradient = np.array([0.5, -4.0])
+    ridged = curvature + np.diag(RIDGE * np.diagonal(curvature))
+    # Cramer's rule in double precision on numbers near one.
+    assert newton_step(gradient, curvature) == pytest.approx(
+        np.linalg.solve(ridged, gradient).tolist(), rel=1e-13
+    )
+
+
+def test_without_curvature_there_is_no_step():
+    assert newton_step(np.zeros(2), np.zeros((2, 2))) == (0.0, 0.0)
+    # A burst whose slope plays no part.
+    assert newton_step(np.array([1.0, 0.0]), np.diag([2.0, 0.0])) == (0.0, 0.0)

@@ -170,11 +170,16 @@ def refine_chirp(
 
 
 def newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[float, float]:
-    """Solve for the two steps with a curvature (2, 2) that is ridged, by Cramer's rule."""
+    """Solve for the two steps with a curvature (2, 2) that is ridged, by Cramer's rule.
+
+    Without any curvature, as of a burst that has left the band, there is no step.
+    """
     (first, mixed), (_, second) = curvature.tolist()
     first, second = (1.0 + RIDGE) * first, (1.0 + RIDGE) * second
     by_frequency, by_slope = gradient.tolist()
     determinant = first * second - mixed**2
+    if determinant == 0.0:
+        return 0.0, 0.0
     return (
         (second * by_frequency - mixed * by_slope) / determinant,
         (first * by_slope - mixed * by_frequency) / determinant,
