@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vsep import ButterworthFilter, RaisedCosineFilter, simulate_preset
+from vsep import ButterworthFilter, InputError, RaisedCosineFilter, simulate_preset
 from vsep.studies.bench import draw_bench, preset_name
 from vsep.studies.study import Point, Trial, TrialSettings
 
@@ -103,3 +103,15 @@ def test_bounds_are_those_of_the_true_filter_and_unknown_interference_raises_the
     nothing, same = draw_bench(trial(scene="noise-1")).bounds()
     assert np.isnan(nothing.root_mean_crlb)
     assert np.isnan(same.root_mean_crlb)
+
+
+@pytest.mark.parametrize("realization", range(3))
+@pytest.mark.parametrize("count", [1, 5, 16])
+def test_as_many_ramps_are_interfered_as_asked_for(realization, count):
+    bench = draw_bench(trial(realization, scene="simulation-2", num_interfered_ramps=count))
+    assert [burst.ramp for burst in bench.truth.bursts] == list(range(count))
+
+
+def test_more_ramps_than_there_are_cannot_be_interfered():
+    with pytest.raises(InputError, match="num_interfered_ramps is 17"):
+        draw_bench(trial(scene="simulation-2", num_interfered_ramps=17))

@@ -8,7 +8,7 @@ from vsep.studies.study import select_points
 
 
 def test_the_catalogue_has_the_promised_studies():
-    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-5-methods", "fig-6"]
+    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-5-methods", "opponents", "fig-6"]
     names += ["separability", "false-alarms"]
     assert list(CATALOGUE) == names
 
@@ -86,3 +86,16 @@ def test_a_threshold_replaces_that_of_the_points():
 def test_unknown_names_and_numbers_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         make_study(**({"name": "fig-3"} | changes))
+
+
+def test_the_opponents_meet_short_and_endless_bursts_weak_and_strong_in_few_and_all_ramps():
+    study = make_study("opponents")
+    assert set(study.methods) == {"factorised", "masked", "masked-autoregressive", NO_INTERFERENCE}
+    length = [p for p in study.points if p.panel == "length"]
+    # Seconds for which a burst is within the half-amplitude band of 2.55 MHz; a ramp has 25 us.
+    seconds = [2.55e6 / (1e13 - p.interferer_slope_hz_per_s) for p in length]
+    assert min(seconds) < 0.2 * 25e-6
+    assert max(seconds) > 2.0 * 25e-6
+    assert {p.sir_db for p in study.points if p.panel == "level"} >= {-40.0, 0.0, 40.0}
+    share = [p for p in study.points if p.panel == "share"]
+    assert [p.num_interfered_ramps for p in share][-1] == 16

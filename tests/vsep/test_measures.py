@@ -102,3 +102,12 @@ def test_differences_that_hardly_occur_have_an_interval_with_a_width(frame_row):
     assert interval.high > interval.value
     often = [frame_row(number, false_alarms=number % 2) for number in range(40)]
     assert measured([*often, *rows[40:]], "excess_false_alarms").method == "bootstrap percentile"
+
+
+def test_the_cost_over_the_masked_estimator_compares_the_same_realization(frame_row):
+    rows = [frame_row(index, gospa=cost) for index, cost in enumerate((1.0, 2.0, 4.0))]
+    rows += [frame_row(index, "masked", gospa=cost) for index, cost in enumerate((1.5, 1.0))]
+    # -0.5 and 1; the third has no partner.
+    assert measured(rows, "gospa_over_masked").value == pytest.approx(0.25)
+    (shown,) = {m.method for m in summarise(rows, ["gospa_over_masked"])}
+    assert shown == "factorised"

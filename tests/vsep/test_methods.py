@@ -3,8 +3,12 @@ import pytest
 
 from vsep import InputError, ObjectOnlySeparator, RaisedCosineFilter, SignalModel
 from vsep.inference.estimators import ESTIMATORS
+from vsep.inference.masked import MaskedSeparator
+from vsep.mitigation.masks.detectors import DETECTORS
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.studies.methods import (
+    ITERATIONS_AFTER_REPAIR,
+    MASKED_BY_DETECTOR,
     NO_INTERFERENCE,
     estimator_names,
     make_estimator,
@@ -26,7 +30,7 @@ def point(**changes):
 
 
 def test_all_estimators_and_mitigations_are_methods_and_the_reference_comes_last():
-    assert method_names() == (*ESTIMATORS, *MITIGATIONS, NO_INTERFERENCE)
+    assert method_names() == (*ESTIMATORS, *MASKED_BY_DETECTOR, *MITIGATIONS, NO_INTERFERENCE)
     assert len(set(method_names())) == len(method_names())
     assert estimator_names() == (*ESTIMATORS, NO_INTERFERENCE)
 
@@ -47,6 +51,25 @@ def test_the_reference_is_the_object_only_estimator():
     assert isinstance(estimator, ObjectOnlySeparator)
     received = np.exp(-2j * np.pi * 0.1 * np.arange(64))[None, :]
     assert estimator.init(received).iteration == 0
+
+
+def test_a_masked_method_ignores_the_mask_it_is_given():
+    mask = np.zeros(MODEL.shape, dtype=np.bool_)
+    mask[0, 10:20] = True
+    assert set(MASKED_BY_DETECTOR.values()) <= set(DETECTORS)
+    for method in ("masked", *MASKED_BY_DETECTOR):
+        estimator = make_estimator(method, MODEL, point(), TrialSettings(), mask)
+        assert isinstance(estimator, MaskedSeparator)
+        assert np.array_equal(estimator.used, ~mask)
+
+
+def test_only_repaired_frames_have_fewer_iterations():
+    limits = {
+        method: make_estimator(method, MODEL, point(), TrialSettings()).max_iterations
+        for method in method_names()
+    }
+    assert {name for name in limits if limits[name] == ITERATIONS_AFTER_REPAIR} == set(MITIGATIONS)
+    assert set(limits.values()) == {ITERATIONS_AFTER_REPAIR, 100}
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ import pytest
 from vsep._version import __version__
 from vsep.files.results import as_json
 from vsep.inference.estimators import ESTIMATORS
+from vsep.studies import trial as trials
+from vsep.studies.bench import draw_bench
 from vsep.studies.study import Point, Trial, TrialSettings
 from vsep.studies.trial import failed_rows, run_trial
 
@@ -129,3 +131,13 @@ def test_mitigation_methods_clean_the_frame_for_the_object_only_estimator():
     assert rows["zeroing"]["sinr_db"] < rows["masked"]["sinr_db"]
     # Without the samples of the burst the masked estimator finds the object all the same.
     assert (rows["masked"]["misses"], rows["masked"]["false_alarms"]) == (0, 0)
+
+
+def test_the_masked_methods_differ_by_their_mask_alone(monkeypatch):
+    masked, found = run_trial(trial(snr_db=60.0, methods=("masked", "masked-autoregressive")))
+    assert (masked["misses"], found["misses"]) == (0, 0)
+    assert masked["beat_errors"] != found["beat_errors"]
+    truth = draw_bench(trial(snr_db=60.0)).truth
+    monkeypatch.setattr(trials, "detect_interference", lambda *_: truth.perfect_mask())
+    (same,) = run_trial(trial(snr_db=60.0, methods=("masked-autoregressive",)))
+    assert same["beat_errors"] == masked["beat_errors"]

@@ -1,0 +1,8 @@
+from app.studies.style import colour, marker
+from vsep.studies.plans import PLANS
+
+
+def test_no_two_methods_of_a_panel_look_the_same():
+    for plan in PLANS["fig-5-methods"]:
+        looks = [(colour(method), marker(method)) for method in plan.methods]
+        assert len(set(looks)) == len(looks) > 4
