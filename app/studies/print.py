@@ -9,6 +9,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from app.studies.style import DASHES, colour, marker, width
 from vsep.studies.panels import AnyPanel, BoxPanel, Panel, Series
@@ -86,6 +87,8 @@ def _draw_curves(axes: Any, panel: Panel) -> None:
     axes.set_xlabel(panel.x_label, fontsize=7)
     if panel.log_x:
         axes.set_xscale("log")
+        # Labels between the powers of ten overlap.
+        axes.xaxis.set_minor_formatter(NullFormatter())
     axes.legend(fontsize=5.5, frameon=False, ncols=2)
 
 

@@ -151,7 +151,7 @@ def _opponents_plans() -> list[Plan]:
         )
         for metric, label in (
             *_ERROR_MISSES_FALSE_ALARMS,
-            ("gospa_over_masked", "GOSPA above that of the masked estimator [cells]"),
+            ("gospa_over_masked", "GOSPA above the masked's [cells]"),
         )
     ]
 
