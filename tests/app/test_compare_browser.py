@@ -43,7 +43,6 @@ class Compare:
 
     def open(self, query):
         self.page.goto(f"{self.url}compare?{query}")
-        self.page.wait_for_selector("canvas", timeout=PATIENCE_MS)
         self.page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
         return self
 
