@@ -43,7 +43,8 @@ class Compare:
 
     def open(self, query):
         self.page.goto(f"{self.url}compare?{query}")
-        self.page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
+        # The first page of a server takes several times as long as the others.
+        self.page.wait_for_selector("table.methods", timeout=3 * PATIENCE_MS)
         return self
 
     def press(self, name):
@@ -195,7 +196,7 @@ def test_the_live_view_leads_here_with_its_scene_by_keyboard(compare):
     compare.until(lambda: "iteration 3 of 3" in compare.header, "the live run has ended")
     page.get_by_role("link", name="Compare").focus()
     page.keyboard.press("Enter")
-    page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
+    page.wait_for_selector("table.methods", timeout=3 * PATIENCE_MS)
     compare.until(lambda: "methods=" in page.url, "the address is complete")
     assert "/compare?" in page.url
     assert "preset=simulation-2-c" in page.url
