@@ -1,6 +1,5 @@
 """The page of studies in a headless browser: it grows, stops, goes on and opens a trial."""
 
-import multiprocessing
 import re
 import time
 
@@ -21,7 +20,6 @@ pytestmark = [
 ]
 # The server forgets a page 4 s after its tab is closed and looks every 2 s; then the workers end
 # within a fifth of a second. The rest is room for a busy machine.
-GONE_S = 20.0
 DOT = """() => {
   const m = [...Bokeh.documents[0].all_models]
     .find((m) => m.name === "study-trials" && Bokeh.index.find_one_by_id(m.id))
@@ -69,6 +67,7 @@ class Studies:
         """Choose two methods that take little time."""
         self.press("factorised")
         self.press("joint")
+        self.press("masked")
         self.type("Realizations", str(realizations))
 
     @property
@@ -105,7 +104,6 @@ def test_a_small_study_runs_to_its_end_and_opens_its_outlier(studies):
     studies.choose("Value", "iterations")
     studies.press("Run")
     studies.until("running")
-    studies.wait(lambda: "left" in studies.progress, "the time left is told")
     studies.until("finished")
     studies.wait(lambda: studies.progress == "52 of 52 rows", "all rows are there")
     # A bootstrap of two realisations has an interval wherever both detected the object.
@@ -129,6 +127,7 @@ def test_a_study_stops_and_goes_on_where_it_was(studies):
     studies.quick(200)
     studies.press("Run")
     studies.until("running")
+    studies.wait(lambda: "left" in studies.progress, "the time left is told")
     studies.page.locator("table.trials a").first.wait_for(timeout=2 * PATIENCE_MS)
     studies.press("Stop")
     studies.until("stopped")
@@ -175,23 +174,6 @@ def test_a_bad_file_is_told_and_the_page_goes_on(studies):
     studies.choose("Study", "fig-2")
     studies.press("Run")
     studies.until("finished")
-
-
-def test_closing_the_tab_ends_the_workers(studies):
-    before = set(multiprocessing.active_children())
-
-    def workers():
-        return set(multiprocessing.active_children()) - before
-
-    # All methods on sixteen ramps: a trial takes seconds.
-    studies.choose("Study", "fig-5")
-    studies.press("Run")
-    studies.wait(workers, "a worker is there")
-    studies.page.close()
-    deadline = time.monotonic() + GONE_S
-    while workers():
-        assert time.monotonic() < deadline, "the workers outlive their page"
-        time.sleep(0.05)
 
 
 def test_the_pages_lead_to_each_other_by_keyboard(studies):
