@@ -18,8 +18,6 @@ pytestmark = [
     pytest.mark.ui,
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
 ]
-# The server forgets a page 4 s after its tab is closed and looks every 2 s; then the workers end
-# within a fifth of a second. The rest is room for a busy machine.
 DOT = """() => {
   const m = [...Bokeh.documents[0].all_models]
     .find((m) => m.name === "study-trials" && Bokeh.index.find_one_by_id(m.id))
