@@ -18,9 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._arrays import BoolArray, ComplexArray, InputError, frozen
-from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
-from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
+from vsep.inference.object_only import (
+    ObjectOnlySeparator,
+    conclude_objects,
+    expected_error,
+    update_objects,
+)
 from vsep.inference.schedule import ROBUST
 from vsep.inference.state import IterationInfo, SeparationState, Termination
 from vsep.inference.stopwatch import OBJECTS, part
@@ -123,28 +127,8 @@ class MaskedSeparator:
         difference = received - object_signal
         share = num_used / used.size
         error = expected_error(difference[used], share * objects.active.trace())
-        noise_precision = num_used / error
-        active = objects.active
-        bound = weights_bound(
-            active.amplitudes, active.covariance, active.precisions, active.log_determinant
-        ) + noise_bound(num_used, noise_precision, error)
-        new_state = replace(
-            state,
-            iteration=state.iteration + 1,
-            objects=objects.components(),
-            noise_precision=noise_precision,
-            object_signal=object_signal,
-            interference_signal=np.where(used, 0.0, difference),
-            next_component_id=objects.next_id,
-        )
-        return new_state, IterationInfo(
-            elbo=bound,
-            events=tuple(objects.events),
-            max_frequency_change=objects.max_frequency_change,
-            noise_precision_change=noise_precision / state.noise_precision - 1.0,
-            searched=False,
-            separability_ratio_db=float("nan"),
-        )
+        new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
+        return replace(new_state, interference_signal=np.where(used, 0.0, difference)), info
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""

@@ -80,27 +80,7 @@ class ObjectOnlySeparator:
             )
         object_signal = objects.signal
         error = expected_error(received - object_signal, objects.active.trace())
-        noise_precision = received.size / error
-        active = objects.active
-        bound = weights_bound(
-            active.amplitudes, active.covariance, active.precisions, active.log_determinant
-        ) + noise_bound(received.size, noise_precision, error)
-        new_state = replace(
-            state,
-            iteration=state.iteration + 1,
-            objects=objects.components(),
-            noise_precision=noise_precision,
-            object_signal=object_signal,
-            next_component_id=objects.next_id,
-        )
-        return new_state, IterationInfo(
-            elbo=bound,
-            events=tuple(objects.events),
-            max_frequency_change=objects.max_frequency_change,
-            noise_precision_change=noise_precision / state.noise_precision - 1.0,
-            searched=False,
-            separability_ratio_db=float("nan"),
-        )
+        return conclude_objects(state, objects, object_signal, error, received.size)
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""
@@ -121,6 +101,51 @@ def update_objects(
     workspace.add_components(max_additions)
     workspace.update_components()
     return workspace
+
+
+def conclude_objects(
+    state: SeparationState,
+    objects: ObjectWorkspace,
+    object_signal: ComplexArray,
+    error: float,
+    num_used: int,
+) -> tuple[SeparationState, IterationInfo]:
+    """Freeze a step that changed objects only: lambda (65) from the expected error, the bound (19).
+
+    Parameters
+    ----------
+    state : SeparationState
+        Where the step started from.
+    objects : ObjectWorkspace
+        What it made of the objects.
+    object_signal : (P, N) complex
+        Phi alpha.
+    error : float
+        Expected error, see `expected_error`.
+    num_used : int
+        Samples that count.
+    """
+    noise_precision = num_used / error
+    active = objects.active
+    bound = weights_bound(
+        active.amplitudes, active.covariance, active.precisions, active.log_determinant
+    ) + noise_bound(num_used, noise_precision, error)
+    new_state = replace(
+        state,
+        iteration=state.iteration + 1,
+        objects=objects.components(),
+        noise_precision=noise_precision,
+        object_signal=object_signal,
+        next_component_id=objects.next_id,
+    )
+    return new_state, IterationInfo(
+        elbo=bound,
+        events=tuple(objects.events),
+        max_frequency_change=objects.max_frequency_change,
+        noise_precision_change=noise_precision / state.noise_precision - 1.0,
+        searched=False,
+        separability_ratio_db=float("nan"),
+    )
 
 
 def expected_error(residual: ComplexArray, trace: float) -> float:
