@@ -17,6 +17,11 @@ settings.load_profile("vsep")
 FrameArrays = Callable[..., dict[str, Any]]
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave the browser to the end: its driver keeps an event loop running in this thread."""
+    items.sort(key=lambda item: item.get_closest_marker("ui") is not None)
+
+
 @pytest.fixture(scope="session")
 def repository() -> Path:
     """Top of the checkout."""
