@@ -104,22 +104,3 @@ def number_or_nothing(text: str) -> float | None:
     (9.5, None)
     """
     return float(text) if text.strip() else None
-
-
-def page_link(address: str, text: str) -> Any:
-    """Return a link in the header to another page of the program."""
-    return pn.pane.HTML(
-        f'<a href="{address}" style="color:white;font-size:13px">{text}</a>', margin=(0, 12)
-    )
-
-
-def scene_link(address: str, text: str) -> Any:
-    """Return a link in the header to a page that shows the same scene: it takes the settings along.
-
-    What only this page understands stays in the address and plays no part there.
-    """
-    return pn.pane.HTML(
-        f'<a href="{address}" onclick="this.search=location.search" '
-        f'style="color:white;font-size:13px">{text}</a>',
-        margin=(0, 12),
-    )

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import socket
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
 from typing import Any
@@ -15,14 +16,20 @@ from app.compare.page import ComparePage
 from app.page import TITLE, Dashboard
 from app.studies.page import TITLE as STUDIES_TITLE
 from app.studies.page import StudyPage
+from app.visit import Visit, VisitedPage
 from vsep._arrays import InputError
 
 NUM_WORKERS = 2
 UNUSED_SESSION_MS = 4000
 CHECK_SESSIONS_MS = 2000
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
-# Those whose studies have to be ended with the server.
-_STUDY_PAGES: set[StudyPage] = set()
+PAGES: dict[str, tuple[Callable[[Visit], VisitedPage], str]] = {
+    "/": (Dashboard, TITLE),
+    "/compare": (ComparePage, COMPARE_TITLE),
+    "/studies": (StudyPage, STUDIES_TITLE),
+}
+# Those whose work has to be ended with the server.
+_OPEN_PAGES: set[VisitedPage] = set()
 
 
 @cache
@@ -31,47 +38,32 @@ def shared_pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=NUM_WORKERS, thread_name_prefix="vsep")
 
 
-def build() -> Any:
-    """Build one session's page; called by the server for every visitor."""
+def builder(page_class: Callable[[Visit], VisitedPage], *, own_folder: bool) -> Callable[[], Any]:
+    """Return what the server calls for every visitor; it takes nothing but a plain function."""
+
+    def build() -> Any:
+        return _build(page_class, own_folder=own_folder)
+
+    return build
+
+
+def _build(page_class: Callable[[Visit], VisitedPage], *, own_folder: bool) -> Any:
     pn.extension(notifications=True, respect_explicit_sizing=True)
     document: Any = pn.state.curdoc
-    query = pn.state.location.query_params if pn.state.location is not None else {}
-    dashboard = Dashboard(
-        shared_pool(), dict(query), document.add_next_tick_callback, partial(_watched, document)
+    location = pn.state.location
+    visited = page_class(
+        Visit(
+            pool=shared_pool(),
+            query=dict(location.query_params) if location is not None else {},
+            post=document.add_next_tick_callback,
+            watched=partial(_watched, document),
+            own_folder=own_folder,
+        )
     )
-    pn.state.onload(dashboard.start)
-    pn.state.on_session_destroyed(partial(_gone, dashboard))
-    return dashboard.page()
-
-
-def build_comparison() -> Any:
-    """Build one session's compare page."""
-    pn.extension(notifications=True, respect_explicit_sizing=True)
-    document: Any = pn.state.curdoc
-    query = pn.state.location.query_params if pn.state.location is not None else {}
-    page = ComparePage(
-        shared_pool(), dict(query), document.add_next_tick_callback, partial(_watched, document)
-    )
-    pn.state.onload(page.start)
-    pn.state.on_session_destroyed(partial(_gone, page))
-    return page.page()
-
-
-def build_studies(*, own_folder: bool) -> Any:
-    """Build one session's page of studies."""
-    pn.extension(notifications=True, respect_explicit_sizing=True)
-    document: Any = pn.state.curdoc
-    page = StudyPage(document.add_next_tick_callback, own_folder=own_folder)
-    pn.state.onload(page.start)
-    pn.state.on_session_destroyed(partial(_closed, page))
-    _STUDY_PAGES.add(page)
-    return page.page()
-
-
-def _closed(page: StudyPage, context: Any) -> None:
-    del context
-    _STUDY_PAGES.discard(page)
-    page.close()
+    pn.state.onload(visited.start)
+    pn.state.on_session_destroyed(partial(_leave, visited))
+    _OPEN_PAGES.add(visited)
+    return visited.page()
 
 
 def _watched(document: Any) -> bool:
@@ -79,9 +71,10 @@ def _watched(document: Any) -> bool:
     return context is None or context.session is None or context.session.connection_count > 0
 
 
-def _gone(dashboard: Dashboard | ComparePage, context: Any) -> None:
+def _leave(visited: VisitedPage, context: Any) -> None:
     del context
-    dashboard.loop.close()
+    _OPEN_PAGES.discard(visited)
+    visited.close()
 
 
 def make_server(*, port: int, address: str, show: bool = False) -> Any:
@@ -100,15 +93,14 @@ def make_server(*, port: int, address: str, show: bool = False) -> Any:
     server = pn.serve(
         # Only who sits at this machine may choose where on its disk rows go.
         {
-            "/": build,
-            "/compare": build_comparison,
-            "/studies": lambda: build_studies(own_folder=address in LOOPBACK),
+            route: builder(page_class, own_folder=address in LOOPBACK)
+            for route, (page_class, _) in PAGES.items()
         },
         port=port,
         address=address,
         show=show,
         start=False,
-        title={"/": TITLE, "/compare": COMPARE_TITLE, "/studies": STUDIES_TITLE},
+        title={route: title for route, (_, title) in PAGES.items()},
         websocket_origin=origins if port else "*",
         check_unused_sessions=CHECK_SESSIONS_MS,
         unused_session_lifetime=UNUSED_SESSION_MS,
@@ -154,5 +146,5 @@ def serve(*, port: int = 5006, address: str = "127.0.0.1", show: bool = False) -
     try:
         server.io_loop.start()
     finally:
-        for page in _STUDY_PAGES:
-            page.close()
+        for visited in tuple(_OPEN_PAGES):
+            visited.close()

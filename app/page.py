@@ -2,12 +2,9 @@
 
 import io
 import time
-from collections.abc import Callable
-from concurrent.futures import Executor
 from typing import Any
 
 import panel as pn
-import panel_material_ui as pmu
 import param
 from bokeh.models import ColumnDataSource, CustomJS, Span
 
@@ -15,12 +12,9 @@ from app.address import parse_query, set_query, synchronise
 from app.controls import Controls
 from app.layout import (
     card,
-    page_link,
     panel,
     progress_card,
-    scene_link,
     stylesheet,
-    theme,
     unseen_title,
 )
 from app.loop import Crew, FrameLoop, Stage
@@ -35,6 +29,7 @@ from app.views.range_doppler import RangeDopplerView
 from app.views.signals import DelayView, FastTimeView
 from app.views.style import Axis
 from app.views.tables import log_html, table_html, times_html
+from app.visit import Visit, page_frame
 from app.work import Prepared, advance, compose, prepare
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
@@ -50,24 +45,12 @@ class Dashboard:
 
     Parameters
     ----------
-    pool : Executor
-        Does the work of all sessions.
-    query : mapping
-        Decoded query of the page's address.
-    post : callable
-        Runs a function on the event loop with the document locked.
-    watched : callable
-        Whether a browser is connected.
+    visit : Visit
+        The browser that opened it.
     """
 
-    def __init__(
-        self,
-        pool: Executor,
-        query: dict[str, Any],
-        post: Callable[[Callable[[], None]], Any],
-        watched: Callable[[], bool],
-    ) -> None:
-        self._trial, query, trial_complaints = trial_of_query(query)
+    def __init__(self, visit: Visit) -> None:
+        self._trial, query, trial_complaints = trial_of_query(visit.query)
         values, complaints = parse_query(query)
         self._complaints = trial_complaints + complaints
         self.settings = Settings(**({**self._trial.values, **values} if self._trial else values))
@@ -83,13 +66,13 @@ class Dashboard:
             self.session,
             Crew(prepare=self._prepare, advance=advance, compose=self._compose),
             Stage(
-                post=post,
+                post=visit.post,
                 show=self.show,
                 complain=self.complain,
                 speed=lambda: float(self.settings.speed),
-                watched=watched,
+                watched=visit.watched,
             ),
-            pool,
+            visit.pool,
         )
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self.settings.param.watch(self._scene_changed, list(PLAN_NAMES))
@@ -171,22 +154,13 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             sizing_mode="stretch_width",
             stylesheets=[stylesheet("main")],
         )
-        return pmu.Page(
+        return page_frame(
+            here="./",
             title=TITLE,
-            sidebar_width=292,
-            sidebar_resizable=False,
-            sidebar_variant="persistent",
-            busy_indicator=None,
-            header=[
-                page_link("studies", "Studies"),
-                scene_link("compare", "Compare"),
-                pn.HSpacer(),
-                self.transport.status,
-            ],
+            description="Variational separation of radar objects and interference, live.",
+            status=self.transport.status,
             sidebar=self.controls.layout(),
-            main=[main],
-            theme_config=theme(),
-            meta_description="Variational separation of radar objects and interference, live.",
+            main=main,
         )
 
     def start(self) -> None:
@@ -201,6 +175,10 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         self.loop.start()
         self.session.restart(self.settings.plan())
         self.loop.wake()
+
+    def close(self) -> None:
+        """Stop the run for good: the browser has left."""
+        self.loop.close()
 
     def load(self, name: str, content: bytes) -> None:
         """Take a frame file; a bad one becomes a notification and nothing else changes."""

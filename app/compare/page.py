@@ -1,12 +1,9 @@
 """The compare page: two to four methods side by side on the same frame, iterating together."""
 
 import io
-from collections.abc import Callable
-from concurrent.futures import Executor
 from typing import Any
 
 import panel as pn
-import panel_material_ui as pmu
 import param
 from bokeh.models import ColumnDataSource, CustomJS
 
@@ -36,10 +33,11 @@ from app.compare.work import (
     thin,
 )
 from app.controls import Controls
-from app.layout import page_link, scene_link, stylesheet, theme, unseen_title
+from app.layout import stylesheet, unseen_title
 from app.loop import Crew, FrameLoop, Stage
 from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, Settings
+from app.visit import Visit, page_frame
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import TRUTH
@@ -55,25 +53,13 @@ class ComparePage:
 
     Parameters
     ----------
-    pool : Executor
-        Does the work of all sessions.
-    query : mapping
-        Decoded query of the page's address.
-    post : callable
-        Runs a function on the event loop with the document locked.
-    watched : callable
-        Whether a browser is connected.
+    visit : Visit
+        The browser that opened it.
     """
 
-    def __init__(
-        self,
-        pool: Executor,
-        query: dict[str, Any],
-        post: Callable[[Callable[[], None]], Any],
-        watched: Callable[[], bool],
-    ) -> None:
-        values, complaints = parse_query({**FIRST_QUERY, **query})
-        chosen, more = parse_choice(query)
+    def __init__(self, visit: Visit) -> None:
+        values, complaints = parse_query({**FIRST_QUERY, **visit.query})
+        chosen, more = parse_choice(visit.query)
         self._complaints = complaints + more
         self.settings, self.choice = Settings(**values), CompareSettings(**chosen)
         self._frame: Frame | None = None
@@ -86,13 +72,13 @@ class ComparePage:
             self.session,
             Crew(prepare=self._prepare, advance=advance, compose=compose),
             Stage(
-                post=post,
+                post=visit.post,
                 show=self.show,
                 complain=self.complain,
                 speed=lambda: float(self.settings.speed),
-                watched=watched,
+                watched=visit.watched,
             ),
-            pool,
+            visit.pool,
         )
         self.transport = CompareTransport(
             self.settings,
@@ -133,22 +119,13 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             sizing_mode="stretch_width",
             stylesheets=[stylesheet("main")],
         )
-        return pmu.Page(
+        return page_frame(
+            here="compare",
             title=TITLE,
-            sidebar_width=292,
-            sidebar_resizable=False,
-            sidebar_variant="persistent",
-            busy_indicator=None,
-            header=[
-                scene_link("./", "Live view"),
-                page_link("studies", "Studies"),
-                pn.HSpacer(),
-                self.transport.status,
-            ],
+            description="Methods against radar interference side by side, live.",
+            status=self.transport.status,
             sidebar=self.form.layout(),
-            main=[main],
-            theme_config=theme(),
-            meta_description="Methods against radar interference side by side, live.",
+            main=main,
         )
 
     def start(self) -> None:
@@ -159,6 +136,10 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self.complain(complaint)
         self.loop.start()
         self._restart()
+
+    def close(self) -> None:
+        """Stop the run for good: the browser has left."""
+        self.loop.close()
 
     def load(self, name: str, content: bytes) -> None:
         """Take a frame file; a bad one becomes a notification and nothing else changes."""

@@ -20,12 +20,13 @@ from typing import Any, TypeVar
 import panel as pn
 import panel_material_ui as pmu
 
-from app.layout import page_link, panel, stylesheet, theme, unseen_title
+from app.layout import panel, stylesheet, unseen_title
 from app.studies.curves import StudyCurves
 from app.studies.form import StudyForm
 from app.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
 from app.studies.session import StudyPhase, StudySession, StudySnapshot
 from app.studies.transport import StudyTransport
+from app.visit import Visit, page_frame
 from vsep._arrays import InputError
 from vsep.files.results import as_json
 from vsep.studies.example import example_panels
@@ -66,16 +67,12 @@ class StudyPage:
 
     Parameters
     ----------
-    post : callable
-        Runs a function on the event loop with the document locked.
-    own_folder : bool
-        Whether the user may choose the folder of the rows.
+    visit : Visit
+        The browser that opened it.
     """
 
-    def __init__(
-        self, post: Callable[[Callable[[], None]], Any], *, own_folder: bool = True
-    ) -> None:
-        self._post = post
+    def __init__(self, visit: Visit) -> None:
+        self._post = visit.post
         self._folder = tempfile.TemporaryDirectory(prefix="vsep-studies-")
         # Rows that are opened get a folder of their own: they must not mix with those made here.
         self._home = Path(self._folder.name)
@@ -85,7 +82,7 @@ class StudyPage:
         self._seen: tuple[int, ScatterChoice] | None = None
         self._told, self._closed = "", False
         self._task: asyncio.Task[None] | None = None
-        self.form = StudyForm(self.load, own_folder=own_folder)
+        self.form = StudyForm(self.load, own_folder=visit.own_folder)
         self.curves, self.scatter = StudyCurves(), StudyScatter()
         self.transport = StudyTransport(run=self._run, halt=self._halt, rows=self._rows)
         self.transport.figure.param.watch(self._figure_chosen, "value")
@@ -131,22 +128,13 @@ class StudyPage:
             sizing_mode="stretch_width",
             stylesheets=[stylesheet("main")],
         )
-        return pmu.Page(
+        return page_frame(
+            here="studies",
             title=TITLE,
-            sidebar_width=292,
-            sidebar_resizable=False,
-            sidebar_variant="persistent",
-            busy_indicator=None,
-            header=[
-                page_link("./", "Live view"),
-                page_link("compare", "Compare"),
-                pn.HSpacer(),
-                self.transport.status,
-            ],
+            description="Monte-Carlo studies of vsep, growing as their trials finish.",
+            status=self.transport.status,
             sidebar=self.form.layout(),
-            main=[main],
-            theme_config=theme(),
-            meta_description="Monte-Carlo studies of vsep, growing as their trials finish.",
+            main=main,
         )
 
     def start(self) -> None:

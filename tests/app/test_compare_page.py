@@ -10,6 +10,7 @@ import pytest
 from app.compare.page import BLIND_MASK, ComparePage
 from app.session import Phase
 from app.settings import LOADED_FRAME
+from app.visit import Visit
 
 
 @pytest.fixture
@@ -19,7 +20,10 @@ def pool():
 
 
 def page_of(pool, query=()):
-    page = ComparePage(pool, dict(query), post=lambda function: function(), watched=lambda: True)
+    visit = Visit(
+        pool=pool, query=dict(query), post=lambda function: function(), watched=lambda: True
+    )
+    page = ComparePage(visit)
     page.complaints = []
     page.complain = page.complaints.append
     return page

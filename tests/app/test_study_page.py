@@ -1,6 +1,7 @@
 import asyncio
 import json
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from app.studies.page import StudyPage, compose
 from app.studies.scatter import ScatterChoice
 from app.studies.session import StudyPhase
+from app.visit import Visit
 from vsep.files.results import as_json
 from vsep.studies.trial import run_trial
 
@@ -36,7 +38,10 @@ def slow_engine(monkeypatch):
 
 
 def new_page():
-    return StudyPage(lambda function: function())
+    with ThreadPoolExecutor(max_workers=1) as idle:
+        return StudyPage(
+            Visit(pool=idle, query={}, post=lambda function: function(), watched=lambda: True)
+        )
 
 
 def as_file(rows):
