@@ -12,7 +12,8 @@ def group(point, **columns):
         {"point": point, **{name: values[index] for name, values in columns.items()}}
         for index in range(count)
     ]
-    return Group(rows=tuple(rows), references=(None,) * count, num_failed=0)
+    nothing = (None,) * count
+    return Group(rows=tuple(rows), references=nothing, masked=nothing, num_failed=0)
 
 
 def test_boxes_have_quartiles_whiskers_and_outliers():
