@@ -26,7 +26,7 @@ def test_every_coefficient_adds_its_modified_spline():
     weights = coefficients()
     corrected = CorrectedFilter(assumed=ASSUMED, coefficients=weights)
     expected = ASSUMED.modified_response(FREQUENCY, SLOPE)
-    expected = expected + weights @ modified_splines(FREQUENCY, SLOPE, CUTOFF_HZ)
+    expected = expected + modified_splines(FREQUENCY, SLOPE, CUTOFF_HZ) @ weights
     value = corrected.modified_response(FREQUENCY, SLOPE)
     # Truncated cubics reach (35 knots)^3 = 4e4 spline heights: five of 16 digits are lost.
     np.testing.assert_allclose(value, expected, rtol=0, atol=1e-10)

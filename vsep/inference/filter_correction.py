@@ -11,12 +11,13 @@ columns X of the channels, their posterior covariance C, and the columns A of th
 coefficients see the Gram matrix ``A^H (1 - lambda X C X^H) A``.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, IntArray, from_db
-from vsep.inference.channel import passive_ratios
+from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db
+from vsep.inference.channel import ChannelGrid, passive_ratios
 from vsep.inference.interference import InterferenceWorkspace, RampWork
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.state import NO_CORRECTION, EventKind, FilterCorrection
@@ -49,7 +50,10 @@ def update_correction(
     """
     if not np.isfinite(work.assumed.anti_aliasing_filter.cutoff_hz) or not work.ramps:
         return
-    gram, projections = spline_model(work, residual, noise_precision)
+    model = SplineModel(work, residual, noise_precision)
+    if work.correction.num_splines == 0 and model.first_ratios().max() <= _first_threshold(work):
+        return
+    gram, projections = model.moments()
     splines = work.correction.active_splines
     active = ActiveSet(
         gram[np.ix_(splines, splines)],
@@ -74,10 +78,8 @@ def update_correction(
         work.recompute(residual, noise_precision)
 
 
-def spline_model(
-    work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
-) -> tuple[ComplexArray, ComplexArray]:
-    """Gram matrix and projections of the splines, with the channels marginalised.
+class SplineModel:
+    """The splines of all interfered ramps, with the channels marginalised.
 
     Parameters
     ----------
@@ -88,58 +90,103 @@ def spline_model(
     noise_precision : float
         lambda.
 
-    Returns
-    -------
-    gram : (NUM_SPLINES, NUM_SPLINES) complex
-    projections : (NUM_SPLINES,) complex
-        Of the residual with the present correction added back.
+    Attributes
+    ----------
+    columns : (R, N, NUM_SPLINES) complex
+        Derivatives of the R ramps by the coefficients.
+    crossed : list of (K, NUM_SPLINES) complex
+        Inner products of the channel columns of each ramp with those.
+    energies : (R, NUM_SPLINES) float
+        What the channels leave of the energy of each column.
     """
-    gram = np.zeros((NUM_SPLINES, NUM_SPLINES), dtype=np.complex128)
-    projections = np.zeros(NUM_SPLINES, dtype=np.complex128)
-    coefficients = work.correction.coefficients
-    for p, ramp in work.ramps.items():
-        atoms = work.grid.atoms(ramp.bins).T
-        splines = spline_columns(ramp, atoms, work.assumed)
-        channels = ramp.templates[ramp.owners].T * atoms
-        crossed = channels.conj().T @ splines
-        regression = noise_precision * (ramp.covariance @ crossed).conj().T
-        own = splines.conj().T @ splines
-        seen = own - regression @ crossed
+
+    def __init__(
+        self, work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
+    ) -> None:
+        self.ramps = list(work.ramps.values())
+        self.residual = residual[[ramp.ramp for ramp in self.ramps]]
+        self.noise_precision = noise_precision
+        self.coefficients = work.correction.coefficients
+        self.columns = spline_columns(self.ramps, work.grid, work.assumed)
+        self.channels = [
+            (ramp.templates[ramp.owners] * work.grid.atoms(ramp.bins)).conj() for ramp in self.ramps
+        ]
+        self.crossed = [each @ own for each, own in zip(self.channels, self.columns, strict=True)]
+        self.regressions = [
+            noise_precision * (ramp.covariance @ crossed)
+            for ramp, crossed in zip(self.ramps, self.crossed, strict=True)
+        ]
+        explained = [
+            np.einsum("ks,ks->s", crossed.conj(), regression).real
+            for crossed, regression in zip(self.crossed, self.regressions, strict=True)
+        ]
+        own = np.einsum("rns,rns->rs", self.columns.conj(), self.columns).real
+        seen = own - np.array(explained)
         # What the channels explain to rounding cannot be told from them.
-        diagonal = np.diagonal(seen).real
-        lost = diagonal <= UNSEEN * np.diagonal(own).real
-        seen[lost, lost] = 0.0
-        gram += seen
-        target = residual[p] + splines @ coefficients
-        projections += splines.conj().T @ target - regression @ (channels.conj().T @ target)
-    return gram, projections
+        self.energies: FloatArray = np.where(seen <= UNSEEN * own, 0.0, seen)
+
+    def first_ratios(self) -> FloatArray:
+        """(NUM_SPLINES,) activation ratios while no spline is active.
+
+        The residual without the channels' estimate is then all that the splines can explain.
+        """
+        rest = self.residual - np.array([ramp.signal for ramp in self.ramps])
+        innovation = np.tensordot(self.columns.conj(), rest, axes=([0, 1], [0, 1]))
+        energy = self.energies.sum(axis=0)
+        usable = energy > 0.0
+        power = self.noise_precision * np.abs(innovation) ** 2
+        return np.where(usable, power / np.where(usable, energy, 1.0), 0.0)
+
+    def moments(self) -> tuple[ComplexArray, ComplexArray]:
+        """Gram matrix (NUM_SPLINES, NUM_SPLINES) and projections (NUM_SPLINES,) of the splines.
+
+        The projections are those of the residual with the present correction added back.
+        """
+        target = self.residual + self.columns @ self.coefficients
+        stacked = self.columns.reshape(-1, NUM_SPLINES)
+        gram = stacked.conj().T @ stacked
+        projections = stacked.conj().T @ target.ravel()
+        for channel, crossed, regression, row in zip(
+            self.channels, self.crossed, self.regressions, target, strict=True
+        ):
+            gram -= regression.conj().T @ crossed
+            projections -= regression.conj().T @ (channel @ row)
+        np.fill_diagonal(gram, self.energies.sum(axis=0))
+        return gram, projections
 
 
-def spline_columns(ramp: RampWork, atoms: ComplexArray, assumed: SignalModel) -> ComplexArray:
-    """(N, NUM_SPLINES) derivatives of a ramp's bursts by the coefficients of the splines.
+def spline_columns(
+    ramps: Sequence[RampWork], grid: ChannelGrid, assumed: SignalModel
+) -> ComplexArray:
+    """(R, N, NUM_SPLINES) derivatives of the bursts of R ramps by the splines' coefficients.
 
     Parameters
     ----------
-    ramp : RampWork
-        The bursts of a ramp.
-    atoms : (N, K) complex
-        Channel atoms of its columns.
+    ramps : sequence of RampWork
+        The bursts and their channels.
+    grid : ChannelGrid
+        The channel grid.
     assumed : SignalModel
         Sampling and assumed filter.
     """
     n = np.arange(assumed.num_samples)
     rate = assumed.sample_rate_hz
-    columns = np.zeros((assumed.num_samples, NUM_SPLINES), dtype=np.complex128)
-    for index, chirp in enumerate(ramp.chirps):
-        own = ramp.own(index)
-        carrier = np.exp(2j * np.pi * (chirp.start_frequency * n + 0.5 * chirp.slope * n**2))
-        envelopes = modified_splines(
-            np.asarray((chirp.start_frequency + chirp.slope * n) * rate, dtype=np.float64),
-            chirp.slope * rate**2,
-            assumed.anti_aliasing_filter.cutoff_hz,
-        )
-        columns += (envelopes * (carrier * (atoms[:, own] @ ramp.amplitudes[own]))).T
-    return columns
+    chirps = [chirp for ramp in ramps for chirp in ramp.chirps]
+    start = np.array([chirp.start_frequency for chirp in chirps])[:, None]
+    slope = np.array([chirp.slope for chirp in chirps])[:, None]
+    channels = np.array([line for ramp in ramps for line in _channel_lines(ramp, grid)])
+    course_hz: FloatArray = (start + slope * n) * rate
+    cutoff_hz = assumed.anti_aliasing_filter.cutoff_hz
+    envelopes = modified_splines(course_hz, slope * rate**2, cutoff_hz)
+    envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]
+    first = np.cumsum([0] + [len(ramp.chirps) for ramp in ramps[:-1]])
+    return np.asarray(np.add.reduceat(envelopes, first, axis=0))
+
+
+def _channel_lines(ramp: RampWork, grid: ChannelGrid) -> list[ComplexArray]:
+    """(N,) Psi beta of every burst of a ramp."""
+    owned = [ramp.own(index) for index in range(len(ramp.chirps))]
+    return [ramp.amplitudes[own] @ grid.atoms(ramp.bins[own]) for own in owned]
 
 
 def _first_threshold(work: InterferenceWorkspace) -> float:

@@ -47,14 +47,15 @@ def fresnel_rest(distance: float, table: FloatArray) -> complex:
 
 
 @compiled
-def _signed_rest(position: float, table: FloatArray) -> complex:
+def signed_rest(position: float, table: FloatArray) -> complex:
     """Rest of the integral beyond a place on either side of zero, with the sign of that side."""
     rest = fresnel_rest(abs(position), table)
     return rest if position >= 0.0 else -rest
 
 
 @compiled
-def _side(distance: float) -> float:
+def side(distance: float) -> float:
+    """Return the sign of a distance, plus one at zero."""
     return 1.0 if distance >= 0.0 else -1.0
 
 
@@ -71,9 +72,9 @@ def _edge_rests(
         outward = 1.0 if edge < 2 else -1.0
         distance = outward * (inner if edge % 2 else outer) - frequency
         phase = outward * turn(0.5 * distance * distance * inverse)
-        flat += phase * _signed_rest(distance * scale, table)
-        rising += phase * _signed_rest((distance - shift) * scale, table)
-        falling += phase * _signed_rest((distance + shift) * scale, table)
+        flat += phase * signed_rest(distance * scale, table)
+        rising += phase * signed_rest((distance - shift) * scale, table)
+        falling += phase * signed_rest((distance + shift) * scale, table)
     if rate > 0.0:
         return flat.conjugate(), rising.conjugate(), falling.conjugate()
     return flat, rising, falling
@@ -82,8 +83,8 @@ def _edge_rests(
 @compiled
 def _taper_steps(frequency: float, shift: float, inner: float, outer: float) -> complex:
     """Phase of the rising exponential within the shifted tapers, and zero elsewhere."""
-    right = _side(outer - frequency - shift) - _side(inner - frequency - shift)
-    left = _side(-inner - frequency - shift) - _side(-outer - frequency - shift)
+    right = side(outer - frequency - shift) - side(inner - frequency - shift)
+    left = side(-inner - frequency - shift) - side(-outer - frequency - shift)
     at_inner = turn(-0.5 * inner / (outer - inner))
     return right * at_inner + left * at_inner.conjugate()
 
@@ -121,12 +122,12 @@ def raised_cosine_terms(
     for b in range(frequency.shape[0]):
         rate = slope[b]
         shift = rate * per_cycle
-        kernel = complex(0.25, 0.25 * _side(rate))
+        kernel = complex(0.25, 0.25 * side(rate))
         common = 0.125 * turn(0.5 * per_cycle * shift)
         for m in range(frequency.shape[1]):
             f = frequency[b, m]
             flat, rising, falling = _edge_rests(f, rate, inner, outer, table)
-            steps = _side(outer - f) + _side(inner - f) - _side(-inner - f) - _side(-outer - f)
+            steps = side(outer - f) + side(inner - f) - side(-inner - f) - side(-outer - f)
             value = 0.25 * steps - kernel * flat
             taper = turn(per_cycle * f)
             rising *= 0.5 * kernel
@@ -136,48 +137,4 @@ def raised_cosine_terms(
             result[0, b, m] = value + rising + falling
             result[1, b, m] = 1j * angular * (rising - falling)
             result[2, b, m] = -angular * angular * (rising + falling)
-    return result
-
-
-@compiled
-def truncated_cubic_terms(
-    frequency: FloatArray, slope: FloatArray, knots: FloatArray, table: FloatArray
-) -> ComplexArray:
-    """Evaluate the modified responses of the cubics max(f - knot, 0)^3 / 6, up to a cubic.
-
-    They are iterated integrals of the kernel K: from the Fresnel integral H_0 on,
-    ``H_n = (x H_(n-1) + a H_(n-2)) / n`` at x = f - knot, with a = slope / (j 2 pi), H_(-1) = K.
-
-    Parameters
-    ----------
-    frequency, slope : (M,) float
-        Where to evaluate; the slope is not zero.
-    knots : (K,) float
-    table : array
-        `SMOOTH`.
-
-    Returns
-    -------
-    (3, K, M) complex
-        H_3 and its first two derivatives by the frequency, H_2 and H_1.
-    """
-    result = np.empty((3, len(knots), len(frequency)), dtype=np.complex128)
-    for m in range(len(frequency)):
-        rate = slope[m]
-        direction, inverse = _side(rate), 1.0 / abs(rate)
-        factor = complex(0.5, 0.5 * direction)  # exp(j pi/4 sgn slope) / sqrt(2)
-        scale = np.sqrt(2.0 * inverse)
-        curvature = complex(0.0, -rate / (2.0 * np.pi))
-        for k in range(len(knots)):
-            x = frequency[m] - knots[k]
-            phase = turn(-0.5 * direction * x * x * inverse)
-            rest = _signed_rest(x * scale, table)
-            if direction > 0.0:
-                rest = rest.conjugate()
-            flat = 0.5 * _side(x) - factor * phase * rest
-            second = x * flat + curvature * factor * scale * phase
-            first = 0.5 * (x * second + curvature * flat)
-            result[0, k, m] = (x * first + curvature * second) / 3.0
-            result[1, k, m] = first
-            result[2, k, m] = second
     return result

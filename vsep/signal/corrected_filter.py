@@ -12,7 +12,7 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray
 from vsep.signal.filters import AntiAliasingFilter, FilterKind
-from vsep.signal.modified_response import ResponseJet, truncated_cubics_jet
+from vsep.signal.modified_response import ResponseJet, bspline_responses, spline_jet
 from vsep.signal.template import SignalModel
 
 # In cut-offs. A quarter resolves impulse responses as long as four over the cut-off; at the reach
@@ -84,9 +84,8 @@ class CorrectedFilter:
         """Gbar with derivatives by f; `InputError` for a slope difference of zero."""
         assumed = self.assumed.modified_response_jet(frequency_hz, slope_difference_hz_per_s)
         knots, jumps = self._jumps
-        cubics = truncated_cubics_jet(frequency_hz, slope_difference_hz_per_s, knots)
-        corrections = (np.tensordot(jumps, part, axes=1) for part in cubics)
-        return ResponseJet(*(own + more for own, more in zip(assumed, corrections, strict=True)))
+        spline = spline_jet(frequency_hz, slope_difference_hz_per_s, knots, jumps)
+        return ResponseJet(*(own + more for own, more in zip(assumed, spline, strict=True)))
 
 
 def corrected_model(model: SignalModel, coefficients: ComplexArray) -> SignalModel:
@@ -116,7 +115,6 @@ def modified_splines(
 
     Returns
     -------
-    (NUM_SPLINES, ...) complex
+    (..., NUM_SPLINES) complex
     """
-    cubics = truncated_cubics_jet(frequency_hz, slope_hz_per_s, knots_hz(cutoff_hz)).value
-    return np.asarray(np.diff(cubics, n=4, axis=0) / (SPACING * cutoff_hz) ** 3)
+    return bspline_responses(frequency_hz, slope_hz_per_s, knots_hz(cutoff_hz))

@@ -16,7 +16,8 @@ import numpy as np
 from scipy.special import wofz
 
 from vsep._arrays import ComplexArray, FloatArray, InputError
-from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms, truncated_cubic_terms
+from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms
+from vsep.kernels.splines import bspline_terms, spline_terms
 
 
 class ResponseJet(NamedTuple):
@@ -132,26 +133,26 @@ def nonparallel(slope_hz_per_s: FloatArray | float) -> FloatArray:
     return slope
 
 
-def truncated_cubics_jet(
-    frequency_hz: FloatArray, slope_hz_per_s: FloatArray | float, knots_hz: FloatArray
+def spline_jet(
+    frequency_hz: FloatArray,
+    slope_hz_per_s: FloatArray | float,
+    knots_hz: FloatArray,
+    jumps: ComplexArray,
 ) -> ResponseJet:
-    """Evaluate the modified responses of the truncated cubics max(f - knot, 0)^3 / 6.
-
-    They are the iterated integrals of the kernel K at x = f - knot, which integration by parts
-    gives from the Fresnel integral on because K' = -K x / a with a = Delta k / (j 2 pi), see
-    `vsep.kernels.fresnel.truncated_cubic_terms`.
+    """Evaluate the modified response of a complex cubic spline of finite support.
 
     Parameters
     ----------
     frequency_hz, slope_hz_per_s : float arrays that broadcast
         Where to evaluate, and the slope difference Delta k, not zero.
     knots_hz : (M,) float
+    jumps : (M,) complex
+        Of the spline's third derivative at the knots, 1/Hz^3.
 
     Returns
     -------
     ResponseJet
-        Arrays of shape (M, ...) in Hz^3, up to one cubic polynomial of x: right in every sum over
-        the knots that is a spline of finite support, whose fourth differences remove it.
+        Arrays of the broadcast shape.
 
     Raises
     ------
@@ -160,5 +161,32 @@ def truncated_cubics_jet(
     """
     slope = nonparallel(slope_hz_per_s)
     frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)
-    terms = truncated_cubic_terms(frequency.flatten(), slope.flatten(), knots_hz, SMOOTH)
-    return ResponseJet(*terms.reshape(3, len(knots_hz), *frequency.shape))
+    terms = spline_terms(frequency.flatten(), slope.flatten(), knots_hz, jumps, SMOOTH)
+    return ResponseJet(*terms.reshape(3, *frequency.shape))
+
+
+def bspline_responses(
+    frequency_hz: FloatArray, slope_hz_per_s: FloatArray | float, knots_hz: FloatArray
+) -> ComplexArray:
+    """Evaluate the modified responses of all cubic B-splines on a grid of knots.
+
+    Parameters
+    ----------
+    frequency_hz, slope_hz_per_s : float arrays that broadcast
+        Where to evaluate, and the slope difference Delta k, not zero.
+    knots_hz : (M,) float
+        Equidistant, ascending.
+
+    Returns
+    -------
+    (..., M - 4) complex
+
+    Raises
+    ------
+    InputError
+        If a slope difference is zero.
+    """
+    slope = nonparallel(slope_hz_per_s)
+    frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)
+    splines = bspline_terms(frequency.flatten(), slope.flatten(), knots_hz, SMOOTH)
+    return splines.reshape(*frequency.shape, -1)
