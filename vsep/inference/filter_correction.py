@@ -175,7 +175,7 @@ def spline_columns(
     start = np.array([chirp.start_frequency for chirp in chirps])[:, None]
     slope = np.array([chirp.slope for chirp in chirps])[:, None]
     channels = np.array([line for ramp in ramps for line in _channel_lines(ramp, grid)])
-    course_hz: FloatArray = (start + slope * n) * rate
+    course_hz: FloatArray = np.asarray((start + slope * n) * rate, dtype=np.float64)
     cutoff_hz = assumed.anti_aliasing_filter.cutoff_hz
     envelopes = modified_splines(course_hz, slope * rate**2, cutoff_hz)
     envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]

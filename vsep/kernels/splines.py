@@ -41,7 +41,7 @@ def spline_terms(
     jumps: ComplexArray,
     table: FloatArray,
 ) -> ComplexArray:
-    """Modified response of one spline and its two derivatives by the frequency.
+    """Return the modified response of one spline and its two derivatives by the frequency.
 
     Parameters
     ----------
