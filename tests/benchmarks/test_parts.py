@@ -15,7 +15,7 @@ from app.work import advance, prepare
 from tests.benchmarks.scenes import preset_problem
 from tests.vsep import literal
 from vsep.inference.channel import ChannelGrid
-from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
+from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirps
 from vsep.inference.chirp_search import find_single_chirps
 from vsep.inference.refinement import cost_jet, refine_point
 from vsep.inference.run import run
@@ -139,7 +139,7 @@ def test_refinement_of_a_burst(timed, chirp, way):
         return separator._refined(moved, row, noise_precision)
 
     def fast():
-        return refine_chirp(place_chirp(moved.start_frequency, slope, model), model, cost)
+        return refine_chirps([place_chirp(moved.start_frequency, slope, model)], model, [cost])[0]
 
     found = timed(fast if way == "fast" else literally, part="one refinement of (71)", way=way)
     assert abs(found.slope - burst.slope) < abs(slope - burst.slope)

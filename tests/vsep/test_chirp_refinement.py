@@ -10,7 +10,7 @@ from vsep.inference.chirp_refinement import (
     ChannelCost,
     newton_step,
     place_chirp,
-    refine_chirp,
+    refine_chirps,
 )
 from vsep.kernels.channel import Channel
 
@@ -76,7 +76,7 @@ def test_refinement_never_lowers_the_cost():
     for _ in range(20):
         start = rng.uniform(0.5, 1.0)
         slope = -start / rng.uniform(20.0, 110.0)
-        moved = refine_chirp(place_chirp(start, slope, MODEL), MODEL, cost)
+        moved = refine_chirps([place_chirp(start, slope, MODEL)], MODEL, [cost])[0]
         assert cost.value(moved.template) >= cost.value(burst(start, slope))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, NUM_SAMPLES, RATE, burst, noise
-from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirp
+from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirps
 from vsep.inference.chirp_search import find_single_chirps, slope_bank
 from vsep.kernels.channel import Channel
 from vsep.signal.filters import RaisedCosineFilter
@@ -31,7 +31,7 @@ def test_search_and_refinement_find_a_burst_exactly(centre, slope):
         channel=Channel(zero.astype(int), zero.astype(int), zero, GRID.twiddle),
         noise_precision=0.5e8,
     )
-    refined = refine_chirp(start, MODEL, cost, max_steps=20)
+    refined = refine_chirps([start], MODEL, [cost], max_steps=20)[0]
     # Noise 80 dB below the burst: deviations of the parameters are below 1e-6 of their values.
     assert -refined.start_frequency / refined.slope == pytest.approx(centre, abs=1e-3)
     assert refined.slope == pytest.approx(slope, rel=1e-4)

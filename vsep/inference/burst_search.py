@@ -162,7 +162,7 @@ class BurstSearch:
             return
         ramp.owners, ramp.bins = np.append(ramp.owners, index), np.append(ramp.bins, 0)
         ramp.precisions = np.append(ramp.precisions, 0.0)
-        work.refine_burst(ramp, index, residual, noise_precision, max_steps=START_STEPS)
+        work.refine_burst([ramp], index, self.residual, noise_precision, max_steps=START_STEPS)
         active = work.posterior(ramp, residual, noise_precision)
         last = len(active) - 1
         rho, omega_sq = active.flat_prior_moments(last)

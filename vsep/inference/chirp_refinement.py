@@ -4,8 +4,9 @@ Gradient and curvature stand in `vsep.kernels.channel.template_slopes`.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.linalg import LinAlgError
@@ -104,6 +105,11 @@ class PlacedChirp:
     template: ComplexArray
     derivatives: ComplexArray
 
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Start frequency, slope and reference."""
+        return self.start_frequency, self.slope, self.reference
+
 
 def place_chirps(
     start_frequency: FloatArray, slope: FloatArray, model: SignalModel
@@ -123,50 +129,76 @@ def place_chirp(start_frequency: float, slope: float, model: SignalModel) -> Pla
     return PlacedChirp(start_frequency, slope, reference, *jet)
 
 
-def refine_chirp(
-    chirp: PlacedChirp, model: SignalModel, cost: ChirpCost, *, max_steps: int = 1
-) -> PlacedChirp:
-    """Climb a cost in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
+def refine_chirps(
+    chirps: Sequence[PlacedChirp],
+    model: SignalModel,
+    costs: Sequence[ChirpCost],
+    *,
+    max_steps: int = 1,
+) -> list[PlacedChirp]:
+    """Climb costs in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
 
     Parameters
     ----------
-    chirp : PlacedChirp
-        Where to start.
+    chirps : sequence of PlacedChirp
+        Where to start; no two in one ramp, whose costs would depend on each other.
     model : SignalModel
-        Makes the templates.
-    cost : ChirpCost
-        What is climbed.
+        Makes the templates, those of all trials in one call.
+    costs : sequence of ChirpCost
+        What each of them climbs.
     max_steps : int
         Steps at most.
 
     Returns
     -------
-    PlacedChirp
-        The cost never falls.
+    list of PlacedChirp
+        No cost falls.
     """
+    refined = list(chirps)
+    moving = list(range(len(refined)))
     for _ in range(max_steps):
-        value, gradient, curvature = cost.slopes(chirp.template, chirp.derivatives)
-        if not math.isfinite(value):
-            raise LinAlgError("the precision matrix of a ramp is not positive definite")
-        shift, stretch = newton_step(gradient, curvature)
-        scale = 1.0 / max(
-            1.0,
-            abs(shift) / (2.0 * LONGEST_SHIFT * model.normalised_cutoff),
-            abs(stretch) / (LONGEST_STRETCH * abs(chirp.slope)),
-        )
-        if scale * (gradient[0] * shift + gradient[1] * stretch) < 2.0 * NO_GAIN:
-            break
+        found = {index: _damped_step(refined[index], costs[index], model) for index in moving}
+        steps = {index: step for index, step in found.items() if step is not None}
+        trying = list(steps)
+        moving, scale = [], 1.0
         for _ in range(HALVINGS):
-            slope = chirp.slope + scale * stretch
-            start_frequency = chirp.start_frequency + scale * (shift - stretch * chirp.reference)
-            trial = place_chirp(start_frequency, slope, model)
-            if cost.value(trial.template) >= value:
-                chirp = trial
+            if not trying:
                 break
-            scale = 0.25 * scale
-        else:
-            break
-    return chirp
+            moves = np.array([steps[index].move for index in trying]).T * scale
+            start, slope, reference = np.array([refined[index].place for index in trying]).T
+            trials = place_chirps(start + moves[0] - moves[1] * reference, slope + moves[1], model)
+            failed = []
+            for index, trial in zip(trying, trials, strict=True):
+                if costs[index].value(trial.template) >= steps[index].value:
+                    refined[index] = trial
+                    moving.append(index)
+                else:
+                    failed.append(index)
+            trying, scale = failed, 0.25 * scale
+    return refined
+
+
+class _Step(NamedTuple):
+    """Cost where a chirp is, and the moves of its central frequency and of its slope to try."""
+
+    value: float
+    move: tuple[float, float]
+
+
+def _damped_step(chirp: PlacedChirp, cost: ChirpCost, model: SignalModel) -> _Step | None:
+    """Gauss-Newton step, no longer than allowed; None if it promises nothing."""
+    value, gradient, curvature = cost.slopes(chirp.template, chirp.derivatives)
+    if not math.isfinite(value):
+        raise LinAlgError("the precision matrix of a ramp is not positive definite")
+    shift, stretch = newton_step(gradient, curvature)
+    scale = 1.0 / max(
+        1.0,
+        abs(shift) / (2.0 * LONGEST_SHIFT * model.normalised_cutoff),
+        abs(stretch) / (LONGEST_STRETCH * abs(chirp.slope)),
+    )
+    if scale * (gradient[0] * shift + gradient[1] * stretch) < 2.0 * NO_GAIN:
+        return None
+    return _Step(value, (scale * shift, scale * stretch))
 
 
 def newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[float, float]:

@@ -1,12 +1,13 @@
 """Algorithm 2: the interference estimate of a frame, ramp by ramp, while one step changes it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
 from vsep.inference.channel import ChannelGrid, channel_posterior
-from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirps, refine_chirp
+from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirps, refine_chirps
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import Schedule
 from vsep.inference.state import (
@@ -152,14 +153,18 @@ class InterferenceWorkspace:
         return Channel(ramp.owners, ramp.bins, ramp.precisions, self.grid.twiddle)
 
     def update(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Run Algorithm 2 on every ramp that holds a burst."""
+        """Run Algorithm 2 on every ramp that holds a burst; the ramps know nothing of each other.
+
+        What can be done for all of them at once is.
+        """
+        steps = self.schedule.refinement_steps
+        self.refine_bursts(residual, noise_precision, max_steps=steps)
         for p, ramp in list(self.ramps.items()):
-            self._refine(ramp, residual[p], noise_precision)
             self._revise(ramp, residual[p], noise_precision)
             if not self.schedule.recompute_amplitudes:
                 self.take_over(ramp, self.posterior(ramp, residual[p], noise_precision))
             self.drop_empty(ramp)
-            self._refine(ramp, residual[p], noise_precision)
+        self.refine_bursts(residual, noise_precision, max_steps=steps)
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
 
@@ -205,31 +210,53 @@ class InterferenceWorkspace:
         """Posterior of all columns of a ramp at its present parameters."""
         return channel_posterior(ramp.templates, residual, self.channel(ramp), noise_precision)
 
-    def _refine(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
-        for index in range(len(ramp.chirps)):
-            steps = self.schedule.refinement_steps
-            self.refine_burst(ramp, index, residual, noise_precision, max_steps=steps)
+    def refine_bursts(
+        self, residual: ComplexArray, noise_precision: float, *, max_steps: int
+    ) -> None:
+        """Climb (71) in the parameters of all bursts: the first of every ramp, then the second."""
+        for index in range(max((len(ramp.chirps) for ramp in self.ramps.values()), default=0)):
+            ramps = [ramp for ramp in self.ramps.values() if index < len(ramp.chirps)]
+            self.refine_burst(ramps, index, residual, noise_precision, max_steps=max_steps)
 
     def refine_burst(
         self,
-        ramp: RampWork,
+        ramps: Sequence[RampWork],
         index: int,
         residual: ComplexArray,
         noise_precision: float,
         *,
         max_steps: int,
     ) -> None:
-        """Climb (71) in the parameters of one burst."""
-        if not np.any(ramp.owners == index):
-            return
-        cost = ChannelCost(
-            residual=residual,
-            templates=ramp.templates,
-            moving=index,
-            channel=self.channel(ramp),
-            noise_precision=noise_precision,
-        )
-        ramp.chirps[index] = refine_chirp(ramp.chirps[index], self.model, cost, max_steps=max_steps)
+        """Climb (71) in the parameters of one burst of each of some ramps.
+
+        Parameters
+        ----------
+        ramps : sequence of RampWork
+            Changed in place.
+        index : int
+            Which of their bursts.
+        residual : (P, N) complex
+            Received signal minus the objects.
+        noise_precision : float
+            lambda.
+        max_steps : int
+            Newton steps at most.
+        """
+        moved = [ramp for ramp in ramps if np.any(ramp.owners == index)]
+        costs = [
+            ChannelCost(
+                residual=residual[ramp.ramp],
+                templates=ramp.templates,
+                moving=index,
+                channel=self.channel(ramp),
+                noise_precision=noise_precision,
+            )
+            for ramp in moved
+        ]
+        chirps = [ramp.chirps[index] for ramp in moved]
+        refined = refine_chirps(chirps, self.model, costs, max_steps=max_steps)
+        for ramp, chirp in zip(moved, refined, strict=True):
+            ramp.chirps[index] = chirp
 
     def _revise(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
         """Add, re-weigh and prune the columns of a ramp, Algorithm 4."""

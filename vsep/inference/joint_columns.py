@@ -12,7 +12,7 @@ from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.inference.channel import passive_ratios
-from vsep.inference.chirp_refinement import ChirpCost, refine_chirp
+from vsep.inference.chirp_refinement import ChirpCost, refine_chirps
 from vsep.inference.interference import InterferenceWorkspace, RampWork
 from vsep.inference.object_only import expected_error
 from vsep.inference.objects import Background
@@ -125,10 +125,10 @@ class JointColumns:
         for index in range(len(ramp.chirps)):
             if len(ramp.own(index)) == 0:
                 continue
-            ramp.chirps[index] = refine_chirp(
-                ramp.chirps[index],
+            (ramp.chirps[index],) = refine_chirps(
+                [ramp.chirps[index]],
                 self.interference.model,
-                self.chirp_cost(ramp, index),
+                [self.chirp_cost(ramp, index)],
                 max_steps=self.interference.schedule.refinement_steps,
             )
             self.rebuild()

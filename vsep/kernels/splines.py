@@ -12,25 +12,29 @@ from vsep.kernels.compiler import compiled
 from vsep.kernels.fresnel import side, signed_rest
 from vsep.kernels.turns import turn
 
+THIRD = 1.0 / 3.0  # dividing a complex number costs more than all the rest of a cubic
+
 
 @compiled
-def truncated_cubic(x: float, rate: float, table: FloatArray) -> tuple[complex, complex, complex]:
+def truncated_cubic(
+    x: float, rate: float, scale: float, table: FloatArray
+) -> tuple[complex, complex, complex]:
     """Return H_3 at a distance from the knot, and its first two derivatives H_2 and H_1.
 
-    They are right up to one cubic polynomial of the distance, which fourth differences remove.
+    `scale` is ``sqrt(2 / |rate|)``. They are right up to one cubic polynomial of the distance,
+    which fourth differences remove.
     """
-    direction, inverse = side(rate), 1.0 / abs(rate)
+    direction = side(rate)
     factor = complex(0.5, 0.5 * direction)  # exp(j pi/4 sgn slope) / sqrt(2)
-    scale = np.sqrt(2.0 * inverse)
     curvature = complex(0.0, -rate / (2.0 * np.pi))
-    phase = factor * turn(-0.5 * direction * x * x * inverse)
+    phase = factor * turn(-0.25 * direction * (x * scale) ** 2)
     rest = signed_rest(x * scale, table)
     if direction > 0.0:
         rest = rest.conjugate()
     flat = 0.5 * side(x) - phase * rest
     second = x * flat + curvature * scale * phase
     first = 0.5 * (x * second + curvature * flat)
-    return (x * first + curvature * second) / 3.0, first, second
+    return THIRD * (x * first + curvature * second), first, second
 
 
 @compiled
@@ -60,8 +64,9 @@ def spline_terms(
     """
     result = np.zeros((3, len(frequency)), dtype=np.complex128)
     for m in range(len(frequency)):
+        scale = np.sqrt(2.0 / abs(slope[m]))
         for k in range(len(knots)):
-            value, first, second = truncated_cubic(frequency[m] - knots[k], slope[m], table)
+            value, first, second = truncated_cubic(frequency[m] - knots[k], slope[m], scale, table)
             result[0, m] += jumps[k] * value
             result[1, m] += jumps[k] * first
             result[2, m] += jumps[k] * second
@@ -86,8 +91,9 @@ def bspline_terms(
     result = np.empty((len(frequency), len(knots) - 4), dtype=np.complex128)
     cubics = np.empty(len(knots), dtype=np.complex128)
     for m in range(len(frequency)):
+        scale = np.sqrt(2.0 / abs(slope[m]))
         for k in range(len(knots)):
-            cubics[k] = height * truncated_cubic(frequency[m] - knots[k], slope[m], table)[0]
+            cubics[k] = height * truncated_cubic(frequency[m] - knots[k], slope[m], scale, table)[0]
         for k in range(len(knots) - 4):
             outer, middle = cubics[k] + cubics[k + 4], cubics[k + 1] + cubics[k + 3]
             result[m, k] = outer - 4.0 * middle + 6.0 * cubics[k + 2]
