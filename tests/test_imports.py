@@ -22,20 +22,25 @@ FLOORS = {
     "vsep.analysis": 3,
     # A detector of interfered samples fits objects.
     "vsep.mitigation": 4,
+    # Objects under a burst are filled in by a method of mitigation.
+    "vsep.calibration": 5,
     "vsep.files": 5,
     # The rows of a study are written as result lines are.
     "vsep.studies": 6,
     "vsep": 7,
     "vsep.first_use": 8,
     "vsep.commands": 8,
+    "vsep.calibrate_commands": 8,
     "vsep.mitigate_commands": 8,
     "vsep.study_commands": 8,
     "vsep.mitigate_options": 9,
+    "vsep.calibrate_options": 9,
     "vsep.study_options": 9,
     "vsep.cli": 10,
 }
 COMMAND_LINE = (
     "vsep.commands",
+    "vsep.calibrate_commands",
     "vsep.mitigate_commands",
     "vsep.study_commands",
     "vsep.cli",
