@@ -12,6 +12,7 @@ from typing import NoReturn
 
 from vsep._arrays import InputError
 from vsep._version import __version__
+from vsep.calibrate_options import add_calibrate
 from vsep.mitigate_options import add_mask_option, add_mitigate
 from vsep.signal.preset_names import PRESET_NAMES
 from vsep.study_options import add_study
@@ -113,6 +114,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_separate(commands)
     _add_report(commands)
     add_mitigate(commands)
+    add_calibrate(commands)
     add_study(commands)
     return parser
 
@@ -203,6 +205,13 @@ def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
         "interference_signal and cleaned",
     )
     parser.add_argument(
+        "--clutter",
+        choices=("keep", "remove"),
+        default="keep",
+        help="objects that stand still: estimated like all others, or left out together with a "
+        "receiver's settling transient, as the median over the ramps (default: keep)",
+    )
+    parser.add_argument(
         "--workers",
         type=_whole_number(1, 4096),
         default=None,
@@ -232,6 +241,12 @@ def _add_out(parser: argparse.ArgumentParser, what: str) -> None:
 
 def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the estimator")
+    group.add_argument(
+        "--response",
+        metavar="FILE",
+        help="the receiver's response as vsep calibrate writes it, *.npz, in place of the filter "
+        "that a frame file names",
+    )
     group.add_argument(
         "--estimator",
         choices=("factorised", "joint", "object-only", "masked"),

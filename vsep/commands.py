@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import repeat
 from pathlib import Path
 from typing import Any
@@ -15,14 +16,16 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from vsep._arrays import BoolArray, InputError
+from vsep._arrays import BoolArray, ComplexArray, InputError
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.frame_mask import frame_mask
+from vsep.files.response_file import read_response
 from vsep.files.results import as_json, profile_entry, result_line, separated_signals
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
-from vsep.signal.filters import NoFilter
+from vsep.signal.clutter import FEWEST_RAMPS, static_part
+from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
 from vsep.workers import available_cores, worker_pool
@@ -65,6 +68,7 @@ def separate_frames(options: argparse.Namespace) -> int:
     _require_distinct(options.frames, options.out, options.signals)
     _require_folder(options.out)
     _require_usable(options)
+    assumed_filter(options)
     if options.signals is not None:
         Path(options.signals).mkdir(parents=True, exist_ok=True)
     start = time.perf_counter()
@@ -135,7 +139,7 @@ def report_frame(options: argparse.Namespace) -> int:
     _require_folder(options.out)
     from app.report import write_report
 
-    frame = read_frame(options.frame)
+    frame = _read_frame(options.frame, options)
     separator = _separator_of(options, frame)
     settings = describe_run(options, frame, separator)
     write_report(frame, Path(options.out), separator=separator, settings=settings)
@@ -145,8 +149,9 @@ def report_frame(options: argparse.Namespace) -> int:
 def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
     """Make the result line of one frame; one with ``error`` if it could not be used."""
     try:
-        frame = read_frame(path)
-        solution = run(_separator_of(options, frame), frame.received)
+        frame = _read_frame(path, options)
+        received = _moving(frame) if options.clutter == "remove" else frame.received
+        solution = run(_separator_of(options, frame), received)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
@@ -157,6 +162,34 @@ def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
         }
     line = result_line(path, solution, frame.radar)
     return line | ({"profile": profile_entry(solution)} if options.profile else {})
+
+
+def _read_frame(path: str, options: argparse.Namespace) -> Frame:
+    """Read a frame; a response that was given stands in for its filter."""
+    frame = read_frame(path)
+    response = assumed_filter(options)
+    return frame if response is None else replace(frame, anti_aliasing_filter=response)
+
+
+def _moving(frame: Frame) -> ComplexArray:
+    """Return the frame without what stands still; `InputError` if it has too few ramps for that."""
+    if frame.radar.num_ramps < FEWEST_RAMPS:
+        raise InputError(
+            f"{frame.name} has {frame.radar.num_ramps} ramps; --clutter remove needs at least "
+            f"{FEWEST_RAMPS}."
+        )
+    return frame.received - static_part(frame.received)
+
+
+def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
+    """Return the filter of ``--response``, or None.
+
+    Raises
+    ------
+    InputError
+        If the file is no response file.
+    """
+    return None if options.response is None else read_response(options.response).filter_of(0)
 
 
 def _require_usable(options: argparse.Namespace) -> None:

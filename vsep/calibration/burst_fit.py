@@ -94,9 +94,7 @@ def refine_fit(
     return fit
 
 
-def _step(
-    window: BurstWindow, response: ComplexArray, grid: LineGrid, fit: BurstFit
-) -> FloatArray:
+def _step(window: BurstWindow, response: ComplexArray, grid: LineGrid, fit: BurstFit) -> FloatArray:
     """Gauss-Newton step in crossing time and slope; for the crossing alone, its first element.
 
     The two directions are made orthogonal by the slope's: at the band's centre they nearly are.

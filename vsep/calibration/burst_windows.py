@@ -14,10 +14,10 @@ from vsep._arrays import BoolArray, ComplexArray, FloatArray, InputError, from_d
 from vsep.inference.chirp_search import find_single_chirps
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import make_mitigation
+from vsep.signal.clutter import static_part
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
 
-FEWEST_RAMPS = 8  # of which a median tells what stands still
 BURSTS_PER_RAMP = 3
 LEAST_SCORE_DB = 25.0  # of a burst over the noise: weaker ones tell less than the objects disturb
 WEAKEST_DB = -20.0  # of the strongest burst
@@ -73,20 +73,6 @@ class BurstWindow:
         return replace(self, signals=self.signals[antenna : antenna + 1])
 
 
-def static_part(received: ComplexArray) -> ComplexArray:
-    """(..., 1, N) median over the ramps of (..., P, N): all that stands still, no bursts.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> static_part(np.array([[1.0], [9.0], [1.0]]) + 2j)
-    array([[1.+2.j]])
-    """
-    parts = np.asarray(received)
-    median = np.median(parts.real, axis=-2, keepdims=True)
-    return np.asarray(median + 1j * np.median(parts.imag, axis=-2, keepdims=True))
-
-
 def find_crossings(moving: ComplexArray, sample_rate_hz: float) -> tuple[Crossing, ...]:
     """Find the strong bursts of one antenna.
 
@@ -106,7 +92,9 @@ def find_crossings(moving: ComplexArray, sample_rate_hz: float) -> tuple[Crossin
         num_ramps=moving.shape[0],
         num_samples=moving.shape[1],
         sample_rate_hz=sample_rate_hz,
-        anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=SEARCH_BAND * sample_rate_hz, rolloff=0.2),
+        anti_aliasing_filter=RaisedCosineFilter(
+            cutoff_hz=SEARCH_BAND * sample_rate_hz, rolloff=0.2
+        ),
     )
     rest = moving.copy()
     noise = float(np.median(np.abs(moving) ** 2)) / np.log(2.0)
@@ -201,7 +189,7 @@ def cut_bursts(
 
 
 def _filled(moving: ComplexArray, mask: BoolArray) -> ComplexArray:
-    """(A, P, N) moving objects, filled in where the mask (P, N) says."""
+    """Fill moving objects (A, P, N) in where the mask (P, N) says."""
     method = make_mitigation("ist")
     return np.stack([mitigate(method, antenna, mask).cleaned for antenna in moving]).astype(
         np.complex128

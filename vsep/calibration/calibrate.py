@@ -10,15 +10,14 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, InputError, require_range
 from vsep.calibration.burst_windows import (
-    FEWEST_RAMPS,
     BurstWindow,
     cut_bursts,
     find_crossings,
-    static_part,
     strongest_antenna,
 )
 from vsep.calibration.parametric import ParametricResponse, fit_parametric
 from vsep.calibration.response_estimate import ResponseEstimate, estimate_response
+from vsep.signal.clutter import FEWEST_RAMPS, static_part
 
 SLOPE_ROUNDS = 3  # corrections of a slope difference that was not given; two settle it to 1e-5
 

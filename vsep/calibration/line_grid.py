@@ -50,14 +50,17 @@ class LineGrid:
     def chirp(self, crossing: float, slope_hz_per_s: float) -> ComplexArray:
         """(K,) spectrum of a chirp of slope `slope_hz_per_s` that crosses at a sample."""
         quadratic = -np.pi * self.frequency_hz**2 / slope_hz_per_s
-        return np.asarray(np.exp(1j * (quadratic - 2.0 * np.pi * self.lines / self.size * crossing)))
+        return np.asarray(
+            np.exp(1j * (quadratic - 2.0 * np.pi * self.lines / self.size * crossing))
+        )
 
     def synthesize(self, values: ComplexArray, first: int, length: int) -> ComplexArray:
         """(..., length) samples ``first, first + 1, ...`` of lines with the values (..., K)."""
-        half = (values.shape[-1] - 1) // 2
-        folded = np.zeros((*values.shape[:-1], self.size), dtype=np.complex128)
         # Lines beyond half the sample rate alias onto others.
-        np.add.at(folded, (..., np.arange(-half, half + 1) % self.size), values)
+        half = (values.shape[-1] - 1) // 2
+        edges = [(0, 0)] * (values.ndim - 1)
+        padded = np.pad(values, [*edges, (self.size - half, self.size - half - 1)])
+        folded = padded.reshape(*values.shape[:-1], -1, self.size).sum(axis=-2)
         samples = fft.ifft(folded, axis=-1, norm="forward")
         return np.asarray(samples[..., (first + np.arange(length)) % self.size])
 

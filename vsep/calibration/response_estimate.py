@@ -91,8 +91,11 @@ def estimate_response(
                 f"Only {sum(trusted)} of {len(windows)} bursts share one response at a slope "
                 f"difference of {slope_hz_per_s:g} Hz/s; at least {FEWEST_BURSTS} must: check it."
             )
-        used = [pair for pair, good in zip(zip(windows, fits, strict=True), trusted, strict=True)
-                if good]
+        used = [
+            pair
+            for pair, good in zip(zip(windows, fits, strict=True), trusted, strict=True)
+            if good
+        ]
         response, later = _normalised(_least_squares(used, grid), grid)
         fits = [replace(fit, crossing=fit.crossing + later) for fit in fits]
     fits = [
@@ -106,7 +109,9 @@ def estimate_response(
         )
         for window, fit in zip(windows, fits, strict=True)
     ]
-    used = [pair for pair, good in zip(zip(windows, fits, strict=True), trusted, strict=True) if good]
+    used = [
+        pair for pair, good in zip(zip(windows, fits, strict=True), trusted, strict=True) if good
+    ]
     return ResponseEstimate(
         response=ReceiverResponse(
             frequency_hz=grid.frequency_hz,
@@ -133,7 +138,7 @@ def _at_slope(fits: Sequence[BurstFit], slope_hz_per_s: float) -> list[BurstFit]
 
 
 def _least_squares(used: Sequence[tuple[BurstWindow, BurstFit]], grid: LineGrid) -> ComplexArray:
-    """(A, K) response that minimises the squared errors of all bursts."""
+    """Response (A, K) that minimises the squared errors of all bursts."""
     num_lines = len(grid.lines)
     num_antennas = len(used[0][1].gains)
     normal = np.zeros((num_antennas, num_lines, num_lines), dtype=np.complex128)
@@ -166,7 +171,7 @@ def _normalised(response: ComplexArray, grid: LineGrid) -> tuple[ComplexArray, f
 
 
 def _coherence(used: Sequence[tuple[BurstWindow, BurstFit]], grid: LineGrid) -> FloatArray:
-    """(A, K) squared mean over mean square of the demodulated bursts.
+    """Squared mean over mean square of the demodulated bursts, (A, K).
 
     What aliases turns with the fraction of a sample at which a burst crosses, and lowers it.
     """

@@ -1,0 +1,24 @@
+"""What stands still in a recording: clutter, leakage, a receiver's settling transient."""
+
+from typing import Final
+
+import numpy as np
+
+from vsep._arrays import ComplexArray
+
+FEWEST_RAMPS: Final = 8
+"""Of fewer ramps a median does not tell what stands still from what moves or interferes."""
+
+
+def static_part(received: ComplexArray) -> ComplexArray:
+    """(..., 1, N) median over the ramps of (..., P, N): all that stands still, no bursts.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> static_part(np.array([[1.0], [9.0], [1.0]]) + 2j)
+    array([[1.+2.j]])
+    """
+    parts = np.asarray(received)
+    median = np.median(parts.real, axis=-2, keepdims=True)
+    return np.asarray(median + 1j * np.median(parts.imag, axis=-2, keepdims=True))
