@@ -90,8 +90,10 @@ def car_of(moving, ramps=None):
     place = np.array([CAR[1] / RADAR.num_samples, (CAR[0] - 64) / RADAR.num_ramps])
     n, reach = np.arange(RADAR.num_samples), np.array([1.5, 1.5]) / RADAR.shape[::-1]
     for _ in range(4):
-        beats, dopplers = (centre + width * np.linspace(-1.0, 1.0, 31)
-                           for centre, width in zip(place, reach, strict=True))
+        beats, dopplers = (
+            centre + width * np.linspace(-1.0, 1.0, 31)
+            for centre, width in zip(place, reach, strict=True)
+        )
         by_beat = moving[ramps] @ np.exp(2j * np.pi * np.outer(n, beats))
         power = np.abs(np.exp(2j * np.pi * np.outer(dopplers, ramps)) @ by_beat)
         row, column = np.unravel_index(np.argmax(power), power.shape)
@@ -176,10 +178,14 @@ def sweep_rows(slope_differences, sirs_db, *, max_iterations=30):
     """Clean recording plus bursts: detections of every method against the clean frame's own."""
     interfered, _ = recording(INTERFERED)
     clean, _ = recording(CLEAN)
-    halves = [calibrate([interfered[:1, rows]], RATE, SLOPE).estimate.response.filter_of(0)
-              for rows in (slice(0, 64), slice(64, 128))]
+    halves = [
+        calibrate([interfered[:1, rows]], RATE, SLOPE).estimate.response.filter_of(0)
+        for rows in (slice(0, 64), slice(64, 128))
+    ]
     moving = (clean - static_part(clean))[0]
-    objects = run(ObjectOnlySeparator(model=model_with(NoFilter()), max_iterations=60), moving).state
+    objects = run(
+        ObjectOnlySeparator(model=model_with(NoFilter()), max_iterations=60), moving
+    ).state
     for slope_difference in slope_differences:
         for sir_db in sirs_db:
             observation = add_interference(
@@ -205,7 +211,9 @@ def sweep_point(observation, objects, response, max_iterations):
         "separation": run(FactorisedSeparator(model=model_with(response), **settings), frame).state
     }
     zeroed = np.asarray(mitigate(zeroing(), frame, mask).cleaned)
-    states["zeroing"] = run(ObjectOnlySeparator(model=model_with(NoFilter()), **settings), zeroed).state
+    states["zeroing"] = run(
+        ObjectOnlySeparator(model=model_with(NoFilter()), **settings), zeroed
+    ).state
     states["masked"] = masked_lines(frame, mask, max_iterations)
     row = {"mask_share": float(mask.mean()), "objects_clean": objects.objects.num_components}
     for name, state in states.items():

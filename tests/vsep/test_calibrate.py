@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from tests.vsep.recording_bench import INTERFERED, RATE, SLOPE, recording
 
+from tests.vsep.recording_bench import INTERFERED, RATE, SLOPE, recording
 from vsep._arrays import InputError
 from vsep.calibration.calibrate import calibrate
 from vsep.calibration.reproduction import reproduction_errors

@@ -58,9 +58,10 @@ class LineGrid:
         """(..., length) samples ``first, first + 1, ...`` of lines with the values (..., K)."""
         # Lines beyond half the sample rate alias onto others.
         half = (values.shape[-1] - 1) // 2
-        edges = [(0, 0)] * (values.ndim - 1)
-        padded = np.pad(values, [*edges, (self.size - half, self.size - half - 1)])
-        folded = padded.reshape(*values.shape[:-1], -1, self.size).sum(axis=-2)
+        periods = np.zeros((*values.shape[:-1], 2, self.size), dtype=np.complex128)
+        flat = periods.reshape(*values.shape[:-1], 2 * self.size)
+        flat[..., self.size - half : self.size + half + 1] = values
+        folded = periods.sum(axis=-2)
         samples = fft.ifft(folded, axis=-1, norm="forward")
         return np.asarray(samples[..., (first + np.arange(length)) % self.size])
 
