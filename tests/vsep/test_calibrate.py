@@ -147,7 +147,7 @@ def test_the_static_part_of_a_recording_holds_no_burst():
 @pytest.mark.scenario
 def test_the_car_of_a_real_recording_is_freed_of_bursts():
     signals, mask = recording(INTERFERED)
-    response = calibrate([signals[:1]], RATE, SLOPE).estimate.response
+    response = calibrate([signals], RATE, SLOPE).estimate.response
     moving = signals[0] - static_part(signals[0])
     state = separated(signals[0], response.filter_of(0))
     # The bars; 44.2 dB was measured, 15.0 as received and 43.1 by slow-time interpolation.
