@@ -27,12 +27,15 @@ FLOORS = {
     "vsep.files": 5,
     # The rows of a study are written as result lines are.
     "vsep.studies": 6,
+    "vsep.recordings": 6,
     "vsep": 7,
     "vsep.first_use": 8,
     "vsep.commands": 8,
     "vsep.calibrate_commands": 8,
+    "vsep.convert_commands": 8,
     "vsep.mitigate_commands": 8,
     "vsep.study_commands": 8,
+    "vsep.convert_options": 9,
     "vsep.mitigate_options": 9,
     "vsep.calibrate_options": 9,
     "vsep.study_options": 9,
@@ -49,9 +52,10 @@ DRAWING = {"panel", "panel_material_ui", "bokeh", "holoviews"}
 # `vsep` beside the standard library; the command line also draws a progress bar and calls the app.
 LIBRARIES = {"numpy", "scipy", "vsep"}
 COMPILER = {"vsep.kernels.compiler": {"numba"}}
-# One optional library: Dask's own scheduler and workers run a study on several machines, which is
-# better not written twice. Imported inside the function that needs it; `pip install vsep[cluster]`.
-OPTIONAL = {"vsep.studies.cluster": {"distributed"}}
+# Optional libraries, imported inside the function that needs them. Dask's own scheduler and workers
+# run a study on several machines, which is better not written twice (`pip install vsep[cluster]`);
+# PyYAML reads settings files and comes with Bokeh.
+OPTIONAL = {"vsep.studies.cluster": {"distributed"}, "vsep.recordings.settings": {"yaml"}}
 
 
 def module_name(path: Path) -> str:

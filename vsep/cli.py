@@ -13,7 +13,8 @@ from typing import NoReturn
 from vsep._arrays import InputError
 from vsep._version import __version__
 from vsep.calibrate_options import add_calibrate
-from vsep.mitigate_options import add_mask_option, add_mitigate
+from vsep.convert_options import add_convert
+from vsep.mitigate_options import add_antenna_option, add_mask_option, add_mitigate
 from vsep.signal.preset_names import PRESET_NAMES
 from vsep.study_options import add_study
 
@@ -111,6 +112,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     _add_serve(commands)
     _add_simulate(commands)
+    add_convert(commands)
     _add_separate(commands)
     _add_report(commands)
     add_mitigate(commands)
@@ -255,6 +257,7 @@ def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
         "objects from the samples that the mask leaves (default: factorised)",
     )
     add_mask_option(group)
+    add_antenna_option(group)
     group.add_argument(
         "--schedule",
         choices=("robust", "paper"),

@@ -85,6 +85,8 @@ def separate_frames(options: argparse.Namespace) -> int:
             if "error" in line:
                 tqdm.write(f"vsep: {line['error']}", file=sys.stderr)
             used += "error" not in line
+            if options.antenna is None and line.get("num_antennas", 1) > 1:
+                tqdm.write(f"vsep: {_which_antenna(line)}", file=sys.stderr)
             profile.update(line.get("profile", {}))
             results.write(as_json(line) + "\n")
             results.flush()
@@ -93,6 +95,13 @@ def separate_frames(options: argparse.Namespace) -> int:
     if used > 1:
         sys.stderr.write(_throughput(used, time.perf_counter() - start, workers) + "\n")
     return 0 if used == len(options.frames) else _EXIT_INPUT
+
+
+def _which_antenna(line: Mapping[str, Any]) -> str:
+    return (
+        f"{line['file']} holds {line['num_antennas']} antennas; antenna 0 is separated, --antenna "
+        "chooses another."
+    )
 
 
 def _num_workers(options: argparse.Namespace) -> int:
@@ -161,12 +170,14 @@ def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
             "error": str(error) or f"{path} needs more memory than this machine has.",
         }
     line = result_line(path, solution, frame.radar)
+    if frame.num_antennas > 1:
+        line |= {"antenna": frame.antenna, "num_antennas": frame.num_antennas}
     return line | ({"profile": profile_entry(solution)} if options.profile else {})
 
 
 def _read_frame(path: str, options: argparse.Namespace) -> Frame:
     """Read a frame; a response that was given stands in for its filter."""
-    frame = read_frame(path)
+    frame = read_frame(path, antenna=options.antenna or 0)
     response = assumed_filter(options)
     return frame if response is None else replace(frame, anti_aliasing_filter=response)
 
@@ -231,6 +242,8 @@ def describe_run(options: argparse.Namespace, frame: Frame, separator: Estimator
     """Name for a reader of the report how the frame was made and what the estimator was told."""
     assumed = frame.assumed_filter
     settings = {key: frame.settings[key] for key in ("preset", "seed") if key in frame.settings}
+    if frame.num_antennas > 1:
+        settings["antenna"] = f"{frame.antenna} of {frame.num_antennas}"
     settings["estimator"] = options.estimator
     if options.mask is not None:
         settings["mask"] = options.mask

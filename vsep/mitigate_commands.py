@@ -61,7 +61,7 @@ class _Repairs:
 def _mitigate_frame(path: str, repairs: _Repairs, options: argparse.Namespace) -> bool:
     """Write the repaired frame of one file, in its sign and shape; False if it cannot be used."""
     try:
-        frame = read_frame(path)
+        frame = read_frame(path, antenna=options.antenna or 0)
         mask = frame_mask(frame, options.mask)
         cleaned = repairs.cleaned(frame, mask)
         np.savez(

@@ -31,6 +31,7 @@ def add_mitigate(commands: Any) -> None:
     parser.add_argument("frames", nargs="+", metavar="FRAME", help="a frame file, *.npz; in order")
     parser.add_argument("--method", required=True, metavar="NAME", help=METHODS)
     add_mask_option(parser)
+    add_antenna_option(parser)
     parser.add_argument(
         "--domain",
         choices=("masked-2d", "explicit-1d"),
@@ -56,6 +57,16 @@ def add_mask_option(parser: Any) -> None:
         choices=("truth", "amplitude", "autoregressive", "residual"),
         help="interfered samples: from the frame file, or found by amplitude, prediction error or "
         "the residual of fitted objects (default: truth if the file has it, else autoregressive)",
+    )
+
+
+def add_antenna_option(parser: Any) -> None:
+    """Add ``--antenna``, for frame files that hold several."""
+    parser.add_argument(
+        "--antenna",
+        type=int,
+        metavar="N",
+        help="which antenna of a frame file that holds several, from 0 (default: 0)",
     )
 
 

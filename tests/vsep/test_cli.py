@@ -183,6 +183,28 @@ def test_separate_finds_the_burst_and_the_object_of_simulation_1(tmp_path: Path)
     assert burst["slope_hz_per_s"] == pytest.approx(truth.bursts[0].slope_hz_per_s, rel=0.01)
 
 
+def test_separate_takes_the_first_antenna_and_says_so_or_the_one_asked_for(
+    tmp_path: Path,
+    frame_arrays: FrameArrays,
+    frame_file: Callable[..., str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    one = frame_arrays()["received"]
+    turned = one * np.exp(-2j * np.pi * 0.15 * np.arange(32))
+    frame = frame_file(received=np.stack([one, turned]))
+    out = tmp_path / "results.jsonl"
+    assert cli.main(["separate", frame, "--out", str(out)]) == 0
+    assert "holds 2 antennas; antenna 0 is separated" in capsys.readouterr().err
+    first = lines_of(out)[0]
+    assert (first["antenna"], first["num_antennas"]) == (0, 2)
+    assert first["objects"][0]["beat"] == pytest.approx(0.2, abs=0.01 / 32)
+    assert cli.main(["separate", frame, "--antenna", "1", "--out", str(out)]) == 0
+    assert capsys.readouterr().err == ""
+    assert lines_of(out)[0]["objects"][0]["beat"] == pytest.approx(0.35, abs=0.01 / 32)
+    assert cli.main(["separate", frame, "--antenna", "2", "--out", str(out)]) == 2
+    assert "antenna is 2; it must lie between 0 and 1" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("beat_sign", [-1, 1])
 def test_separate_answers_in_the_paper_sign_and_writes_signals_in_that_of_the_file(
     tmp_path: Path, frame_arrays: FrameArrays, frame_file: Callable[..., str], beat_sign: int

@@ -315,7 +315,8 @@ def test_a_missing_array_is_named(broken: Callable[..., str], key: str) -> None:
     ("received", "words"),
     [
         (np.array(1j), "shape ()"),
-        (np.ones((2, 4, 32), dtype=complex), "shape (2, 4, 32)"),
+        (np.ones((2, 2, 4, 32), dtype=complex), "shape (2, 2, 4, 32)"),
+        (np.ones((0, 4, 32), dtype=complex), "holds no antenna"),
         (np.ones((4, 32)), "complex samples"),
         (np.ones((4, 32), dtype=int), "complex samples"),
         (np.full((4, 32), "a"), "complex samples"),
@@ -519,3 +520,55 @@ def test_the_shipped_frame_is_a_frame(repository: Path) -> None:
     # 60 MHz/us at 2.5 MHz: 2.5e6 / 60e12 s of delay, 6.25 m, counted from zero.
     assert frame.radar.lowest_beat == 0.0
     assert frame.radar.range_from_beat(np.array(-0.5)) == pytest.approx(3.12, abs=0.01)
+
+
+# Several antennas
+
+
+def test_every_antenna_is_kept_and_one_is_received(
+    tmp_path: Path, frame_arrays: FrameArrays
+) -> None:
+    one = frame_arrays()["received"]
+    stored = np.stack([one, 1j * one, -2.0 * one])
+    arrays = frame_arrays(received=stored, beat_sign=1, antenna_spacing_wavelengths=0.5)
+    frame = read_frame(saved(tmp_path / "frame.npz", arrays), antenna=2)
+    assert np.array_equal(frame.received, stored[2].conj())
+    assert (frame.num_antennas, frame.antenna) == (3, 2)
+    assert frame.antenna_spacing_wavelengths == 0.5
+    write_frame(tmp_path / "again.npz", frame)
+    with np.load(tmp_path / "again.npz") as again:
+        assert np.array_equal(again["received"], stored)
+        assert again["antenna_spacing_wavelengths"] == 0.5
+
+
+@pytest.mark.parametrize("antenna", [-1, 2])
+def test_an_antenna_that_is_not_there_is_refused(
+    tmp_path: Path, frame_arrays: FrameArrays, antenna: int
+) -> None:
+    stored = np.stack([frame_arrays()["received"]] * 2)
+    path = saved(tmp_path / "frame.npz", frame_arrays(received=stored))
+    with pytest.raises(InputError, match=rf"antenna is {antenna}; it must lie between 0 and 1"):
+        read_frame(path, antenna=antenna)
+
+
+def test_a_bad_sample_of_another_antenna_is_found(
+    broken: Callable[..., str], frame_arrays: FrameArrays
+) -> None:
+    stored = np.stack([frame_arrays()["received"]] * 2)
+    stored[1, 2, 3] = np.nan
+    assert "1 of 128 samples" in broken(received=stored)
+
+
+@pytest.mark.parametrize("spacing", [0.0, -0.5, np.nan, np.inf])
+def test_an_impossible_antenna_spacing_is_refused(
+    broken: Callable[..., str], spacing: float
+) -> None:
+    assert "antenna_spacing_wavelengths" in broken(antenna_spacing_wavelengths=spacing)
+
+
+def test_received_must_be_the_signal_of_its_antenna(small_radar: ChirpSequence) -> None:
+    one = example_frame(small_radar).received
+    with pytest.raises(InputError, match="not the signal of antenna 1"):
+        example_frame(small_radar, received=one, antennas=np.stack([one, 2.0 * one]), antenna=1)
+    with pytest.raises(InputError, match="antennas have shape"):
+        example_frame(small_radar, received=one, antennas=one)

@@ -120,17 +120,13 @@ class Archive:
             raise InputError(f"{self.name} holds no array {key!r}, which a frame file needs.")
         try:
             with self._zip.open(member) as stream:
-                header = _read_header(stream)
-                self._judge(key, header, member.file_size - stream.tell(), max_elements)
-                stream.seek(0)
-                return np.lib.format.read_array(stream, allow_pickle=False)
+                where = f"{self.name}: array {key!r}"
+                return read_array(stream, where, member.file_size, max_elements=max_elements)
         except InputError:
             raise
         except _UNREADABLE as error:
-            raise InputError(
-                f"{self.name}: array {key!r} is damaged or cut off; write the file again with "
-                "numpy.savez."
-            ) from error
+            # What the zip archive itself finds, its checksums for instance.
+            raise _damaged(f"{self.name}: array {key!r}") from error
 
     def number(self, key: str, default: float | None = None) -> float:
         """Read one real number; `default`, where given, stands in for an absent one."""
@@ -163,25 +159,59 @@ class Archive:
         item = value.reshape(()).item()
         return item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)
 
-    def _judge(self, key: str, header: _Header, num_bytes: int, max_elements: int) -> None:
-        """Refuse what must not be read; `num_bytes` is what the archive holds of the data."""
-        where = f"{self.name}: array {key!r}"
-        if header.dtype.hasobject:
-            raise InputError(f"{where} holds pickled objects; numbers are needed.")
-        if header.num_elements > max_elements:
-            raise InputError(
-                f"{where} declares the shape {_shape_text(header.shape)}; at most {max_elements} "
-                f"element{'s are' if max_elements > 1 else ' is'} allowed."
-            )
-        if header.dtype.kind in "US" and header.dtype.itemsize > 4 * _MAX_TEXT:
-            raise InputError(
-                f"{where} is a text of over {_MAX_TEXT} characters, the longest allowed."
-            )
-        if header.num_elements * header.dtype.itemsize != num_bytes:
-            raise InputError(
-                f"{where} declares the shape {_shape_text(header.shape)} of {header.dtype} but "
-                f"holds {num_bytes} bytes; write the file again with numpy.savez."
-            )
+
+def read_array(
+    stream: IO[bytes], where: str, num_bytes: int, *, max_elements: int = MAX_SAMPLES
+) -> NDArray[Any]:
+    """Read one array in NumPy's format; its header is judged before any data are read.
+
+    Parameters
+    ----------
+    stream : binary file
+        At the array's first byte.
+    where : str
+        What the sentences of an `InputError` call the array.
+    num_bytes : int
+        What the file holds of header and data together.
+    max_elements : int
+        Largest size accepted.
+
+    Raises
+    ------
+    InputError
+        If it is too large, pickled, cut off or damaged.
+    """
+    try:
+        header = _read_header(stream)
+        _judge(where, header, num_bytes - stream.tell(), max_elements)
+        stream.seek(0)
+        return np.lib.format.read_array(stream, allow_pickle=False)
+    except InputError:
+        raise
+    except _UNREADABLE as error:
+        raise _damaged(where) from error
+
+
+def _damaged(where: str) -> InputError:
+    return InputError(f"{where} is damaged or cut off; write the file again with numpy.savez.")
+
+
+def _judge(where: str, header: _Header, num_bytes: int, max_elements: int) -> None:
+    """Refuse what must not be read; `num_bytes` is what the file holds of the data."""
+    if header.dtype.hasobject:
+        raise InputError(f"{where} holds pickled objects; numbers are needed.")
+    if header.num_elements > max_elements:
+        raise InputError(
+            f"{where} declares the shape {_shape_text(header.shape)}; at most {max_elements} "
+            f"element{'s are' if max_elements > 1 else ' is'} allowed."
+        )
+    if header.dtype.kind in "US" and header.dtype.itemsize > 4 * _MAX_TEXT:
+        raise InputError(f"{where} is a text of over {_MAX_TEXT} characters, the longest allowed.")
+    if header.num_elements * header.dtype.itemsize != num_bytes:
+        raise InputError(
+            f"{where} declares the shape {_shape_text(header.shape)} of {header.dtype} but "
+            f"holds {num_bytes} bytes; write the file again with numpy.savez."
+        )
 
 
 def _read_header(stream: IO[bytes]) -> _Header:

@@ -1,10 +1,11 @@
 """Frame files: one received frame with what must be known to take it apart.
 
-An ``.npz`` archive without pickles. ``received`` is complex, (ramps, samples), or (samples,) for a
-single ramp; the scalars ``sample_rate_hz``, ``slope_hz_per_s``, ``start_frequency_hz`` and
-``ramp_period_s`` are needed. Optional: ``beat_sign``, -1 (the paper's sign, by default) or +1 for
-sensors whose targets lie at positive beat frequency; ``lowest_beat``, see `ChirpSequence`; the
-assumed filter, ``filter_kind`` with ``filter_cutoff_hz`` (half amplitude), ``filter_rolloff``,
+An ``.npz`` archive without pickles. ``received`` is complex, (ramps, samples), (samples,) for a
+single ramp, or (antennas, ramps, samples); the scalars ``sample_rate_hz``, ``slope_hz_per_s``,
+``start_frequency_hz`` and ``ramp_period_s`` are needed. Optional: ``beat_sign``, -1 (the paper's
+sign, by default) or +1 for sensors whose targets lie at positive beat frequency; ``lowest_beat``,
+see `ChirpSequence`; ``antenna_spacing_wavelengths`` of a uniform line of antennas; the assumed
+filter, ``filter_kind`` with ``filter_cutoff_hz`` (half amplitude), ``filter_rolloff``,
 ``filter_order``, or ``filter_frequency_hz`` and ``filter_response``; the truth of a simulation,
 ``truth_*``.
 
@@ -20,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import BoolArray, ComplexArray, InputError, frozen
+from vsep._arrays import BoolArray, ComplexArray, InputError, frozen, require_range
 from vsep.files.archive import Archive, Source
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
 from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
@@ -32,6 +33,7 @@ from vsep.signal.scene import GroundTruth
 # range of 64-bit numbers, 1e-308 to 1e308, also with the gain of a large frame.
 _LOWEST_PEAK = 1e-60
 _HIGHEST_PEAK = 1e60
+_SPACING_RANGE = 1e-3, 1e3  # wavelengths
 _SETTINGS: dict[str, type] = {"preset": str, "snr_db": float, "sir_db": float, "seed": int}
 
 
@@ -42,7 +44,7 @@ class Frame:
     Parameters
     ----------
     received : (P, N) complex
-        In the paper's sign.
+        In the paper's sign; of several antennas one.
     radar : ChirpSequence
         The victim radar.
     anti_aliasing_filter : AntiAliasingFilter or None
@@ -59,6 +61,12 @@ class Frame:
         How it was simulated: preset, snr_db, sir_db and seed, where known.
     truth_mask : (P, N) bool or None
         Which samples are interfered, where the file says so.
+    antennas : (A, P, N) complex or None
+        Everything received, in the paper's sign; None where there is one antenna.
+    antenna : int
+        Which of the antennas `received` belongs to.
+    antenna_spacing_wavelengths : float or None
+        Between neighbours of a uniform line of antennas, where the file says so.
 
     Raises
     ------
@@ -75,6 +83,9 @@ class Frame:
     is_vector: bool = False
     settings: Mapping[str, str] = field(default_factory=dict)
     truth_mask: BoolArray | None = None
+    antennas: ComplexArray | None = None
+    antenna: int = 0
+    antenna_spacing_wavelengths: float | None = None
 
     def __post_init__(self) -> None:
         """Check the signal and freeze it."""
@@ -92,6 +103,32 @@ class Frame:
         received = np.asarray(self.received, dtype=np.complex128)
         _require_usable(self.name, received)
         object.__setattr__(self, "received", frozen(received))
+        if self.antenna_spacing_wavelengths is not None:
+            lowest, highest = _SPACING_RANGE
+            key = f"{self.name}: antenna_spacing_wavelengths"
+            require_range(key, self.antenna_spacing_wavelengths, lowest, highest)
+        if self.antennas is not None:
+            self._freeze_antennas(self.antennas)
+
+    def _freeze_antennas(self, antennas: ComplexArray) -> None:
+        """Check all antennas as the one in use was checked."""
+        antennas = np.asarray(antennas, dtype=np.complex128)
+        if antennas.shape != (self.num_antennas, *self.radar.shape):
+            raise InputError(
+                f"{self.name}: antennas have shape {antennas.shape}; the radar's is "
+                f"{self.radar.shape} (ramps, samples) for each."
+            )
+        _require_antenna(self.name, self.antenna, self.num_antennas)
+        for signal in antennas:
+            _require_usable(self.name, signal)
+        if not np.array_equal(antennas[self.antenna], self.received):
+            raise InputError(f"{self.name}: received is not the signal of antenna {self.antenna}.")
+        object.__setattr__(self, "antennas", frozen(antennas))
+
+    @property
+    def num_antennas(self) -> int:
+        """Number of receive antennas, virtual ones included."""
+        return 1 if self.antennas is None else len(self.antennas)
 
     @property
     def assumed_filter(self) -> AntiAliasingFilter:
@@ -114,7 +151,7 @@ class Frame:
         return samples[0] if self.is_vector else samples
 
 
-def read_frame(source: Source, *, name: str | None = None) -> Frame:
+def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> Frame:
     """Read a frame file.
 
     Parameters
@@ -123,6 +160,8 @@ def read_frame(source: Source, *, name: str | None = None) -> Frame:
         An ``.npz`` archive as the module describes; unknown arrays are ignored.
     name : str, optional
         What to call it; the path by default.
+    antenna : int
+        Which antenna the frame's `received` is, where the file holds several.
 
     Raises
     ------
@@ -132,17 +171,21 @@ def read_frame(source: Source, *, name: str | None = None) -> Frame:
     label = name or (str(source) if isinstance(source, str | Path) else "the uploaded file")
     with Archive(source, label) as archive:
         stored = archive.array("received")
-        signal = _as_ramps(label, stored)
+        _require_signal(label, stored)
+        every = stored.reshape((1, 1, *stored.shape)[-3:])
+        _require_antenna(label, antenna, len(every))
         try:
-            radar = _read_radar(archive, signal.shape)
+            radar = _read_radar(archive, every.shape[1:])
             beat_sign = _read_beat_sign(archive)
             anti_aliasing_filter = read_filter(archive, beat_sign)
             truth = read_truth(archive, radar.shape, beat_sign)
             truth_mask = read_truth_mask(archive, radar.shape)
+            spacing = _read_spacing(archive)
         except InputError as error:
             raise _naming(label, error) from error
+        antennas = _in_paper_sign(every, beat_sign)
         return Frame(
-            received=_in_paper_sign(signal, beat_sign),
+            received=antennas[antenna],
             radar=radar,
             anti_aliasing_filter=anti_aliasing_filter,
             truth=truth,
@@ -151,6 +194,9 @@ def read_frame(source: Source, *, name: str | None = None) -> Frame:
             is_vector=stored.ndim == 1,
             settings=_read_settings(archive),
             truth_mask=truth_mask,
+            antennas=antennas if stored.ndim == 3 else None,
+            antenna=antenna,
+            antenna_spacing_wavelengths=spacing,
         )
 
 
@@ -174,8 +220,9 @@ def write_frame(path: str | Path, frame: Frame) -> None:
     if Path(path).suffix != ".npz":
         raise InputError(f"{path} is no name for a frame file; it must end in .npz.")
     radar = frame.radar
+    signal = frame.received if frame.antennas is None else frame.antennas
     arrays: dict[str, Any] = {
-        "received": frame.in_file_sign(frame.received),
+        "received": frame.in_file_sign(signal),
         "sample_rate_hz": radar.sample_rate_hz,
         "slope_hz_per_s": radar.slope_hz_per_s,
         "start_frequency_hz": radar.start_frequency_hz,
@@ -183,6 +230,8 @@ def write_frame(path: str | Path, frame: Frame) -> None:
         "lowest_beat": radar.lowest_beat,
         "beat_sign": frame.beat_sign,
     }
+    if frame.antenna_spacing_wavelengths is not None:
+        arrays["antenna_spacing_wavelengths"] = frame.antenna_spacing_wavelengths
     if frame.anti_aliasing_filter is not None:
         arrays |= filter_arrays(frame.anti_aliasing_filter, frame.beat_sign)
     if frame.truth is not None:
@@ -195,19 +244,28 @@ def write_frame(path: str | Path, frame: Frame) -> None:
     np.savez(path, **arrays)
 
 
-def _as_ramps(name: str, stored: NDArray[Any]) -> NDArray[Any]:
-    """Give `received` its two axes; refuse what is no complex frame."""
-    if stored.ndim not in (1, 2):
+def _require_signal(name: str, stored: NDArray[Any]) -> None:
+    """Refuse what is no complex frame."""
+    if stored.ndim not in (1, 2, 3):
         raise InputError(
-            f"{name}: received has shape {stored.shape}; it must be (ramps, samples), or "
-            "(samples,) for a single ramp."
+            f"{name}: received has shape {stored.shape}; it must be (ramps, samples), (samples,) "
+            "for a single ramp, or (antennas, ramps, samples)."
         )
     if stored.dtype.kind != "c":
         raise InputError(
             f"{name}: received has type {stored.dtype}; complex samples (I + jQ) are needed, real "
             "ones become complex by a Hilbert transform along the ramp."
         )
-    return stored[None, :] if stored.ndim == 1 else stored
+
+
+def _require_antenna(name: str, antenna: int, num_antennas: int) -> None:
+    if num_antennas == 0:
+        raise InputError(f"{name}: received holds no antenna; at least one is needed.")
+    if not 0 <= antenna < num_antennas:
+        raise InputError(
+            f"{name}: antenna is {antenna}; it must lie between 0 and {num_antennas - 1}, the last "
+            "of the file."
+        )
 
 
 def _read_radar(archive: Archive, shape: tuple[int, ...]) -> ChirpSequence:
@@ -227,6 +285,11 @@ def _read_beat_sign(archive: Archive) -> int:
     if beat_sign not in (-1.0, 1.0):
         raise InputError(f"beat_sign is {beat_sign:g}; it must be -1 (the paper's) or +1.")
     return int(beat_sign)
+
+
+def _read_spacing(archive: Archive) -> float | None:
+    key = "antenna_spacing_wavelengths"
+    return archive.number(key) if key in archive else None
 
 
 def _read_settings(archive: Archive) -> dict[str, str]:

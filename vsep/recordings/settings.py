@@ -1,0 +1,253 @@
+"""The settings file of a recording: what the file of samples itself does not say.
+
+JSON or YAML, one level of ``name: value``. Radar values are those of the chirp profile, as the
+sensor sent it: ``num_ramps`` counts the ramps of all transmitters in a frame and
+``ramp_period_s`` is the time from one to the next, whoever sends it.
+"""
+
+import difflib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import Any, Final
+
+from vsep._arrays import InputError, require_range
+
+RAW_FORMATS: Final = ("dca1000-xwr14xx", "dca1000-xwr16xx", "tsw1400")
+FORMATS: Final = ("mat", "npy", "npz", *RAW_FORMATS)
+SIGNS: Final = ("positive", "negative")
+SAMPLE_KINDS: Final = ("complex", "real")
+ADC_BITS: Final = (12, 14, 16)
+LARGEST_FILE = 65536  # bytes of a settings file
+_MOST = 2**20
+_RAMP_COUNTS = ("num_samples", "num_ramps")
+_NUMBERS = (
+    "start_frequency_hz",
+    "slope_hz_per_s",
+    "sample_rate_hz",
+    "ramp_period_s",
+    "adc_start_s",
+    "lowest_beat",
+    "antenna_spacing_wavelengths",
+)
+_TEXTS = ("format", "sign", "samples", "key", "axes")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RecordingSettings:
+    """What must be known to make a frame of a recording.
+
+    Parameters
+    ----------
+    format : str
+        One of `FORMATS`.
+    start_frequency_hz : float
+        Of the chirp profile, where the ramp starts.
+    slope_hz_per_s : float
+        Of the ramps; may be negative.
+    sample_rate_hz : float
+        Of the converter, samples per second of each antenna.
+    ramp_period_s : float
+        From the start of one ramp to the next one's, whichever transmitter sends it.
+    num_samples, num_ramps : int or None
+        Samples of a ramp and ramps of a frame, those of all transmitters. A raw file needs the
+        first; without the second the whole file is one frame.
+    num_antennas : int
+        Receive antennas of a raw file.
+    num_transmitters : int
+        Transmitters that take turns, ramp by ramp; each makes virtual antennas of its own.
+    sign : {"positive", "negative"}
+        Of the beat frequency of a target in the file.
+    samples : {"complex", "real"}
+        What the converter recorded.
+    adc_bits : int
+        12, 14 or 16 bits of a raw word.
+    adc_start_s : float
+        From the start of the ramp to its first sample.
+    crop_start_samples : int
+        Samples to leave out at the start of every ramp: the receiver's settling transient.
+    lowest_beat : float
+        See `ChirpSequence`.
+    frame : int
+        Which frame of the file, from 0.
+    key : str or None
+        Name of the array in a .mat or .npz file that holds several.
+    axes : str or None
+        Names of the array's axes in their order, of ``frames, transmitters, antennas, ramps,
+        samples, iq``; (ramps, samples) or (antennas, ramps, samples) by default.
+    antenna_spacing_wavelengths : float or None
+        Between neighbours of a uniform line of (virtual) antennas.
+
+    Raises
+    ------
+    InputError
+        If a value is outside of its range.
+    """
+
+    format: str
+    start_frequency_hz: float
+    slope_hz_per_s: float
+    sample_rate_hz: float
+    ramp_period_s: float
+    num_samples: int | None = None
+    num_ramps: int | None = None
+    num_antennas: int = 1
+    num_transmitters: int = 1
+    sign: str = "positive"
+    samples: str = "complex"
+    adc_bits: int = 16
+    adc_start_s: float = 0.0
+    crop_start_samples: int = 0
+    lowest_beat: float = -0.5
+    frame: int = 0
+    key: str | None = None
+    axes: str | None = None
+    antenna_spacing_wavelengths: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check what `ChirpSequence` and `Frame` will not see."""
+        for key, choices in (
+            ("format", FORMATS),
+            ("sign", SIGNS),
+            ("samples", SAMPLE_KINDS),
+            ("adc_bits", ADC_BITS),
+        ):
+            value = getattr(self, key)
+            if value not in choices:
+                listed = ", ".join(str(choice) for choice in choices)
+                raise InputError(f"{key} is {str(value)[:40]!r}; it must be one of {listed}.")
+        for key in _RAMP_COUNTS:
+            if getattr(self, key) is not None:
+                require_range(key, getattr(self, key), 1, _MOST)
+        require_range("num_antennas", self.num_antennas, 1, 1024)
+        require_range("num_transmitters", self.num_transmitters, 1, 64)
+        require_range("frame", self.frame, 0, _MOST)
+        require_range("crop_start_samples", self.crop_start_samples, 0, _MOST)
+        require_range("adc_start_s", self.adc_start_s, 0.0, 1.0, "s")
+        if self.format in RAW_FORMATS and self.num_samples is None:
+            raise InputError(f"num_samples is not given; a file of format {self.format} needs it.")
+
+
+def read_settings(path: str) -> RecordingSettings:
+    """Read a settings file, JSON or YAML by its suffix.
+
+    Raises
+    ------
+    InputError
+        In one sentence, whatever is wrong with the file or a value.
+    """
+    text = _read_text(path)
+    suffix = Path(path).suffix.lower()
+    if suffix == ".json":
+        stored = _from_json(path, text)
+    elif suffix in (".yaml", ".yml"):
+        stored = _from_yaml(path, text)
+    else:
+        raise InputError(f"{path} has the suffix {suffix!r}; it must be .json, .yaml or .yml.")
+    if not isinstance(stored, dict):
+        raise InputError(f"{path} holds no settings; lines of name: value are needed.")
+    try:
+        return parse_settings(stored)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def parse_settings(stored: Mapping[Any, Any]) -> RecordingSettings:
+    """Make settings of names and values as a file holds them.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or missing, or a value of another kind or outside of its range.
+
+    Examples
+    --------
+    >>> parse_settings({"format": "npy", "start_frequency_hz": "77e9", "slope_hz_per_s": 3e13,
+    ...                 "sample_rate_hz": 2e7, "ramp_period_s": 3e-5}).start_frequency_hz
+    77000000000.0
+    """
+    known = {field.name: field for field in fields(RecordingSettings)}
+    for name in stored:
+        if name not in known:
+            close = difflib.get_close_matches(str(name), known, n=1) or [", ".join(known)]
+            raise InputError(f"{str(name)[:40]!r} is no setting; did you mean {close[0]}?")
+    needed = [name for name, field in known.items() if field.default is MISSING]
+    missing = [name for name in needed if stored.get(name) is None]
+    if missing:
+        raise InputError(f"{missing[0]} is not given; needed are {', '.join(needed)}.")
+    given = {name: value for name, value in stored.items() if value is not None}
+    return RecordingSettings(**{name: _parsed(name, value) for name, value in given.items()})
+
+
+def _parsed(name: str, value: Any) -> Any:
+    if name in _TEXTS:
+        if not isinstance(value, str):
+            raise InputError(f"{name} is {_shown(value)}; a text is needed.")
+        return value
+    number = _number(name, value)
+    if name in _NUMBERS:
+        return number
+    if not number.is_integer():
+        raise InputError(f"{name} is {number:g}; a whole number is needed.")
+    return int(number)
+
+
+def _number(name: str, value: Any) -> float:
+    """Read a number; YAML takes 77e9, without a point and a sign, for a text."""
+    try:
+        number = float(value) if isinstance(value, int | float | str) else math.nan
+    except (ValueError, OverflowError):
+        number = math.nan
+    if isinstance(value, bool) or not math.isfinite(number):
+        raise InputError(f"{name} is {_shown(value)}; a finite number is needed.")
+    return number
+
+
+def _shown(value: Any) -> str:
+    """Write a value of any size on one short line."""
+    if isinstance(value, dict | list):
+        return "a list" if isinstance(value, list) else "a group of settings"
+    return str(value)[:40] if not isinstance(value, str) else repr(value[:40])
+
+
+def _read_text(path: str) -> str:
+    try:
+        with open(path, "rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "the path is not usable"
+        raise InputError(f"{path} cannot be read: {reason}; a settings file is needed.") from error
+    if len(content) > LARGEST_FILE:
+        raise InputError(f"{path} is larger than {LARGEST_FILE} bytes; is it a settings file?")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is no text in UTF-8; a settings file is needed.") from error
+
+
+def _from_json(path: str, text: str) -> Any:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path} is no JSON: {error.msg} in line {error.lineno}.") from error
+    except (RecursionError, ValueError) as error:
+        raise InputError(f"{path} is no settings file; it must be plain name: value.") from error
+
+
+def _from_yaml(path: str, text: str) -> Any:
+    try:
+        import yaml
+    except ImportError as error:
+        raise InputError(
+            f"{path} is YAML, which needs PyYAML (pip install pyyaml); JSON needs nothing."
+        ) from error
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" in line {mark.line + 1}" if mark is not None else ""
+        raise InputError(f"{path} is no YAML: something is wrong{where}.") from error
+    except (RecursionError, ValueError, OverflowError, TypeError) as error:
+        raise InputError(f"{path} is no settings file; it must be plain name: value.") from error

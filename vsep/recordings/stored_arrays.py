@@ -1,0 +1,61 @@
+"""Arrays of recordings: NumPy's .npy and .npz, and MATLAB's .mat.
+
+Sizes are judged before data are read; pickled objects, cells and structures are refused.
+"""
+
+import os
+from collections.abc import Callable
+from typing import IO, Any, Final
+
+from numpy.typing import NDArray
+
+from vsep._arrays import InputError
+from vsep.files.archive import Archive, read_array
+from vsep.recordings.matlab import choose_array, read_matlab
+from vsep.recordings.settings import RecordingSettings
+
+
+def read_stored_array(path: str, settings: RecordingSettings) -> NDArray[Any]:
+    """Read the array of a recording, as it is stored.
+
+    Raises
+    ------
+    InputError
+        In one sentence, whatever is wrong with the file.
+    """
+    array = _READERS[settings.format](path, settings.key)
+    if array.dtype.kind not in "iufc":
+        raise InputError(f"{path} holds an array of type {array.dtype}; numbers are needed.")
+    return array
+
+
+def _read_npy(path: str, key: str | None) -> NDArray[Any]:
+    if key is not None:
+        raise InputError(f"key is {key[:40]!r}; a .npy file holds one array without a name.")
+    with _opened(path) as file:
+        return read_array(file, path, os.path.getsize(path))
+
+
+def _read_npz(path: str, key: str | None) -> NDArray[Any]:
+    with Archive(path, path) as archive:
+        return archive.array(choose_array(path, key, archive.names()))
+
+
+def _read_mat(path: str, key: str | None) -> NDArray[Any]:
+    with _opened(path) as file:
+        return read_matlab(file, path, key)
+
+
+def _opened(path: str) -> IO[bytes]:
+    try:
+        return open(path, "rb")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "the path is not usable"
+        raise InputError(f"{path} cannot be read: {reason}; a readable file is needed.") from error
+
+
+_READERS: Final[dict[str, Callable[[str, str | None], NDArray[Any]]]] = {
+    "mat": _read_mat,
+    "npy": _read_npy,
+    "npz": _read_npz,
+}
