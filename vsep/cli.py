@@ -14,6 +14,7 @@ from vsep._arrays import InputError
 from vsep._version import __version__
 from vsep.calibrate_options import add_calibrate
 from vsep.convert_options import add_convert
+from vsep.lattice_options import add_lattice
 from vsep.mitigate_options import add_antenna_option, add_mask_option, add_mitigate
 from vsep.signal.preset_names import PRESET_NAMES
 from vsep.study_options import add_study
@@ -115,6 +116,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_convert(commands)
     _add_separate(commands)
     _add_report(commands)
+    add_lattice(commands)
     add_mitigate(commands)
     add_calibrate(commands)
     add_study(commands)

@@ -17,6 +17,7 @@ import numpy as np
 from tqdm import tqdm
 
 from vsep._arrays import BoolArray, ComplexArray, InputError
+from vsep.analysis.parallel import parallel_ramps
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.frame_mask import frame_mask
 from vsep.files.response_file import read_response
@@ -170,6 +171,8 @@ def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
             "error": str(error) or f"{path} needs more memory than this machine has.",
         }
     line = result_line(path, solution, frame.radar)
+    if parallel := np.flatnonzero(parallel_ramps(frame.received)).tolist():
+        line["parallel_ramps"] = parallel
     if frame.num_antennas > 1:
         line |= {"antenna": frame.antenna, "num_antennas": frame.num_antennas}
     return line | ({"profile": profile_entry(solution)} if options.profile else {})

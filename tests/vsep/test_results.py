@@ -28,7 +28,7 @@ OBJECT_KEYS = {
     "component_snr_db",
 }
 LINE_KEYS = {
-    "file",
+    "file", "radar",
     "objects",
     "interference",
     "noise_precision",

@@ -1,21 +1,21 @@
 """The interferer as a whole: the two radars' lattice, fitted to the crossing times of its bursts.
 
 Chirp j of an interferer with slope k_I and interval T_I reaches the mixer during the victim's ramp
-i at the intermediate frequency ``f_I - f_0 + k_I (T_V i + t - T_I j - offset) - k t``. It is zero at
-the crossing time
+i at the intermediate frequency ``f_I - f_0 + k_I (T_V i + t - T_I j - offset) - k t``. It is zero
+at the crossing time
 
     t = drift i + step j + first,   drift = -k_I T_V / (k_I - k),   step = k_I T_I / (k_I - k).
 
-So all bursts of one interferer lie on a lattice with three unknowns. The drift tells k_I and the step
-then T_I, both in the victim's clock and much more exactly than the bursts' own slopes do; these
-choose among the drifts that differ by a whole step. The integers j follow by rounding.
+So all bursts of one interferer lie on a lattice with three unknowns. The drift tells k_I and the
+step then T_I, both in the victim's clock and much more exactly than the bursts' own slopes do;
+these choose among the drifts that differ by a whole step. The integers j follow by rounding.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import fft
 
 from vsep._arrays import BoolArray, FloatArray, InputError, IntArray, frozen
 from vsep.signal.radar import ChirpSequence, InterfererSequence
@@ -32,6 +32,7 @@ TOLERANCE = 2.0  # samples, and at least these
 LEAST_TOLERANCE = 0.1  # samples
 DEVIATIONS = 5.0  # by which a burst may miss the lattice in the end
 LEAST_BURSTS = 5
+_AT_A_TIME = 256  # steps searched by one transform
 CHANCE = 1e-2  # lattices expected to fit as many bursts by chance
 
 
@@ -149,6 +150,20 @@ class Lattice:
             slopes_hz_per_s=np.full(len(ramps), slope),
         )
 
+    def explains(self, crossings: Crossings) -> BoolArray:
+        """(B,) whether a burst is one of the lattice, or what a fit left of one of them.
+
+        That is any burst within the time for which the interferer sweeps across the sampled band,
+        where this is short beside the step.
+        """
+        offsets = crossings.samples - self.drift * crossings.ramps - self.first
+        distances = np.abs(offsets - self.step * np.round(offsets / self.step))
+        difference = self.slope_hz_per_s - self.radar.slope_hz_per_s
+        sweep = self.radar.sample_rate_hz**2 / abs(difference)
+        own = float(np.abs(self.residuals).max())
+        reach = max(sweep, own) if sweep < 0.25 * abs(self.step) else own
+        return np.asarray(distances <= reach * (1.0 + 1e-9) + 1e-9)
+
     def sequence(self, *, ramp_duration_s: float | None = None) -> InterfererSequence:
         """Return an interferer for the simulator that makes the same crossings.
 
@@ -189,34 +204,42 @@ def fit_lattices(crossings: Crossings, radar: ChirpSequence) -> tuple[Lattice, .
     Returns
     -------
     tuple of Lattice
-        Those that fit more bursts than chance would explain, the best first; often one, or none.
+        Those that hold more bursts than chance would explain; often one, or none.
     """
     lattices: list[Lattice] = []
     left = crossings
-    while (lattice := _fit_one(left, radar)) is not None:
-        lattices.append(lattice)
-        used = set(zip(lattice.crossings.ramps, lattice.crossings.samples, strict=True))
-        places = zip(left.ramps, left.samples, strict=True)
-        left = left.select(np.array([place not in used for place in places], dtype=bool))
+    while len(left.ramps) >= LEAST_BURSTS:
+        group = _commonest_slope(left)
+        lattice = _fit_one(left.select(group), radar)
+        if lattice is not None:
+            lattices.append(lattice)
+            group = lattice.explains(left)
+        left = left.select(~group)
     return tuple(lattices)
 
 
+def _commonest_slope(crossings: Crossings) -> BoolArray:
+    """(B,) which bursts are of the slope that most of them share, within the spread."""
+    slopes = crossings.slopes_hz_per_s
+    alike = np.abs(slopes - slopes[:, None]) <= SLOPE_SPREAD * np.abs(slopes[:, None])
+    return np.asarray(alike[np.argmax(alike.sum(axis=1))])
+
+
 def _fit_one(crossings: Crossings, radar: ChirpSequence) -> Lattice | None:
-    """Fit the lattice on which most bursts of the commonest slope lie; None if it may be chance."""
+    """Fit the lattice on which most bursts of one slope lie; None if it may be chance."""
     if len(crossings.ramps) < LEAST_BURSTS:
         return None
     slope = float(np.median(crossings.slopes_hz_per_s))
-    spread = np.abs(crossings.slopes_hz_per_s - slope)
-    crossings = crossings.select(spread <= SLOPE_SPREAD * abs(slope))
     interferer_slope = radar.slope_hz_per_s + slope
-    if len(crossings.ramps) < LEAST_BURSTS or slope == 0.0 or interferer_slope == 0.0:
+    if slope == 0.0 or interferer_slope == 0.0:
         return None
     direction = math.copysign(1.0, interferer_slope / slope)
     places, trials = _search(crossings, radar, slope)
     best, least = None, math.log(CHANCE)
     for drift, step in places:
         fitted = _refined(crossings, radar, drift, direction * step)
-        if fitted is None:
+        # Far from where it began a fit shows the right bursts with other integers.
+        if fitted is None or abs(fitted[0].drift - drift) > 2.0 * _drift_reach(radar, slope):
             continue
         lattice, tolerance = fitted
         share = 2.0 * tolerance / abs(lattice.step)
@@ -270,23 +293,20 @@ def _search(
     period = radar.ramp_period_s * rate
     ratio = (radar.slope_hz_per_s + slope) / slope
     middle = -ratio * period
-    reach = SLOPE_ERROR * abs(radar.slope_hz_per_s / slope) * period
+    reach = _drift_reach(radar, slope)
     extent = float(np.ptp(crossings.samples - middle * ramps)) + 1.0
     shortest = max(abs(ratio) * SHORTEST_PERIOD_S * rate, 2.0 * TOLERANCE)
     longest = min(abs(ratio) * LONGEST_PERIOD_S * rate, extent / 2.0)
     inverse_steps = np.arange(1.0 / longest, 1.0 / shortest, 1.0 / (GRID * extent))
     if len(inverse_steps) < 3:
         return [], 0
-    span = float(np.ptp(ramps)) + 1.0
     agreement, drifts = np.zeros((2, len(inverse_steps)))
     trials = 0
-    for index, inverse in enumerate(inverse_steps):
-        count = 2 * math.ceil(GRID * reach * inverse * span / 2.0) + 1
-        tried = middle + np.linspace(-reach, reach, count)
-        phases = (crossings.samples - tried[:, None] * ramps) * inverse
-        found = np.abs(np.mean(np.exp(2j * np.pi * phases), axis=1))
-        best = int(np.argmax(found))
-        agreement[index], drifts[index], trials = found[best], tried[best], trials + count
+    for first in range(0, len(inverse_steps), _AT_A_TIME):
+        part = slice(first, first + _AT_A_TIME)
+        tried = _best_drifts(crossings, inverse_steps[part], middle, reach)
+        agreement[part], drifts[part], count = tried
+        trials += count
     before, after = (np.append(agreement[1:], 0.0), np.append(0.0, agreement[:-1]))
     peaks = np.flatnonzero((agreement >= before) & (agreement >= after))
     peaks = peaks[agreement[peaks] >= NEAR_BEST * agreement.max()]
@@ -296,21 +316,37 @@ def _search(
     return [(float(drifts[p]), float(1.0 / inverse_steps[p])) for p in sorted(places)], trials
 
 
+def _drift_reach(radar: ChirpSequence, slope: float) -> float:
+    """Return by how many samples the drift may miss that of the bursts' median slope."""
+    period = radar.ramp_period_s * radar.sample_rate_hz
+    return SLOPE_ERROR * abs(radar.slope_hz_per_s / slope) * period
+
+
+def _best_drifts(
+    crossings: Crossings, inverse_steps: FloatArray, middle: float, reach: float
+) -> tuple[FloatArray, FloatArray, int]:
+    """Best agreement and drift of every step, and how many drifts were tried.
+
+    The sum of ``exp(j 2 pi (t - drift i) / step)`` over the bursts is a Fourier transform over the
+    ramps i; its bins are drifts over a step, up to whole ones.
+    """
+    ramps = crossings.ramps - crossings.ramps.min()
+    sums = np.zeros((len(inverse_steps), int(ramps.max()) + 1), dtype=np.complex128)
+    turns = np.exp(2j * np.pi * inverse_steps[:, None] * crossings.samples)
+    np.add.at(sums.T, ramps, turns.T)
+    num_bins = fft.next_fast_len(GRID * sums.shape[1])
+    found = np.abs(fft.fft(sums, num_bins, axis=1)) / len(ramps)
+    away = np.arange(num_bins) / num_bins - (middle * inverse_steps)[:, None]
+    away -= np.round(away)
+    # One bin more than the reach, so that there is one at least.
+    inside = np.abs(away) <= reach * inverse_steps[:, None] + 1.0 / num_bins
+    best = np.argmax(np.where(inside, found, 0.0), axis=1)
+    rows = np.arange(len(inverse_steps))
+    drifts = middle + away[rows, best] / inverse_steps
+    return found[rows, best], drifts, int(np.sum(inside))
+
+
 def _chance(fitted: int, total: int, share: float, trials: int) -> float:
     """Log of the lattices expected to hold as many of bursts that lie anywhere; 3 always fit."""
     choices = math.lgamma(total + 1) - math.lgamma(fitted + 1) - math.lgamma(total - fitted + 1)
     return math.log(trials) + choices + (fitted - 3) * math.log(min(share, 1.0))
-
-
-def crossings_of_truth(bursts: Sequence[tuple[int, float, float]], rate_hz: float) -> Crossings:
-    """Make crossings of (ramp, start frequency in Hz, slope in Hz per s).
-
-    Examples
-    --------
-    >>> crossings_of_truth([(3, 1e6, -1e12)], 1e7).samples
-    array([10.])
-    """
-    ramps, starts, slopes = np.array(bursts, dtype=np.float64).reshape(-1, 3).T
-    return Crossings(
-        ramps=ramps.astype(np.int64), samples=-starts / slopes * rate_hz, slopes_hz_per_s=slopes
-    )

@@ -6,6 +6,7 @@ Beat and Doppler frequencies are in the paper's sign, whatever the sign of the f
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -32,12 +33,13 @@ def result_line(file: str, solution: Solution, radar: ChirpSequence) -> dict[str
     Returns
     -------
     dict
-        ``file``; ``objects``; ``interference``, one entry per burst;
+        ``file``; ``radar``; ``objects``; ``interference``, one entry per burst;
         ``noise_precision`` in 1/power; ``iterations``; ``termination``; ``seconds``.
     """
     state = solution.state
     return {
         "file": file,
+        "radar": asdict(radar),
         "objects": _object_entries(solution, radar),
         "interference": [_burst_entry(burst, radar) for burst in state.bursts],
         "noise_precision": state.noise_precision,

@@ -1,0 +1,38 @@
+"""The options of ``vsep lattice``; what it does stands in `vsep.lattice_commands`."""
+
+import argparse
+from typing import Any
+
+_EXAMPLES = """\
+examples:
+  vsep lattice results.jsonl
+  vsep lattice results.jsonl --out raster.png
+  vsep lattice results.jsonl --out bursts.csv
+"""
+
+
+def add_lattice(commands: Any) -> None:
+    """Add ``lattice`` to the command line's commands."""
+    parser = commands.add_parser(
+        "lattice",
+        help="what the interfering radars are, from the bursts of separated frames",
+        description="Tell slope, chirp interval and offset of the interfering radars from when the "
+        "bursts that vsep separate found cross the band: one JSON line per frame.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(command=_lattice)
+    parser.add_argument("results", metavar="RESULTS", help="what vsep separate wrote, *.jsonl")
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        help="the raster of the first frame with its residuals, *.png or *.svg, or all bursts, "
+        "*.csv",
+    )
+
+
+def _lattice(options: argparse.Namespace) -> int:
+    from vsep.lattice_commands import describe_lattices
+
+    return describe_lattices(options)
