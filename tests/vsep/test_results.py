@@ -28,7 +28,8 @@ OBJECT_KEYS = {
     "component_snr_db",
 }
 LINE_KEYS = {
-    "file", "radar",
+    "file",
+    "radar",
     "objects",
     "interference",
     "noise_precision",
