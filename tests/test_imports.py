@@ -25,19 +25,24 @@ FLOORS = {
     "vsep.files": 5,
     # The rows of a study are written as result lines are.
     "vsep.studies": 6,
+    # The laboratory's trials are those of the studies.
+    "vsep.laboratory": 7,
     "vsep": 7,
     "vsep.first_use": 8,
     "vsep.commands": 8,
     "vsep.mitigate_commands": 8,
     "vsep.study_commands": 8,
+    "vsep.separability_commands": 8,
     "vsep.mitigate_options": 9,
     "vsep.study_options": 9,
+    "vsep.separability_options": 9,
     "vsep.cli": 10,
 }
 COMMAND_LINE = (
     "vsep.commands",
     "vsep.mitigate_commands",
     "vsep.study_commands",
+    "vsep.separability_commands",
     "vsep.cli",
 )
 DRAWING = {"panel", "panel_material_ui", "bokeh", "holoviews"}

@@ -13,6 +13,7 @@ from typing import NoReturn
 from vsep._arrays import InputError
 from vsep._version import __version__
 from vsep.mitigate_options import add_mask_option, add_mitigate
+from vsep.separability_options import add_separability
 from vsep.signal.preset_names import PRESET_NAMES
 from vsep.study_options import add_study
 
@@ -114,6 +115,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_report(commands)
     add_mitigate(commands)
     add_study(commands)
+    add_separability(commands)
     return parser
 
 
