@@ -1,10 +1,10 @@
 """A trial of a study as a link: one word of an address that opens exactly that trial.
 
 The word is ``study/point/realization/method/seed/schedule``, and the threshold behind it if it is
-not the point's own. A trial is a function of these, so that a link needs no file of rows. What the word of a laboratory's trial is, says
-`vsep.laboratory.words`. The live
-view makes the same frame and runs the same estimator: with the same number of linear-algebra
-threads as the study's workers, which is one, its result is the same to the bit.
+not the point's own; `vsep.laboratory.words` has that of a trial of the laboratory. A trial is a
+function of these, so that a link needs no file of rows. The live view makes the same frame and runs
+the same estimator: with the same number of linear-algebra threads as the study's workers, which is
+one, its result is the same to the bit.
 """
 
 import re

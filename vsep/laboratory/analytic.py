@@ -70,7 +70,7 @@ def analytic_map(question: Question) -> AnalyticMap:
 
 def _given(question: Question, name: str, otherwise: float) -> FloatArray:
     values = question.over_cells(name)
-    return np.full(question.shape, otherwise) if values is None else values
+    return np.full(question.shape, otherwise, dtype=np.float64) if values is None else values
 
 
 def _slopes(question: Question) -> FloatArray:
@@ -87,7 +87,7 @@ def _ramps(question: Question) -> FloatArray:
     if shares is None:
         return np.zeros(question.shape)
     counts = {share: ramps_of_share(question.radar, share) for share in set(shares.flat)}
-    return np.vectorize(counts.__getitem__, otypes=[np.float64])(shares)
+    return np.array([[counts[share] for share in row] for row in shares], dtype=np.float64)
 
 
 def _distinct(*values: FloatArray) -> tuple[list[tuple[float, ...]], IntArray]:
