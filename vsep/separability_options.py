@@ -7,7 +7,7 @@ from vsep.signal.preset_names import PRESET_NAMES
 
 _EXAMPLES = """\
 examples:
-  vsep separability --x sir_db=-40:40:33 --y slope_difference=-2e12:-5e10:33 --out map.html
+  vsep separability --x sir_db=-40:40:33 --y slope_difference=-2e12:-1e11:33 --out map.html
   vsep separability --scene simulation-2-c --x object_delay=-2e-7:2e-7:33 --y num_objects=1:20:20 \\
       --set sir_db=-10 --trials 5 --workers 2 --out map.png
 

@@ -10,7 +10,7 @@ from vsep.laboratory.axes import parse_axis, parse_value
 from vsep.laboratory.question import Question
 from vsep.studies.study import TrialSettings
 
-DEFAULT_X = "slope_difference_hz_per_s=-2e12:-5e10:33"
+DEFAULT_X = "slope_difference_hz_per_s=-2e12:-1e11:33"
 DEFAULT_Y = "sir_db=-50:30:33"
 DEFAULT_LAYER = "whole_db"
 KEYS = ("scene", "x", "y", "set", "trials", "lab_seed", "method", "layer")

@@ -65,7 +65,7 @@ class LaboratoryForm:
             margin=_SELECT_MARGIN,
             **_TIGHT,
         )
-        self.axes = {name: _AxisChoice(name, getattr(question, name)) for name in ("x", "y")}
+        self.axes = {name: _AxisChoice(getattr(question, name)) for name in ("x", "y")}
         self.values = {name: self._slider(name) for name in AXES}
         self.method = pmu.Select(
             label="Estimator",
@@ -189,24 +189,25 @@ class LaboratoryForm:
 class _AxisChoice:
     """Which parameter is on an axis, from where to where, in how many steps."""
 
-    def __init__(self, place: str, axis: Axis) -> None:
+    def __init__(self, axis: Axis) -> None:
         kind = axis.kind
         self.parameter = pmu.Select(
             label="Parameter", options=_NAMES, value=axis.name, margin=_SELECT_MARGIN, **_TIGHT
         )
-        half = (6, 3, 6, 3)
         self.start = pmu.FloatInput(
             label="From", value=axis.start / kind.scale, margin=(6, 3, 6, 16), **_TIGHT
         )
-        self.stop = pmu.FloatInput(label="To", value=axis.stop / kind.scale, margin=half, **_TIGHT)
+        self.stop = pmu.FloatInput(
+            label="To", value=axis.stop / kind.scale, margin=(6, 16, 6, 3), **_TIGHT
+        )
         self.count = pmu.Select(
             label="Values",
             options=sorted({*_COUNTS, axis.count}),
             value=axis.count,
-            margin=(6, 16, 6, 3),
+            margin=_SELECT_MARGIN,
             **_TIGHT,
         )
-        self._place, self._quiet = place, False
+        self._quiet = False
 
     @property
     def name(self) -> str:
@@ -217,7 +218,8 @@ class _AxisChoice:
         """Return the controls."""
         return [
             self.parameter,
-            pn.Row(self.start, self.stop, self.count, sizing_mode="stretch_width"),
+            pn.Row(self.start, self.stop, sizing_mode="stretch_width"),
+            self.count,
         ]
 
     def watch(self, chosen: Callable[[], None], edited: Callable[..., None]) -> None:

@@ -119,8 +119,13 @@ def tips(atlas: Atlas) -> list[tuple[str, str]]:
 
 
 def equality_lines(atlas: Atlas, name: str) -> dict[str, list[Any]]:
-    """Return the lines along which a layer is zero, in the units of the axes."""
+    """Return the lines along which a reading of (27) is zero, in the units of the axes.
+
+    With one object both readings are the same; the second has no line then.
+    """
     values = np.ma.masked_invalid(atlas.layers[name])
+    if name != "whole_db" and np.allclose(values, atlas.layers["whole_db"], equal_nan=True):
+        return {"xs": [], "ys": []}
     x, y = (axis.values / axis.kind.scale for axis in (atlas.question.x, atlas.question.y))
     found = contour_data(x, y, values, [0.0], want_fill=False, want_line=True).line_data
     return {"xs": list(found.xs), "ys": list(found.ys)}

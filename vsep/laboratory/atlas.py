@@ -37,10 +37,10 @@ class Layer:
 
 LAYERS: dict[str, Layer] = {
     "whole_db": Layer(
-        label="condition (27), all objects [dB]", diverging=True, floor=10.0, cap=60.0
+        label="condition (27), all objects [dB]", diverging=True, floor=10.0, cap=40.0
     ),
     "weakest_db": Layer(
-        label="condition (27), weakest object [dB]", diverging=True, floor=10.0, cap=60.0
+        label="condition (27), weakest object [dB]", diverging=True, floor=10.0, cap=40.0
     ),
     "coherence": Layer(label="coherence of the bases", floor=0.05, cap=1.0),
     "bound_loss_db": Layer(

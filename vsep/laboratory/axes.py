@@ -46,7 +46,7 @@ AXES: dict[str, AxisKind] = {
         lowest=-5e12,
         highest=5e12,
         start=-2e12,
-        stop=-5e10,
+        stop=-1e11,
         scale=1e12,
     ),
     "object_delay_s": AxisKind(
