@@ -13,6 +13,8 @@ from tornado.websocket import WebSocketClosedError
 
 from app.compare.page import TITLE as COMPARE_TITLE
 from app.compare.page import ComparePage
+from app.laboratory.page import TITLE as LABORATORY_TITLE
+from app.laboratory.page import LaboratoryPage
 from app.page import TITLE, Dashboard
 from app.studies.page import TITLE as STUDIES_TITLE
 from app.studies.page import StudyPage
@@ -26,6 +28,7 @@ LOOPBACK = ("127.0.0.1", "::1", "localhost")
 PAGES: dict[str, tuple[Callable[[Visit], VisitedPage], str]] = {
     "/": (Dashboard, TITLE),
     "/compare": (ComparePage, COMPARE_TITLE),
+    "/laboratory": (LaboratoryPage, LABORATORY_TITLE),
     "/studies": (StudyPage, STUDIES_TITLE),
 }
 # Those whose work has to be ended with the server.

@@ -11,7 +11,12 @@ import panel_material_ui as pmu
 from app.layout import theme
 
 # Address and name of each page, in the order of the header.
-PLACES = {"./": "Live view", "compare": "Compare", "studies": "Studies"}
+PLACES = {
+    "./": "Live view",
+    "compare": "Compare",
+    "laboratory": "Laboratory",
+    "studies": "Studies",
+}
 
 
 @dataclass(frozen=True, kw_only=True)

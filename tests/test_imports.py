@@ -28,6 +28,8 @@ FLOORS = {
     # The rows of a study are written as result lines are.
     "vsep.studies": 6,
     "vsep.recordings": 6,
+    # The laboratory's trials are those of the studies.
+    "vsep.laboratory": 7,
     "vsep": 7,
     "vsep.first_use": 8,
     "vsep.commands": 8,
@@ -38,9 +40,11 @@ FLOORS = {
     "vsep.study_commands": 8,
     "vsep.convert_options": 9,
     "vsep.lattice_options": 9,
+    "vsep.separability_commands": 8,
     "vsep.mitigate_options": 9,
     "vsep.calibrate_options": 9,
     "vsep.study_options": 9,
+    "vsep.separability_options": 9,
     "vsep.cli": 10,
 }
 COMMAND_LINE = (
@@ -49,6 +53,7 @@ COMMAND_LINE = (
     "vsep.lattice_commands",
     "vsep.mitigate_commands",
     "vsep.study_commands",
+    "vsep.separability_commands",
     "vsep.cli",
 )
 DRAWING = {"panel", "panel_material_ui", "bokeh", "holoviews"}

@@ -16,6 +16,7 @@ from vsep.calibrate_options import add_calibrate
 from vsep.convert_options import add_convert
 from vsep.lattice_options import add_lattice
 from vsep.mitigate_options import add_antenna_option, add_mask_option, add_mitigate
+from vsep.separability_options import add_separability
 from vsep.signal.preset_names import PRESET_NAMES
 from vsep.study_options import add_study
 
@@ -120,6 +121,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_mitigate(commands)
     add_calibrate(commands)
     add_study(commands)
+    add_separability(commands)
     return parser
 
 

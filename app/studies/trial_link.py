@@ -1,9 +1,10 @@
 """A trial of a study as a link: one word of an address that opens exactly that trial.
 
 The word is ``study/point/realization/method/seed/schedule``, and the threshold behind it if it is
-not the point's own. A trial is a function of these, so that a link needs no file of rows. The live
-view makes the same frame and runs the same estimator: with the same number of linear-algebra
-threads as the study's workers, which is one, its result is the same to the bit.
+not the point's own; `vsep.laboratory.words` has that of a trial of the laboratory. A trial is a
+function of these, so that a link needs no file of rows. The live view makes the same frame and runs
+the same estimator: with the same number of linear-algebra threads as the study's workers, which is
+one, its result is the same to the bit.
 """
 
 import re
@@ -15,10 +16,11 @@ from typing import Any
 from app.settings import Settings
 from vsep._arrays import InputError
 from vsep.files.frame import Frame
+from vsep.laboratory.words import is_laboratory_word, trial_of_word
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.frames import trial_frame
 from vsep.studies.methods import NO_INTERFERENCE
-from vsep.studies.study import Point, TrialSettings
+from vsep.studies.study import Point, Trial, TrialSettings
 from vsep.studies.trial import DONE, Row
 
 TRIAL_KEY = "trial"
@@ -79,6 +81,8 @@ def open_trial(link: str) -> OpenedTrial:
     >>> open_trial("fig-3/20/17/no-interference/1/robust").values["estimator"]
     'object-only'
     """
+    if is_laboratory_word(link):
+        return _opened(link, trial_of_word(link))
     word = _WORD.fullmatch(link)
     if word is None:
         raise InputError(f"trial is {link!r}; it must read {_FORM}.")
@@ -89,10 +93,16 @@ def open_trial(link: str) -> OpenedTrial:
         settings=TrialSettings(seed=int(word["seed"]), schedule=schedule),
         object_threshold_db=_threshold(word["threshold"]),
     )
+    return _opened(link, study.trial(int(word["point"]), int(word["realization"])))
+
+
+def _opened(link: str, trial: Trial) -> OpenedTrial:
+    """Return a trial of one method with what the live view needs for it."""
+    (method,) = trial.methods
     estimator = _estimator(method)
     if estimator is None:
         raise InputError(f"trial is {link!r}; the live view has no method {method}.")
-    trial = study.trial(int(word["point"]), int(word["realization"]))
+    schedule = trial.settings.schedule
     values = {"estimator": estimator, "schedule": schedule, **_threshold_values(trial.point)}
     return OpenedTrial(link=link, frame=trial_frame(trial, method), values=values)
 

@@ -11,12 +11,19 @@ from typing import TypedDict, Unpack
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, InputError, require_range
+from vsep._arrays import InputError, require_range
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
 from vsep.signal.motion import CYCLE_S, moved_paths
+from vsep.signal.preset_channels import (
+    interference_paths,
+    many_objects,
+    one_object,
+    single_path,
+    with_first_delay,
+)
 from vsep.signal.preset_names import PRESET_NAMES
-from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence, InterfererSequence
-from vsep.signal.scene import Channel, Interferer, Observation, Scene
+from vsep.signal.radar import ChirpSequence, InterfererSequence
+from vsep.signal.scene import Interferer, Observation, Scene
 from vsep.signal.simulate import InterferenceModel, simulate
 
 _SIMULATION_1_RADAR = ChirpSequence(
@@ -65,11 +72,7 @@ _INTERFERERS = {
         num_ramps=8,
     ),
 }
-_SIMULATION_1_DELAY_S = 80.06e-9
 _PERIOD_DIFFERENCE_S = 10e-9  # of an interferer in every ramp; that of set a in one of its ramps
-_NUM_PATHS = 10
-_DELAY_RANGE_S = (3.97e-9, 127e-9)
-_DOPPLER_RANGE_HZ = (-5e3, 5e3)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -82,12 +85,14 @@ class Scenario:
 
 
 class PresetOptions(TypedDict, total=False):
-    """Optional keywords of `preset` that `simulate_preset` hands on."""
+    """Optional keywords of `preset`, which explains them; `simulate_preset` hands them on."""
 
     interference: bool
     interferer_slope_hz_per_s: float | None
     time_offset_s: float
     num_interfered_ramps: int | None
+    num_objects: int | None
+    object_delay_s: float | None
 
 
 def preset(
@@ -96,10 +101,7 @@ def preset(
     snr_db: float,
     sir_db: float,
     rng: np.random.Generator,
-    interference: bool = True,
-    interferer_slope_hz_per_s: float | None = None,
-    time_offset_s: float = 0.0,
-    num_interfered_ramps: int | None = None,
+    **options: Unpack[PresetOptions],
 ) -> Scenario:
     """Draw a scene of Table I.
 
@@ -123,6 +125,11 @@ def preset(
         T-bar; a microsecond shifts the course by k_I times a microsecond, some 10 MHz.
     num_interfered_ramps : int, optional
         That many ramps in a row, from the first on, are interfered.
+    num_objects : int, optional
+        From 1 to `MAX_OBJECTS`; a scene of more objects has those of one with less.
+    object_delay_s : float, optional
+        Delay of the first object, within the radar's unambiguous interval. A burst lies around
+        delay zero, as far as the cut-off frequency over the victim's slope.
 
     Returns
     -------
@@ -143,16 +150,18 @@ def preset(
     """
     sequence = interferer_sequence(
         name,
-        slope_hz_per_s=interferer_slope_hz_per_s,
-        time_offset_s=time_offset_s,
-        num_interfered_ramps=num_interfered_ramps,
+        slope_hz_per_s=options.get("interferer_slope_hz_per_s"),
+        time_offset_s=options.get("time_offset_s", 0.0),
+        num_interfered_ramps=options.get("num_interfered_ramps"),
     )
     radar = preset_radar(name)
     object_rng, channel_rng = rng.spawn(2)
-    single = name == "simulation-1"
-    objects = _single_path(object_rng, _SIMULATION_1_DELAY_S) if single else _objects(object_rng)
-    channel = _single_path(channel_rng, 0.0) if single else _interference_paths(channel_rng)
-    interferers = (Interferer(sequence=sequence, channel=channel),) if interference else ()
+    single, count = name == "simulation-1", options.get("num_objects")
+    objects = one_object(object_rng, count) if single else many_objects(object_rng, count)
+    objects = with_first_delay(objects, radar, options.get("object_delay_s"))
+    channel = single_path(channel_rng, 0.0) if single else interference_paths(channel_rng)
+    present = options.get("interference", True)
+    interferers = (Interferer(sequence=sequence, channel=channel),) if present else ()
     return Scenario(
         radar=radar,
         scene=Scene(objects=objects, interferers=interferers, snr_db=snr_db, sir_db=sir_db),
@@ -296,32 +305,3 @@ def _require_name(name: str) -> None:
     if name not in PRESET_NAMES:
         allowed = ", ".join(PRESET_NAMES)
         raise InputError(f"The preset is {name!r}; it must be one of {allowed}.")
-
-
-def _single_path(rng: np.random.Generator, delay_s: float) -> Channel:
-    """One path of unit weight and random phase."""
-    return Channel(delays_s=np.array([delay_s]), dopplers_hz=np.zeros(1), weights=_phases(rng, 1))
-
-
-def _objects(rng: np.random.Generator) -> Channel:
-    """Objects of Simulation II: level -40 log10(tau c_0 + 1) dB, give or take 3 dB."""
-    delays_s = rng.uniform(*_DELAY_RANGE_S, _NUM_PATHS)
-    dopplers_hz = rng.uniform(*_DOPPLER_RANGE_HZ, _NUM_PATHS)
-    level_db = -40.0 * np.log10(delays_s * SPEED_OF_LIGHT_MPS + 1.0)
-    level_db += rng.uniform(-3.0, 3.0, _NUM_PATHS)
-    weights = 10.0 ** (level_db / 20.0) * _phases(rng, _NUM_PATHS)
-    return Channel(delays_s=delays_s, dopplers_hz=dopplers_hz, weights=weights)
-
-
-def _interference_paths(rng: np.random.Generator) -> Channel:
-    """Interference paths of Simulation II; the first is direct, with delay 0 and magnitude 1."""
-    delays_s = rng.uniform(*_DELAY_RANGE_S, _NUM_PATHS)
-    level_db = rng.uniform(-10.0, 0.0, _NUM_PATHS)
-    delays_s[0] = level_db[0] = 0.0
-    level_db -= 20.0 * np.log10(delays_s * SPEED_OF_LIGHT_MPS + 1.0)
-    weights = 10.0 ** (level_db / 20.0) * _phases(rng, _NUM_PATHS)
-    return Channel(delays_s=delays_s, dopplers_hz=np.zeros(_NUM_PATHS), weights=weights)
-
-
-def _phases(rng: np.random.Generator, count: int) -> ComplexArray:
-    return np.asarray(np.exp(1j * rng.uniform(0.0, 2.0 * np.pi, count)))

@@ -12,7 +12,7 @@ import numpy as np
 
 from vsep.analysis.burst_model import model_bursts
 from vsep.analysis.crlb import DispersionBound, dispersion_bound
-from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter
+from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter, RaisedCosineFilter
 from vsep.signal.presets import (
     PresetOptions,
     Scenario,
@@ -41,7 +41,8 @@ class Bench:
     scenario : Scenario
         Radar, scene and the *true* filter.
     model : SignalModel
-        What the estimators assume: the preset's raised cosine.
+        What the estimators assume: a raised cosine with the roll-off of the preset's, and the
+        point's cut-off frequency give or take its mismatch.
     interfered, clean : Observation
         The frame with and without interference, on the same objects and noise.
     """
@@ -99,7 +100,10 @@ def draw_bench(trial: Trial) -> Bench:
     options: PresetOptions = {
         "interferer_slope_hz_per_s": point.interferer_slope_hz_per_s,
         "num_interfered_ramps": point.num_interfered_ramps,
+        "num_objects": point.num_objects,
+        "object_delay_s": point.object_delay_s,
     }
+    no_bursts: PresetOptions = {**options, "interference": False}
     scenario, interfered = simulate_preset(
         name,
         snr_db=point.snr_db,
@@ -114,14 +118,14 @@ def draw_bench(trial: Trial) -> Bench:
         snr_db=point.snr_db,
         sir_db=point.sir_db,
         seed=trial.seed_sequence,
-        interference=False,
+        **no_bursts,
     )
     if point.num_interferers == 2:
         scenario, interfered = _with_second_interferer(name, scenario, trial)
     return Bench(
         preset=name,
         scenario=scenario,
-        model=_assumed_model(name, scenario),
+        model=_assumed_model(name, scenario, point),
         interfered=interfered,
         clean=clean,
     )
@@ -141,16 +145,24 @@ def preset_name(point: Point, realization: int) -> str:
     return point.scene
 
 
-def _true_filter(name: str, point: Point) -> AntiAliasingFilter | None:
-    """Butterworth filter with the half-amplitude frequency of the preset's; None: the preset's."""
+def _true_filter(name: str, point: Point) -> AntiAliasingFilter:
+    """Return the raised cosine, or a Butterworth filter with its half-amplitude frequency."""
     if point.butterworth_order == 0:
-        return None
+        return _raised_cosine(name, point)
+    cutoff_hz = _raised_cosine(name, point).cutoff_hz
+    return ButterworthFilter(cutoff_hz=cutoff_hz, order=point.butterworth_order)
+
+
+def _raised_cosine(name: str, point: Point, mismatch: float = 0.0) -> RaisedCosineFilter:
+    """Filter of the preset with the cut-off of the point, larger by a share of it."""
     own = _preset_scenario(name).anti_aliasing_filter
-    return ButterworthFilter(cutoff_hz=own.cutoff_hz, order=point.butterworth_order)
+    assert isinstance(own, RaisedCosineFilter)  # those of all presets are
+    cutoff_hz = own.cutoff_hz if point.filter_cutoff_hz is None else point.filter_cutoff_hz
+    return replace(own, cutoff_hz=cutoff_hz * (1.0 + mismatch))
 
 
-def _assumed_model(name: str, scenario: Scenario) -> SignalModel:
-    return SignalModel.of_radar(scenario.radar, _preset_scenario(name).anti_aliasing_filter)
+def _assumed_model(name: str, scenario: Scenario, point: Point) -> SignalModel:
+    return SignalModel.of_radar(scenario.radar, _raised_cosine(name, point, point.filter_mismatch))
 
 
 def _preset_scenario(name: str) -> Scenario:
@@ -176,7 +188,7 @@ def _noise_bench(trial: Trial) -> Bench:
     return Bench(
         preset=trial.point.scene,
         scenario=scenario,
-        model=_assumed_model(name, scenario),
+        model=_assumed_model(name, scenario, trial.point),
         interfered=observation,
         clean=observation,
     )

@@ -14,7 +14,15 @@ from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.inference.schedule import schedule_by_name
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
 
-SceneName: TypeAlias = Literal["simulation-1", "simulation-2", "noise-1", "noise-2"]
+SceneName: TypeAlias = Literal[
+    "simulation-1",
+    "simulation-2",
+    "noise-1",
+    "noise-2",
+    "simulation-2-a",
+    "simulation-2-b",
+    "simulation-2-c",
+]
 SCENE_NAMES: tuple[SceneName, ...] = get_args(SceneName)
 HIGHEST_SEED = 2**63 - 1
 
@@ -45,6 +53,14 @@ class Point:
     num_interfered_ramps : int, optional
         In Simulation II: that many ramps in a row from the first on have a burst, in the place of
         those that Table I makes.
+    num_objects : int, optional
+        Another number of objects than that of Table I.
+    object_delay_s : float, optional
+        Another delay of the first object.
+    filter_cutoff_hz : float, optional
+        Half-amplitude frequency of the true filter, in the place of the preset's.
+    filter_mismatch : float
+        By which share of it the estimators take the cut-off for larger than it is.
     """
 
     panel: str
@@ -58,6 +74,10 @@ class Point:
     num_interferers: int = 1
     interferer_slope_hz_per_s: float | None = None
     num_interfered_ramps: int | None = None
+    num_objects: int | None = None
+    object_delay_s: float | None = None
+    filter_cutoff_hz: float | None = None
+    filter_mismatch: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the names and the counts; the simulator and the estimators check the rest."""
@@ -71,6 +91,7 @@ class Point:
             )
         require_range("num_interferers", self.num_interferers, 1, 2)
         require_range("butterworth_order", self.butterworth_order, 0, 16)
+        require_range("filter_mismatch", self.filter_mismatch, -0.9, 9.0)
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters by name, as they stand in a row."""

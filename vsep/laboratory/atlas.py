@@ -1,0 +1,145 @@
+"""All layers of a map by name, with what a reader must know of each: label, range of colours."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vsep._arrays import BoolArray, FloatArray
+from vsep.laboratory.analytic import AnalyticMap
+from vsep.laboratory.cells import Finding, coarser
+from vsep.laboratory.question import Cell, Question
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Layer:
+    """One layer of a map.
+
+    Attributes
+    ----------
+    label : str
+        For a reader, with its unit.
+    diverging : bool
+        Whether zero is the middle of its colours.
+    empirical : bool
+        Whether it comes from trials.
+    floor, cap : float
+        The colours reach at least, and at most, up to these.
+    """
+
+    label: str
+    diverging: bool = False
+    empirical: bool = False
+    floor: float = 1.0
+    cap: float = 1.0
+
+
+LAYERS: dict[str, Layer] = {
+    "whole_db": Layer(
+        label="condition (27), all objects [dB]", diverging=True, floor=10.0, cap=40.0
+    ),
+    "weakest_db": Layer(
+        label="condition (27), weakest object [dB]", diverging=True, floor=10.0, cap=40.0
+    ),
+    "coherence": Layer(label="coherence of the bases", floor=0.05, cap=1.0),
+    "bound_loss_db": Layer(
+        label="loss of the CRLB by unknown interference [dB]", floor=1e-3, cap=30.0
+    ),
+    "detection": Layer(label="objects found, share", empirical=True),
+    "rmse_over_crlb": Layer(label="RMSE / root CRLB", empirical=True, floor=2.0, cap=5.0),
+    "false_alarms": Layer(label="false alarms a frame", empirical=True, floor=1.0, cap=20.0),
+}
+_MEASURES: dict[str, Callable[[Finding], float]] = {
+    "detection": lambda finding: finding.detection,
+    "rmse_over_crlb": lambda finding: finding.rmse_over_crlb,
+    "false_alarms": lambda finding: finding.false_alarms,
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Atlas:
+    """The layers of a question.
+
+    Attributes
+    ----------
+    question : Question
+        What they are of.
+    layers : mapping of str to (ny, nx) array
+        By the names of `LAYERS`. A cell that has no trials yet shows those of the coarser grid.
+    trials : (ny, nx) int array
+        Trials made in each cell.
+    """
+
+    question: Question
+    layers: Mapping[str, FloatArray]
+    trials: FloatArray
+
+    @property
+    def finished(self) -> BoolArray:
+        """(ny, nx) whether the trials of a cell are made."""
+        return self.trials > 0
+
+    def limits(self, name: str) -> tuple[float, float]:
+        """Return the range of colours of a layer."""
+        layer, values = LAYERS[name], self.layers[name]
+        known = np.abs(values[np.isfinite(values)])
+        largest = float(known.max()) if len(known) else 0.0
+        top = min(max(largest, layer.floor), layer.cap)
+        return (-top if layer.diverging else 0.0), top
+
+
+def make_atlas(
+    question: Question, analytic: AnalyticMap, findings: Mapping[Cell, Finding]
+) -> Atlas:
+    """Put all layers of a question together.
+
+    Parameters
+    ----------
+    question : Question
+        The map.
+    analytic : AnalyticMap
+        Its layers that need no estimator.
+    findings : mapping of (int, int) to Finding
+        What trials gave so far.
+    """
+    shape = question.shape
+    trials = np.zeros(shape)
+    measured = {name: np.full(shape, np.nan) for name in _MEASURES}
+    for row, column in np.ndindex(shape):
+        cell = column, row
+        if cell in findings:
+            trials[row, column] = findings[cell].num_trials
+        nearest = next(
+            (other for other in coarser(cell, shape[1], shape[0]) if other in findings), None
+        )
+        if nearest is not None:
+            for name, measure in _MEASURES.items():
+                measured[name][row, column] = measure(findings[nearest])
+    return Atlas(
+        question=question,
+        layers={
+            "whole_db": analytic.whole_db,
+            "weakest_db": analytic.weakest_db,
+            "coherence": analytic.coherence,
+            "bound_loss_db": analytic.bound_loss_db,
+            **measured,
+        },
+        trials=trials,
+    )
+
+
+def table_rows(atlas: Atlas) -> list[dict[str, Any]]:
+    """Return one row a cell: its parameters, all layers, and the number of trials.
+
+    A layer that comes from trials is empty where there are none.
+    """
+    question, rows = atlas.question, []
+    for row, column in np.ndindex(question.shape):
+        values: dict[str, Any] = {"scene": question.scene, **question.parameters((column, row))}
+        made = bool(atlas.finished[row, column])
+        for name, layer in LAYERS.items():
+            shown = made or not layer.empirical
+            values[name] = float(f"{atlas.layers[name][row, column]:.7g}") if shown else None
+        rows.append({**values, "trials": int(atlas.trials[row, column])})
+    return rows
