@@ -8,7 +8,7 @@ import panel as pn
 import param
 from bokeh.models import ColumnDataSource, CustomJS, Span
 
-from app.address import parse_query, set_query, synchronise
+from app.address import parse_query
 from app.controls import Controls
 from app.layout import (
     card,
@@ -17,6 +17,7 @@ from app.layout import (
     stylesheet,
     unseen_title,
 )
+from app.location import set_query, synchronise
 from app.loop import Crew, FrameLoop, Stage
 from app.picture import Picture
 from app.session import Phase, RunSession

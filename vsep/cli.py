@@ -13,6 +13,7 @@ from typing import NoReturn
 from vsep._arrays import InputError
 from vsep._version import __version__
 from vsep.mitigate_options import add_mask_option, add_mitigate
+from vsep.report_options import add_report
 from vsep.signal.preset_names import PRESET_NAMES
 from vsep.study_options import add_study
 
@@ -42,11 +43,6 @@ examples:
 
 A frame that cannot be read gets a line with "file" and "error"; the others are separated all the
 same, and the exit code is 2 at the end.
-"""
-_REPORT_EXAMPLES = """\
-examples:
-  vsep report frame.npz --out snapshot.html
-  vsep report frame.npz --out snapshot.png --schedule paper --object-threshold-db 9
 """
 
 
@@ -111,7 +107,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_serve(commands)
     _add_simulate(commands)
     _add_separate(commands)
-    _add_report(commands)
+    add_report(commands, _add_estimator_options)
     add_mitigate(commands)
     add_study(commands)
     return parser
@@ -217,15 +213,6 @@ def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
     _add_estimator_options(parser)
 
 
-def _add_report(commands: "argparse._SubParsersAction[_Parser]") -> None:
-    parser = _add_command(
-        commands, "report", _report, "separate one frame file and draw it", _REPORT_EXAMPLES
-    )
-    parser.add_argument("frame", metavar="FRAME", help="a frame file, *.npz")
-    _add_out(parser, "the picture, *.html (opens from disk, asks for nothing) or *.png")
-    _add_estimator_options(parser)
-
-
 def _add_out(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument("--out", required=True, metavar="FILE", help=what)
 
@@ -307,9 +294,3 @@ def _separate(options: argparse.Namespace) -> int:
     from vsep.commands import separate_frames
 
     return separate_frames(options)
-
-
-def _report(options: argparse.Namespace) -> int:
-    from vsep.commands import report_frame
-
-    return report_frame(options)

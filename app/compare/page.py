@@ -7,7 +7,7 @@ import panel as pn
 import param
 from bokeh.models import ColumnDataSource, CustomJS
 
-from app.address import parse_query, set_query, synchronise
+from app.address import parse_query
 from app.compare.form import CompareForm
 from app.compare.maps import CompareMaps
 from app.compare.picture import ComparePicture
@@ -34,6 +34,7 @@ from app.compare.work import (
 )
 from app.controls import Controls
 from app.layout import stylesheet, unseen_title
+from app.location import set_query, synchronise
 from app.loop import Crew, FrameLoop, Stage
 from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, Settings
