@@ -40,7 +40,7 @@ class ReportViews:
         for plot, height in sized:
             plot.update(sizing_mode="stretch_width", height=height)
         self.plots = [plot for plot, _ in sized]
-        self._drawn = [self._delay, self._progress, self._fast_time]
+        self._drawn: list[Any] = [self._delay, self._progress, self._fast_time]
         self._drawn += [self._maps, self._strip] if several else []
 
     def update(self, picture: Picture) -> None:
