@@ -6,7 +6,8 @@ from urllib.parse import urlencode
 
 import panel as pn
 
-from app.address import QUERY_NAMES, parse_query
+from app.address import ITERATION_KEY, QUERY_NAMES, parse_query
+from app.session import Phase
 from app.settings import Settings
 
 
@@ -35,3 +36,21 @@ def synchronise(settings: Settings, complain: Callable[[str], None]) -> None:
 
     location.search = ""
     location.sync(settings, dict(QUERY_NAMES), on_error=refuse)
+
+
+class SharedIteration:
+    """Keeps the iteration of a halted run in the address.
+
+    A run that goes on, or has ended, has none: for whoever opens the address it goes to its end.
+    """
+
+    def __init__(self) -> None:
+        self._written: str | None = None
+
+    def write(self, phase: Phase, iteration: int) -> None:
+        """Take note of what is drawn."""
+        halted = phase in (Phase.PAUSED, Phase.IDLE)
+        value = str(iteration) if halted else None
+        if value != self._written:
+            self._written = value
+            set_query(ITERATION_KEY, value)

@@ -5,8 +5,10 @@ import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -14,6 +16,7 @@ from app.picture import Picture
 from app.report.record import status
 from app.report.run import ReportRun, account
 from app.report.sheet import draw_delay, draw_fast_time, draw_map
+from app.views.style import COLOURS
 from vsep._arrays import InputError
 from vsep.files.results import as_json
 
@@ -22,7 +25,6 @@ DOTS_PER_INCH = 100
 FIRST_MS, EACH_MS, LAST_MS = 1000, 400, 3000
 MOST_PICTURES = 60
 """Of a longer run every second, third, ... iteration is shown."""
-COLOURS = 128
 WEBP_QUALITY = 80
 VIDEO_RATE = 10  # frames a second; all times above are whole frames of it
 
@@ -99,12 +101,25 @@ def draw_image(picture: Picture, last: int) -> Image.Image:
     return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
 
 
+def animation_palette() -> "np.ndarray[tuple[int, int], np.dtype[np.uint8]]":
+    """Return (256, 3) colours that all pictures are made of: maps, lines and their edges, greys.
+
+    A palette found from the pictures' pixels would give nearly all of it to the maps and paint
+    thin lines in each other's colours.
+    """
+    map_colours = mpl.colormaps["viridis"](np.linspace(0.0, 1.0, 152))[:, :3]
+    blends = np.linspace(0.2, 1.0, 16)[:, None]
+    lines = [1.0 + blends * (np.array(to_rgb(colour)) - 1.0) for colour in COLOURS.values()]
+    greys = np.linspace(0.0, 1.0, 24)[:, None] * np.ones(3)
+    return np.asarray(np.round(255.0 * np.concatenate([map_colours, *lines, greys])), np.uint8)
+
+
 def _write_gif(
     out: Path, images: Sequence[Image.Image], times_ms: Sequence[int], account: bytes
 ) -> None:
     # One palette for all: then a picture holds only what differs from the one before.
-    ends = Image.fromarray(np.concatenate([np.asarray(images[0]), np.asarray(images[-1])]))
-    palette = ends.quantize(COLOURS)
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(animation_palette().tobytes())
     first, *others = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     first.save(
         out,

@@ -3,8 +3,7 @@
 import io
 import platform
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import islice
 from typing import Any
@@ -70,7 +69,7 @@ class ReportRun:
         """State at the iteration shown."""
         return self.steps[-1].state if self.steps else self.initial_state
 
-    @cached_property
+    @property
     def ramp(self) -> int:
         """Ramp shown: the recipe's, else the one with the strongest estimated burst."""
         if self.recipe.ramp is not None:
@@ -101,6 +100,20 @@ def carry_out(recipe: Recipe) -> ReportRun:
     InputError
         If the recipe cannot be carried out; the message is for the user.
     """
+    run = of_steps(recipe, ())
+    steps = tuple(islice(iterate(run.estimator, run.frame.received), recipe.iteration))
+    _require_shown(recipe, len(steps), run.frame.radar.num_ramps)
+    return replace(run, steps=steps)
+
+
+def of_steps(recipe: Recipe, steps: tuple[Step, ...]) -> ReportRun:
+    """Make the run of a recipe from steps that somebody did already.
+
+    Raises
+    ------
+    InputError
+        If the recipe cannot be carried out; the message is for the user.
+    """
     plan = recipe.plan
     scene = make_scene(plan, _loaded_frame(recipe))
     frame = scene.frame
@@ -118,8 +131,6 @@ def carry_out(recipe: Recipe) -> ReportRun:
         max_iterations=plan.max_iterations,
         mask=frame_mask(frame, recipe.mask) if plan.estimator == MASKED else None,
     )
-    steps = tuple(islice(iterate(estimator, frame.received), recipe.iteration))
-    _require_shown(recipe, len(steps), frame.radar.num_ramps)
     observation = Observation(received=frame.received, truth=frame.truth)
     return ReportRun(
         recipe=recipe,
