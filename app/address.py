@@ -5,15 +5,15 @@ A link names only what it changes. What it does not name keeps the value of its 
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
-from urllib.parse import urlencode
 
-import panel as pn
 import param
 
 from app.settings import LOADED_FRAME, PRESETS, Settings, preset_values
 
+ITERATION_KEY = "iteration"
+"""Where a paused run was; not a setting, so that only `parse_iteration` reads it."""
 QUERY_NAMES = {
     "preset": "preset",
     "snr_db": "snr",
@@ -89,31 +89,21 @@ def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     return values, complaints
 
 
-def set_query(key: str, value: str | None) -> None:
-    """Set one value in the address of this session's page, None takes it out."""
-    location = pn.state.location
-    if location is not None:
-        query = {name: held for name, held in location.query_params.items() if name != key}
-        added = {} if value is None else {key: value}
-        location.search = "?" + urlencode({**query, **added})
+def parse_iteration(query: Mapping[str, Any]) -> tuple[int | None, list[str]]:
+    """Return the iteration that a link names, None where it names none, and what is wrong with it.
 
-
-def synchronise(settings: Settings, complain: Callable[[str], None]) -> None:
-    """Keep the address of the page in step with the settings, from now on.
-
-    The browser's own address wins while a page is loading, so this comes after.
+    Examples
+    --------
+    >>> parse_iteration({"iteration": "4"}), parse_iteration({})
+    ((4, []), (None, []))
     """
-    location = pn.state.location
-    if location is None:
-        return
-
-    def refuse(values: dict[str, Any]) -> None:
-        query = {QUERY_NAMES[name]: value for name, value in values.items()}
-        for complaint in parse_query(query)[1]:
-            complain(complaint)
-
-    location.search = ""
-    location.sync(settings, dict(QUERY_NAMES), on_error=refuse)
+    if ITERATION_KEY not in query:
+        return None, []
+    value, highest = str(query[ITERATION_KEY]), Settings.param.max_iterations.bounds[1]
+    if value.isdecimal() and len(value) <= len(str(highest)) and int(value) <= highest:
+        return int(value), []
+    wrong = f"{ITERATION_KEY} is {value}; it must be a whole number between 0 and {highest}."
+    return None, [wrong]
 
 
 def _parse(parameter: Any, value: Any) -> Any:

@@ -2,13 +2,15 @@
 
 import io
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import panel as pn
 import param
 from bokeh.models import ColumnDataSource, CustomJS, Span
 
-from app.address import parse_query, set_query, synchronise
+from app.address import parse_iteration, parse_query
 from app.controls import Controls
 from app.layout import (
     card,
@@ -17,10 +19,14 @@ from app.layout import (
     stylesheet,
     unseen_title,
 )
+from app.location import SharedIteration, set_query, synchronise
 from app.loop import Crew, FrameLoop, Stage
 from app.picture import Picture
+from app.report.recipe import KeptFrame, Recipe
+from app.report.snapshot import SnapshotFile, make_snapshot, snapshot_recipe
 from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
+from app.share import Share
 from app.studies.trial_link import TRIAL_KEY, trial_of_query
 from app.transport import Transport
 from app.views.progress import ProgressView
@@ -52,9 +58,12 @@ class Dashboard:
     def __init__(self, visit: Visit) -> None:
         self._trial, query, trial_complaints = trial_of_query(visit.query)
         values, complaints = parse_query(query)
-        self._complaints = trial_complaints + complaints
+        self._stop_at, more = parse_iteration(query)
+        self._complaints = trial_complaints + complaints + more
         self.settings = Settings(**({**self._trial.values, **values} if self._trial else values))
         self._frame: Frame | None = None
+        self._kept: KeptFrame | None = None
+        self._shared_iteration = SharedIteration()
         self._side_drawn = 0.0
         self._make_views()
         self.controls = Controls(self.settings, self.load)
@@ -75,6 +84,13 @@ class Dashboard:
             visit.pool,
         )
         self.transport = Transport(self.settings, self.session, self.loop.wake)
+        self.share = Share(
+            self._snapshot,
+            pool=visit.pool,
+            post=visit.post,
+            tell=self._tell,
+            complain=self.complain,
+        )
         self.settings.param.watch(self._scene_changed, list(PLAN_NAMES))
         self.settings.param.watch(self._view_changed, list(VIEW_NAMES))
 
@@ -158,7 +174,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             here="./",
             title=TITLE,
             description="Variational separation of radar objects and interference, live.",
-            status=self.transport.status,
+            status=pn.Row(self.share.layout(), self.transport.status, margin=0, align="center"),
             sidebar=self.controls.layout(),
             main=main,
         )
@@ -168,16 +184,18 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         synchronise(self.settings, self.complain)
         if self._trial is not None:
             set_query(TRIAL_KEY, self._trial.link)
-            if pn.state.notifications is not None:
-                pn.state.notifications.info(f"Opened {self._trial.frame.name}.", duration=6000)
+            self._tell(f"Opened {self._trial.frame.name}.")
         for complaint in self._complaints:
             self.complain(complaint)
         self.loop.start()
         self.session.restart(self.settings.plan())
+        if self._stop_at is not None:
+            self.session.run_to(self._stop_at)
         self.loop.wake()
 
     def close(self) -> None:
         """Stop the run for good: the browser has left."""
+        self.share.close()
         self.loop.close()
 
     def load(self, name: str, content: bytes) -> None:
@@ -187,6 +205,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         except InputError as error:
             self.complain(str(error))
             return
+        self._kept = KeptFrame(name=name, content=content)
         self._leave_trial()
         if self.settings.preset == LOADED_FRAME:
             self._scene_changed()
@@ -229,6 +248,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             elif picture.iteration == 0:
                 self.transport.refresh(self.loop.rate, picture)
             self.fast_time.update(picture)
+        self._shared_iteration.write(self.session.phase, picture.iteration)
 
     def _is_time_for_the_side(self, picture: Picture) -> bool:
         """Whether to draw what is beside the views: less often, for it costs the browser most.
@@ -248,6 +268,27 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         if pn.state.notifications is not None:
             pn.state.notifications.error(sentence, duration=8000)
         self.transport.refresh(self.loop.rate)
+
+    def _tell(self, sentence: str) -> None:
+        if pn.state.notifications is not None:
+            pn.state.notifications.info(sentence, duration=6000)
+
+    def _snapshot(self, key: str) -> Callable[[], SnapshotFile] | None:
+        """Return what makes a file of what is shown now, None while there is nothing."""
+        shown = self.session.snapshot()
+        if shown is None:
+            return None
+        loaded = shown.opening.plan.preset == LOADED_FRAME
+        trial = self._trial.link if self._trial is not None and loaded else ""
+        recipe = Recipe(
+            plan=shown.opening.plan,
+            trial=trial,
+            frame=self._kept if loaded and not trial else None,
+            fast_time=self.settings.fast_time,
+        )
+        return partial(
+            make_snapshot, key, shown, snapshot_recipe(shown, recipe, self.settings.ramp)
+        )
 
     def _prepare(self, plan: Plan) -> Prepared:
         return prepare(plan, self._frame)

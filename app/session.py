@@ -113,6 +113,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self._plan: PlanT | None = None
         self._opening: OpeningT | None = None
         self._single_step = False
+        self._stop_at: int | None = None
 
     @property
     def num_steps(self) -> int:
@@ -142,8 +143,17 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
     def run(self) -> None:
         """Go on from the cursor, unless the run has ended there."""
         self._single_step = False
+        self._stop_at = None
         if not self._ended():
             self.phase = Phase.RUNNING
+
+    def run_to(self, iteration: int) -> None:
+        """Go on to an iteration and pause there; the run may end before."""
+        if iteration <= self.cursor:
+            self.scrub(iteration)
+        else:
+            self.run()
+            self._stop_at = iteration
 
     def pause(self) -> None:
         """Stop after the step that is under way."""
@@ -244,12 +254,14 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self.cursor = 0
         self._steps = []
         self._single_step = False
+        self._stop_at = None
         self.phase = phase
 
     def _move_on(self) -> None:
         self.cursor += 1
-        if self._single_step or self._ended():
+        if self._single_step or self._ended() or self.cursor == self._stop_at:
             self._single_step = False
+            self._stop_at = None
             self._settle()
 
     def _settle(self) -> None:

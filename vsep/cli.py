@@ -16,6 +16,7 @@ from vsep.calibrate_options import add_calibrate
 from vsep.convert_options import add_convert
 from vsep.lattice_options import add_lattice
 from vsep.mitigate_options import add_antenna_option, add_mask_option, add_mitigate
+from vsep.report_options import add_report
 from vsep.separability_options import add_separability
 from vsep.signal.preset_names import PRESET_NAMES
 from vsep.study_options import add_study
@@ -46,11 +47,6 @@ examples:
 
 A frame that cannot be read gets a line with "file" and "error"; the others are separated all the
 same, and the exit code is 2 at the end.
-"""
-_REPORT_EXAMPLES = """\
-examples:
-  vsep report frame.npz --out snapshot.html
-  vsep report frame.npz --out snapshot.png --schedule paper --object-threshold-db 9
 """
 
 
@@ -116,7 +112,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_simulate(commands)
     add_convert(commands)
     _add_separate(commands)
-    _add_report(commands)
+    add_report(commands, _add_estimator_options)
     add_lattice(commands)
     add_mitigate(commands)
     add_calibrate(commands)
@@ -210,6 +206,13 @@ def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
         help="folder, made if need be, for DIR/<frame>.npz with object_signal, "
         "interference_signal and cleaned",
     )
+    add_antenna_option(parser)
+    parser.add_argument(
+        "--response",
+        metavar="FILE",
+        help="the receiver's response as vsep calibrate writes it, *.npz, in place of the filter "
+        "that a frame file names",
+    )
     parser.add_argument(
         "--clutter",
         choices=("keep", "remove"),
@@ -232,27 +235,12 @@ def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
     _add_estimator_options(parser)
 
 
-def _add_report(commands: "argparse._SubParsersAction[_Parser]") -> None:
-    parser = _add_command(
-        commands, "report", _report, "separate one frame file and draw it", _REPORT_EXAMPLES
-    )
-    parser.add_argument("frame", metavar="FRAME", help="a frame file, *.npz")
-    _add_out(parser, "the picture, *.html (opens from disk, asks for nothing) or *.png")
-    _add_estimator_options(parser)
-
-
 def _add_out(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument("--out", required=True, metavar="FILE", help=what)
 
 
 def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the estimator")
-    group.add_argument(
-        "--response",
-        metavar="FILE",
-        help="the receiver's response as vsep calibrate writes it, *.npz, in place of the filter "
-        "that a frame file names",
-    )
     group.add_argument(
         "--estimator",
         choices=("factorised", "joint", "object-only", "masked"),
@@ -261,7 +249,6 @@ def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
         "objects from the samples that the mask leaves (default: factorised)",
     )
     add_mask_option(group)
-    add_antenna_option(group)
     group.add_argument(
         "--schedule",
         choices=("robust", "paper"),
@@ -329,9 +316,3 @@ def _separate(options: argparse.Namespace) -> int:
     from vsep.commands import separate_frames
 
     return separate_frames(options)
-
-
-def _report(options: argparse.Namespace) -> int:
-    from vsep.commands import report_frame
-
-    return report_frame(options)

@@ -1,7 +1,6 @@
-"""What the ``vsep`` command does once its options are read: simulate, separate, report."""
+"""What the ``vsep`` command does once its options are read: simulate and separate."""
 
 import argparse
-import math
 import sys
 import time
 from collections import Counter
@@ -143,19 +142,6 @@ def _throughput(frames: int, seconds: float, workers: int) -> str:
     return f"{frames} frames in {seconds:.1f} s on {processes}: {rate:.1f} frames per second"
 
 
-def report_frame(options: argparse.Namespace) -> int:
-    """Separate one frame and draw it."""
-    _require_distinct([options.frame], options.out, None)
-    _require_folder(options.out)
-    from app.report import write_report
-
-    frame = _read_frame(options.frame, options)
-    separator = _separator_of(options, frame)
-    settings = describe_run(options, frame, separator)
-    write_report(frame, Path(options.out), separator=separator, settings=settings)
-    return 0
-
-
 def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
     """Make the result line of one frame; one with ``error`` if it could not be used."""
     try:
@@ -224,7 +210,7 @@ def _separator_of(options: argparse.Namespace, frame: Frame) -> Estimator:
 def make_separator(
     options: argparse.Namespace, model: SignalModel, mask: BoolArray | None = None
 ) -> Estimator:
-    """Make the estimator that the options of ``separate`` and ``report`` describe."""
+    """Make the estimator that the options of ``separate`` describe."""
     if options.mask is not None and options.estimator != "masked":
         raise InputError(
             f"--mask is {options.mask}, and {options.estimator} takes none; it is for masked."
@@ -239,29 +225,6 @@ def make_separator(
         max_iterations=options.max_iterations,
         mask=mask,
     )
-
-
-def describe_run(options: argparse.Namespace, frame: Frame, separator: Estimator) -> dict[str, str]:
-    """Name for a reader of the report how the frame was made and what the estimator was told."""
-    assumed = frame.assumed_filter
-    settings = {key: frame.settings[key] for key in ("preset", "seed") if key in frame.settings}
-    if frame.num_antennas > 1:
-        settings["antenna"] = f"{frame.antenna} of {frame.num_antennas}"
-    settings["estimator"] = options.estimator
-    if options.mask is not None:
-        settings["mask"] = options.mask
-    if options.estimator == "factorised":
-        settings["schedule"] = options.schedule
-        if options.interference_threshold_db is not None:
-            settings["interference threshold"] = f"{options.interference_threshold_db:g} dB"
-    if options.object_threshold_db is None:
-        settings["false-alarm rate"] = f"{options.false_alarm_rate:g} per frame"
-    settings["object threshold"] = f"{separator.threshold_db:.1f} dB"
-    settings["assumed filter"] = assumed.kind.replace("_", " ")
-    if math.isfinite(assumed.cutoff_hz):
-        settings["assumed filter"] += f", {assumed.cutoff_hz / 1e6:g} MHz"
-    settings["largest number of iterations"] = str(options.max_iterations)
-    return settings
 
 
 def _signals_path(folder: str, frame: str) -> Path:

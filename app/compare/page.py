@@ -7,7 +7,7 @@ import panel as pn
 import param
 from bokeh.models import ColumnDataSource, CustomJS
 
-from app.address import parse_query, set_query, synchronise
+from app.address import parse_iteration, parse_query
 from app.compare.form import CompareForm
 from app.compare.maps import CompareMaps
 from app.compare.picture import ComparePicture
@@ -34,6 +34,7 @@ from app.compare.work import (
 )
 from app.controls import Controls
 from app.layout import stylesheet, unseen_title
+from app.location import SharedIteration, set_query, synchronise
 from app.loop import Crew, FrameLoop, Stage
 from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, Settings
@@ -60,7 +61,9 @@ class ComparePage:
     def __init__(self, visit: Visit) -> None:
         values, complaints = parse_query({**FIRST_QUERY, **visit.query})
         chosen, more = parse_choice(visit.query)
-        self._complaints = complaints + more
+        self._stop_at, wrong = parse_iteration(visit.query)
+        self._complaints = complaints + more + wrong
+        self._shared_iteration = SharedIteration()
         self.settings, self.choice = Settings(**values), CompareSettings(**chosen)
         self._frame: Frame | None = None
         self.controls = Controls(self.settings, self.load)
@@ -136,6 +139,8 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self.complain(complaint)
         self.loop.start()
         self._restart()
+        if self._stop_at is not None:
+            self.session.run_to(self._stop_at)
 
     def close(self) -> None:
         """Stop the run for good: the browser has left."""
@@ -185,6 +190,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
                     picture, rate=self.loop.rate, has_next=has_next_frame(opening.plan)
                 )
             self._painted.data = {"number": [self._painted.data["number"][0] + 1]}
+        self._shared_iteration.write(self.session.phase, picture.iteration)
         at_end = picture.iteration == picture.num_iterations
         if self.transport.play.value and at_end:
             self.next_frame()

@@ -83,6 +83,7 @@ def test_pages_wait_for_their_turn(monkeypatch):
 
 def test_an_error_is_told_and_the_turn_is_given_back(monkeypatch, caplog):
     def bug(trials, *, workers, stop):
+        del trials, workers, stop
         raise ZeroDivisionError("on purpose")
 
     monkeypatch.setattr(cells, "run_on_processes", bug)

@@ -413,26 +413,6 @@ def test_report_refuses_another_format_and_a_bad_frame(
     assert "does not exist" in refused("report", absent, "--out", str(tmp_path / "a.png"))
 
 
-def test_a_report_lists_the_seed_and_what_the_estimator_was_told(
-    tmp_path: Path, frame_file: Callable[..., str]
-) -> None:
-    path = frame_file(preset="simulation-2-a", seed=7, filter_kind="none")
-    frame = read_frame(path)
-    options = cli.build_parser().parse_args(
-        ["report", path, "--out", str(tmp_path / "a.png"), "--object-threshold-db", "9"]
-    )
-    separator = commands.make_separator(options, MODEL)
-    assert commands.describe_run(options, frame, separator) == {
-        "preset": "simulation-2-a",
-        "seed": "7",
-        "estimator": "factorised",
-        "schedule": "robust",
-        "object threshold": "9.0 dB",
-        "assumed filter": "none",
-        "largest number of iterations": "100",
-    }
-
-
 # The command itself
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from vsep._arrays import ComplexArray, FloatArray, IntArray, to_db, wrap_frequency
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER, Gospa, cell_distances, gospa
 from vsep.signal.atoms import line_factors, project
+from vsep.signal.scene import GroundTruth
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -158,3 +159,41 @@ def paired_rms(values: FloatArray, reference: FloatArray) -> float:
     difference = values - reference
     defined = difference[np.isfinite(difference)]
     return float(np.sqrt(np.mean(defined**2))) if len(defined) else float("nan")
+
+
+def frame_metrics(
+    truth: GroundTruth, beats: FloatArray, dopplers: FloatArray, cleaned: ComplexArray
+) -> dict[str, float]:
+    """Say in numbers what the estimate of one frame is worth.
+
+    Parameters
+    ----------
+    truth : GroundTruth
+        What the simulator put into the frame; its objects are known.
+    beats, dopplers : (K,) float
+        Normalised frequencies of the estimates.
+    cleaned : (P, N) complex
+        Received signal after cancellation.
+
+    Returns
+    -------
+    dict
+        ``objects_true``, ``objects``, ``misses``, ``false_alarms``; ``gospa`` in resolution cells;
+        ``mean_assigned_error`` in normalised frequency; ``sinr_db``; ``error_vector_magnitude``.
+    """
+    true = np.stack([truth.beats, truth.dopplers], axis=-1)
+    found = np.stack([beats, dopplers], axis=-1)
+    num_ramps, num_samples = cleaned.shape
+    errors = frame_errors(true, found, (num_ramps, num_samples))
+    return {
+        "objects_true": len(true),
+        "objects": len(found),
+        "misses": errors.misses,
+        "false_alarms": errors.false_alarms,
+        "gospa": errors.gospa.value,
+        "mean_assigned_error": errors.mean_assigned_error,
+        "sinr_db": sinr_db(truth.object_signal, cleaned),
+        "error_vector_magnitude": error_vector_magnitude(
+            truth.object_signal, cleaned, truth.beats, truth.dopplers
+        ),
+    }

@@ -1,7 +1,6 @@
-"""The snapshot for print: matplotlib draws the picture that the views draw on screen."""
+"""The report for print: matplotlib draws the picture that the views draw on screen."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,25 +24,17 @@ _LINES = (
 )
 
 
-def write_png(picture: Picture, out: Path, *, settings: Mapping[str, str]) -> None:
-    """Draw the three views, the table and the settings into a PNG file.
+def draw_sheet(picture: Picture, settings: Mapping[str, str]) -> Figure:
+    """Draw the three views, the table and the settings.
 
     Parameters
     ----------
     picture : Picture
         What to draw.
-    out : Path
-        File to write.
     settings : mapping of str to str
         Listed at the foot.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
     """
-    sheet = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH)
-    FigureCanvasAgg(sheet)
+    sheet = empty_sheet()
     several = picture.backdrop.radar.num_ramps > 1
     heights = (1.0, 1.15, 1.5) if several else (1.0, 1.15)
     grid = sheet.add_gridspec(
@@ -58,11 +49,11 @@ def write_png(picture: Picture, out: Path, *, settings: Mapping[str, str]) -> No
         hspace=0.42,
         wspace=0.2,
     )
-    _fast_time(sheet.add_subplot(grid[0, :2]), picture)
-    _delay(sheet.add_subplot(grid[1, :2]), picture)
+    draw_fast_time(sheet.add_subplot(grid[0, :2]), picture)
+    draw_delay(sheet.add_subplot(grid[1, :2]), picture)
     if several:
-        _map(sheet.add_subplot(grid[2, 0]), picture, before=True)
-        image = _map(sheet.add_subplot(grid[2, 1]), picture, before=False)
+        draw_map(sheet.add_subplot(grid[2, 0]), picture, before=True)
+        image = draw_map(sheet.add_subplot(grid[2, 1]), picture, before=False)
         low, high = picture.backdrop.map_limits_db
         bar = sheet.colorbar(image, ax=sheet.axes[-1], fraction=0.05, pad=0.02)
         bar.set_ticks(
@@ -73,17 +64,26 @@ def write_png(picture: Picture, out: Path, *, settings: Mapping[str, str]) -> No
     _table(sheet.add_subplot(grid[:2, 2]), picture)
     if several:
         _progress(sheet.add_subplot(grid[2, 2]), picture)
+    add_words(sheet, picture, settings)
+    return sheet
+
+
+def empty_sheet() -> Figure:
+    """Return an empty page."""
+    sheet = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH)
+    FigureCanvasAgg(sheet)
+    return sheet
+
+
+def add_words(sheet: Figure, picture: Picture, settings: Mapping[str, str]) -> None:
+    """Write the title above a page and the settings below it."""
     title = f"vsep: {picture.backdrop.title}"
+    outcome = f"iteration {picture.iteration}, {picture.termination.value}"
     sheet.text(0.055, 0.965, title, fontsize=12, fontweight="bold", va="center")
-    sheet.text(0.985, 0.965, _outcome(picture), fontsize=8, ha="right", va="center")
+    sheet.text(0.985, 0.965, outcome, fontsize=8, ha="right", va="center")
     foot = picture.backdrop.levels_text
     listed = ", ".join(f"{name}: {value}" for name, value in settings.items())
     sheet.text(0.055, 0.035, f"{foot}\n{listed}", fontsize=7, va="center", wrap=True)
-    sheet.savefig(out, format="png")
-
-
-def _outcome(picture: Picture) -> str:
-    return f"iteration {picture.iteration}, {picture.termination.value}"
 
 
 def _lines(axes: Any, signals: Signals) -> None:
@@ -100,15 +100,21 @@ def _dress(axes: Any, title: str, x_label: str, y_label: str) -> None:
     axes.grid(alpha=0.25)
 
 
-def _fast_time(axes: Any, picture: Picture) -> None:
+def draw_fast_time(axes: Any, picture: Picture, *, legend: bool = True) -> None:
+    """Draw the signals of the ramp over fast time."""
     _lines(axes, picture.fast_time)
     axes.set_xlim(picture.fast_time.axis[0], picture.fast_time.axis[-1])
-    axes.set_ylim(*picture.backdrop.level_limits_db)
-    _dress(axes, f"Fast time, ramp {picture.ramp}", "fast time [µs]", "level [dB]")
-    axes.legend(fontsize=7, ncols=5, frameon=False, loc="upper right", borderaxespad=0.1)
+    real = picture.fast_time_mode == "real"
+    backdrop = picture.backdrop
+    axes.set_ylim(*(backdrop.real_limits if real else backdrop.level_limits_db))
+    label = "real part [arb. unit]" if real else "level [dB]"
+    _dress(axes, f"Fast time, ramp {picture.ramp}", "fast time [µs]", label)
+    if legend:
+        axes.legend(fontsize=7, ncols=5, frameon=False, loc="upper right", borderaxespad=0.1)
 
 
-def _delay(axes: Any, picture: Picture) -> None:
+def draw_delay(axes: Any, picture: Picture, *, legend: bool = True) -> None:
+    """Draw the delay spectra of the ramp, components as stems."""
     backdrop = picture.backdrop
     _lines(axes, picture.delay)
     floor = backdrop.spectrum_limits_db[0]
@@ -133,6 +139,8 @@ def _delay(axes: Any, picture: Picture) -> None:
     axes.set_xlim(*backdrop.shown_ranges_m)
     axes.set_ylim(*backdrop.spectrum_limits_db)
     _dress(axes, f"Delay spectrum, ramp {picture.ramp}", "range [m]", "level [dB]")
+    if not legend:
+        return
     handles, labels = axes.get_legend_handles_labels()
     axes.legend(
         handles[len(_LINES) :],
@@ -145,7 +153,8 @@ def _delay(axes: Any, picture: Picture) -> None:
     )
 
 
-def _map(axes: Any, picture: Picture, *, before: bool) -> Any:
+def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
+    """Draw a range-Doppler map with its marks; return the image."""
     backdrop = picture.backdrop
     values = backdrop.map_before if before else picture.map_after
     ranges, velocities = backdrop.map_ranges_m, backdrop.map_velocities_mps

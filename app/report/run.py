@@ -1,0 +1,247 @@
+"""A recipe carried out: the frame, the run, and what the report says of it to a machine."""
+
+import io
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from app.backdrop import Backdrop, make_backdrop
+from app.picture import Picture, make_picture
+from app.report.recipe import Recipe, recipe_data
+from app.settings import LOADED_FRAME
+from app.studies.trial_link import open_trial
+from app.work import is_simulated, make_scene
+from vsep._arrays import InputError
+from vsep._version import __version__
+from vsep.analysis.metrics import frame_metrics
+from vsep.files.frame import Frame, read_frame
+from vsep.files.frame_mask import frame_mask
+from vsep.files.results import result_line
+from vsep.inference.estimator import Estimator
+from vsep.inference.estimators import make_estimator
+from vsep.inference.run import iterate
+from vsep.inference.state import SeparationState, Solution, Step, Termination
+from vsep.signal.filters import AntiAliasingFilter
+from vsep.signal.scene import Observation
+from vsep.signal.template import SignalModel
+
+MASKED = "masked"
+_LIBRARIES = ("numpy", "scipy", "numba", "bokeh", "matplotlib")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReportRun:
+    """A run up to the iteration that the report shows.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        What it was made from.
+    frame : Frame
+        The frame, with truth where it is known.
+    assumed_filter : AntiAliasingFilter
+        What the estimator believes in.
+    estimator : Estimator
+        With its settings.
+    backdrop : Backdrop
+        What all pictures share.
+    initial_state : SeparationState
+        State of iteration 0.
+    steps : tuple of Step
+        Iterations 1 to the one shown.
+    """
+
+    recipe: Recipe
+    frame: Frame
+    assumed_filter: AntiAliasingFilter
+    estimator: Estimator
+    backdrop: Backdrop
+    initial_state: SeparationState
+    steps: tuple[Step, ...]
+
+    @property
+    def state(self) -> SeparationState:
+        """State at the iteration shown."""
+        return self.steps[-1].state if self.steps else self.initial_state
+
+    @property
+    def ramp(self) -> int:
+        """Ramp shown: the recipe's, else the one with the strongest estimated burst."""
+        if self.recipe.ramp is not None:
+            return self.recipe.ramp
+        energies = (np.abs(self.state.interference_signal) ** 2).sum(axis=1)
+        return int(energies.argmax())
+
+    def picture(self, iteration: int | None = None, ramp: int | None = None) -> Picture:
+        """Make the picture of an iteration, by default of the last one and of the ramp shown."""
+        return make_picture(
+            self.backdrop,
+            self.initial_state,
+            self.steps if iteration is None else self.steps[:iteration],
+            ramp=self.ramp if ramp is None else ramp,
+            fast_time_mode=self.recipe.fast_time,
+        )
+
+    def film(self) -> tuple[Picture, ...]:
+        """Make the pictures of the film strip."""
+        return tuple(self.picture(iteration) for iteration in self.recipe.iterations)
+
+
+def carry_out(recipe: Recipe) -> ReportRun:
+    """Make the frame of a recipe and run its estimator up to the iteration that is shown.
+
+    Raises
+    ------
+    InputError
+        If the recipe cannot be carried out; the message is for the user.
+    """
+    run = of_steps(recipe, ())
+    steps = tuple(islice(iterate(run.estimator, run.frame.received), recipe.iteration))
+    _require_shown(recipe, len(steps), run.frame.radar.num_ramps)
+    return replace(run, steps=steps)
+
+
+def of_steps(recipe: Recipe, steps: tuple[Step, ...]) -> ReportRun:
+    """Make the run of a recipe from steps that somebody did already.
+
+    Raises
+    ------
+    InputError
+        If the recipe cannot be carried out; the message is for the user.
+    """
+    plan = recipe.plan
+    scene = make_scene(plan, _loaded_frame(recipe))
+    frame = scene.frame
+    if recipe.mask is not None and plan.estimator != MASKED:
+        raise InputError(
+            f"mask is {recipe.mask}, and {plan.estimator} takes none; it is for {MASKED}."
+        )
+    estimator = make_estimator(
+        plan.estimator,
+        SignalModel.of_radar(frame.radar, scene.assumed_filter),
+        false_alarm_rate=plan.false_alarm_rate,
+        object_threshold_db=plan.object_threshold_db,
+        interference_threshold_db=recipe.interference_threshold_db,
+        schedule=plan.schedule,
+        max_iterations=plan.max_iterations,
+        mask=frame_mask(frame, recipe.mask) if plan.estimator == MASKED else None,
+    )
+    observation = Observation(received=frame.received, truth=frame.truth)
+    return ReportRun(
+        recipe=recipe,
+        frame=frame,
+        assumed_filter=scene.assumed_filter,
+        estimator=estimator,
+        backdrop=make_backdrop(frame.radar, observation, title=frame.name),
+        initial_state=estimator.init(frame.received),
+        steps=steps,
+    )
+
+
+def account(run: ReportRun) -> dict[str, Any]:
+    """Return what a report says of itself to a machine.
+
+    Returns
+    -------
+    dict
+        ``made_with``, versions; ``recipe``, from which it can be made again; ``result``, as a
+        result line; ``metrics``, against the truth where it is known, else null.
+    """
+    ended = run.steps[-1].termination if run.steps else Termination.RUNNING
+    solution = Solution(
+        state=run.state,
+        termination=ended,
+        infos=tuple(step.info for step in run.steps),
+        seconds=0.0,
+    )
+    result = result_line(run.frame.name, solution, run.frame.radar)
+    del result["seconds"]  # not a function of the recipe
+    cleaned = run.frame.received - run.state.interference_signal
+    truth, objects = run.frame.truth, run.state.objects
+    known = truth is not None and len(truth.beats) > 0
+    return {
+        "made_with": versions(),
+        "recipe": recipe_data(run.recipe),
+        "result": result,
+        "metrics": frame_metrics(truth, objects.beats, objects.dopplers, cleaned)
+        if truth is not None and known
+        else None,
+    }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of all that a report's numbers and drawings depend on."""
+    libraries = {name: version(name) for name in _LIBRARIES}
+    return {"vsep": __version__, "python": platform.python_version(), **libraries}
+
+
+def listed_settings(run: ReportRun) -> dict[str, str]:
+    """Name for a reader how the frame was made and what the estimator was told."""
+    recipe, plan = run.recipe, run.recipe.plan
+    settings = _scene_settings(run)
+    settings["estimator"] = plan.estimator
+    if recipe.mask is not None:
+        settings["mask"] = recipe.mask
+    if plan.estimator == "factorised":
+        settings["schedule"] = plan.schedule
+        if recipe.interference_threshold_db is not None:
+            settings["interference threshold"] = f"{recipe.interference_threshold_db:g} dB"
+    if plan.object_threshold_db is None:
+        settings["false-alarm rate"] = f"{plan.false_alarm_rate:g} per frame"
+    settings["object threshold"] = f"{run.estimator.threshold_db:.1f} dB"
+    settings["assumed filter"] = _filter_text(run.assumed_filter)
+    settings["largest number of iterations"] = str(plan.max_iterations)
+    settings["made with"] = f"vsep {__version__}"
+    return settings
+
+
+def _scene_settings(run: ReportRun) -> dict[str, str]:
+    recipe, plan, told = run.recipe, run.recipe.plan, run.frame.settings
+    if recipe.trial:
+        return {"trial": recipe.trial}
+    if plan.preset == LOADED_FRAME:
+        return {key: told[key] for key in ("preset", "seed") if key in told}
+    levels = {"SNR": f"{plan.snr_db:g} dB"} if is_simulated(plan) else {}
+    bursts = {"interference": "none"}
+    if plan.interference:
+        bursts = {
+            "SIR": f"{plan.sir_db:g} dB",
+            "interferer slope": f"{plan.interferer_slope:g} MHz/µs",
+            "burst position": f"{plan.burst_shift:g} µs",
+            "interference model": plan.interference_model,
+            "true filter": plan.filter_kind.replace("_", " "),
+        }
+    return {"preset": plan.preset, "seed": str(plan.seed), **levels, **bursts}
+
+
+def _filter_text(assumed: AntiAliasingFilter) -> str:
+    kind = assumed.kind.replace("_", " ")
+    return f"{kind}, {assumed.cutoff_hz / 1e6:g} MHz" if np.isfinite(assumed.cutoff_hz) else kind
+
+
+def _loaded_frame(recipe: Recipe) -> Frame | None:
+    if recipe.trial:
+        return open_trial(recipe.trial).frame
+    if recipe.frame is None:
+        return None
+    return read_frame(io.BytesIO(recipe.frame.content), name=recipe.frame.name)
+
+
+def _require_shown(recipe: Recipe, num_steps: int, num_ramps: int) -> None:
+    wanted: Mapping[str, tuple[int, ...]] = {
+        "iteration": () if recipe.iteration is None else (recipe.iteration,),
+        "iterations": recipe.iterations,
+    }
+    for name, numbers in wanted.items():
+        beyond = [number for number in numbers if number > num_steps]
+        if beyond:
+            raise InputError(
+                f"{name} holds {beyond[0]}; this run has the iterations 0 to {num_steps}."
+            )
+    if recipe.ramp is not None and recipe.ramp >= num_ramps:
+        raise InputError(f"ramp is {recipe.ramp}; the frame has the ramps 0 to {num_ramps - 1}.")

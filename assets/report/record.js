@@ -1,0 +1,96 @@
+// Plays a recorded run: hands the sources of the figures what they held in each iteration.
+(() => {
+  const tape = JSON.parse(document.getElementById("vsep-tape").textContent)
+  const by = (id) => document.getElementById(id)
+  const decoded = new Map()
+  const current = new Map()
+  const LOWEST_CODE = -32767
+  const UNDEFINED = -32768
+  const PERIOD_MS = 400
+  let timer = null
+
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0))
+
+  const decode = (number) => {
+    if (decoded.has(number)) return decoded.get(number)
+    const value = tape.values[number]
+    let column = value.data
+    if (value.kind === "short") column = new Float32Array(bytes(value.data).buffer)
+    if (value.kind === "map") column = bytes(value.data)
+    if (value.kind === "curve") {
+      const codes = new Int16Array(bytes(value.data).buffer)
+      column = Float32Array.from(codes, (code) =>
+        code === UNDEFINED ? NaN : value.lowest + (code - LOWEST_CODE) * value.step)
+    }
+    decoded.set(number, column)
+    return column
+  }
+
+  const apply = (models, version) => {
+    const [player, kind, content] = tape.versions[version]
+    if (current.get(player) === version) return
+    current.set(player, version)
+    const model = models[player]
+    if (kind === "set") {
+      for (const [name, value] of Object.entries(content)) model[name] = value
+      return
+    }
+    const data = {}
+    for (const [name, number] of Object.entries(content)) {
+      const column = decode(number)
+      if (tape.values[number].kind === "map") {
+        const image = model.data[name][0]
+        image.set(column)
+        data[name] = [image]
+      } else {
+        data[name] = column
+      }
+    }
+    model.data = data
+  }
+
+  const start = (bokeh) => {
+    const models = tape.players.map((id) => bokeh.get_model_by_id(id))
+    const slider = by("iteration"), play = by("play"), ramp = by("ramp")
+    const items = [...document.querySelectorAll("ol.log li")]
+
+    const show = () => {
+      const iteration = Number(slider.value)
+      const shown = tape.iterations[iteration]
+      const chosen = ramp === null ? tape.ramp : Number(ramp.value)
+      for (const version of shown.versions[chosen]) apply(models, version)
+      by("table").innerHTML = tape.tables[shown.table]
+      by("status").textContent = shown.status
+      items.forEach((item, n) => { item.hidden = tape.log[n] > iteration })
+      document.body.dataset.iteration = iteration
+    }
+
+    const pause = () => {
+      clearInterval(timer)
+      timer = null
+      play.textContent = "Play"
+    }
+
+    play.addEventListener("click", () => {
+      if (timer !== null) return pause()
+      if (slider.value === slider.max) slider.value = 0
+      play.textContent = "Pause"
+      show()
+      timer = setInterval(() => {
+        slider.value = Number(slider.value) + 1
+        show()
+        if (slider.value === slider.max) pause()
+      }, PERIOD_MS)
+    })
+    slider.addEventListener("input", () => { pause(); show() })
+    if (ramp !== null) ramp.addEventListener("change", show)
+    show()
+  }
+
+  const wait = () => {
+    const bokeh = window.Bokeh && window.Bokeh.documents[0]
+    if (bokeh && bokeh.roots().length) start(bokeh)
+    else setTimeout(wait, 20)
+  }
+  wait()
+})()
