@@ -62,7 +62,7 @@ def _listed(values: Sequence[float] | np.ndarray) -> str:
 
 
 def _antennas(frame: Frame) -> "np.ndarray":
-    return frame.received[None]
+    return frame.received[None] if frame.antennas is None else frame.antennas
 
 
 def _require_writable(frames: Sequence[str], out: str) -> None:

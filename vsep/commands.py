@@ -187,9 +187,11 @@ def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
     Raises
     ------
     InputError
-        If the file is no response file.
+        If the file is no response file, or has none of the antenna.
     """
-    return None if options.response is None else read_response(options.response).filter_of(0)
+    if options.response is None:
+        return None
+    return read_response(options.response).filter_of(options.antenna or 0)
 
 
 def _require_usable(options: argparse.Namespace) -> None:

@@ -49,6 +49,18 @@ def test_a_response_is_written_and_used(recorded, tmp_path, capsys):
     assert abs(strongest["doppler"]) > 0.1
 
 
+def test_every_antenna_of_a_frame_has_its_response(tmp_path, capsys):
+    received, _ = simulated_recording()
+    frame, response = str(tmp_path / "drive.npz"), str(tmp_path / "response.npz")
+    _write(frame, np.stack([received[0], 2.0 * received[0]]).conj())
+    assert main(["calibrate", frame, "--slope-difference", "10e12", "--out", response]) == 0
+    with np.load(response) as stored:
+        assert len(stored["filter_response"]) == 2
+    options = ["--response", response, "--antenna", "2", "--out", str(tmp_path / "results.jsonl")]
+    assert main(["separate", frame, *options]) == 2
+    assert "the response has antennas 0 to 1" in capsys.readouterr().err
+
+
 def test_recordings_of_two_receivers_are_refused(recorded, tmp_path, capsys):
     other = tmp_path / "other.npz"
     _write(other, np.ones((16, 64), complex), sample_rate_hz=5e6)
