@@ -88,7 +88,6 @@ class Dashboard:
             self._snapshot,
             pool=visit.pool,
             post=visit.post,
-            tell=self._tell,
             complain=self.complain,
         )
         self.settings.param.watch(self._scene_changed, list(PLAN_NAMES))
@@ -184,7 +183,8 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         synchronise(self.settings, self.complain)
         if self._trial is not None:
             set_query(TRIAL_KEY, self._trial.link)
-            self._tell(f"Opened {self._trial.frame.name}.")
+            if pn.state.notifications is not None:
+                pn.state.notifications.info(f"Opened {self._trial.frame.name}.", duration=6000)
         for complaint in self._complaints:
             self.complain(complaint)
         self.loop.start()
@@ -268,10 +268,6 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         if pn.state.notifications is not None:
             pn.state.notifications.error(sentence, duration=8000)
         self.transport.refresh(self.loop.rate)
-
-    def _tell(self, sentence: str) -> None:
-        if pn.state.notifications is not None:
-            pn.state.notifications.info(sentence, duration=6000)
 
     def _snapshot(self, key: str) -> Callable[[], SnapshotFile] | None:
         """Return what makes a file of what is shown now, None while there is nothing."""

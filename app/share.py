@@ -4,6 +4,7 @@ import asyncio
 import base64
 from collections.abc import Callable
 from concurrent.futures import Executor
+from functools import partial
 from typing import Any
 
 import panel as pn
@@ -16,7 +17,14 @@ from vsep._arrays import InputError
 LARGEST_FILE = 12 * 2**20
 """What a browser is sent at once; the connection takes messages of 20 MiB, and text is longer."""
 
-_LOOK = {"variant": "text", "size": "small", "sx": {"color": "white"}, "margin": (0, 2)}
+# On a narrow screen the header has room for the icons only.
+_NARROW = {"fontSize": 0, "minWidth": 0, "& .MuiIcon-root, & svg": {"fontSize": "20px !important"}}
+_LOOK = {
+    "variant": "text",
+    "size": "small",
+    "sx": {"color": "white", "@media (max-width: 1199px)": _NARROW},
+    "margin": (0, 2),
+}
 _SAVE = """
 const [name, kind, data] = [file.data.name[0], file.data.kind[0], file.data.data[0]]
 const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0))
@@ -38,6 +46,8 @@ const copied = () => {
 }
 if (navigator.clipboard) navigator.clipboard.writeText(location.href).catch(copied)
 else copied()
+button.label = "Link copied"
+setTimeout(() => { button.label = "Copy link" }, 2000)
 """
 
 
@@ -53,8 +63,8 @@ class Share:
         Makes the file.
     post : callable
         Runs a function with the document locked.
-    tell, complain : callable
-        Notify the user of a sentence; called with the document locked.
+    complain : callable
+        Notifies the user of a sentence; called with the document locked.
     """
 
     def __init__(
@@ -63,11 +73,10 @@ class Share:
         *,
         pool: Executor,
         post: Callable[[Callable[[], None]], Any],
-        tell: Callable[[str], None],
         complain: Callable[[str], None],
     ) -> None:
         self._make, self._pool, self._post = make, pool, post
-        self._tell, self._complain = tell, complain
+        self._complain = complain
         self._tasks: set[asyncio.Task[None]] = set()
         self.snapshot = pmu.MenuButton(
             label="Snapshot",
@@ -84,13 +93,12 @@ class Share:
             "the run is paused, this iteration.",
             **_LOOK,
         )
-        self.link.on_click(lambda _: tell("The link is copied."))
         self.file = ColumnDataSource(
             {"name": [""], "kind": [""], "data": [""]}, name="file", syncable=False
         )
         self.file.js_on_change("data", CustomJS(args={"file": self.file}, code=_SAVE))
         # The source belongs to the page by being an argument.
-        self.link.js_on_click(args={"file": self.file}, code=_COPY)
+        self.link.js_on_click(args={"file": self.file, "button": self.link}, code=_COPY)
 
     def layout(self) -> Any:
         """Return both buttons."""
@@ -106,7 +114,7 @@ class Share:
         if make is None:
             self._complain("There is no run yet; wait for its first picture.")
             return
-        self._tell("Making the snapshot.")
+        self.snapshot.loading = True
         task = asyncio.get_running_loop().create_task(self._deliver(make))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -115,18 +123,19 @@ class Share:
         try:
             made = await asyncio.get_running_loop().run_in_executor(self._pool, make)
         except InputError as error:
-            sentence = str(error)
-            self._post(lambda: self._complain(sentence))
+            self._post(partial(self._refuse, str(error)))
             return
         if len(made.content) > LARGEST_FILE:
-            self._post(
-                lambda: self._complain(
-                    f"{made.name} is too large for the browser; write it with `vsep report`."
-                )
-            )
+            sentence = f"{made.name} is too large for the browser; write it with `vsep report`."
+            self._post(partial(self._refuse, sentence))
             return
-        self._post(lambda: self._send(made))
+        self._post(partial(self._send, made))
+
+    def _refuse(self, sentence: str) -> None:
+        self.snapshot.loading = False
+        self._complain(sentence)
 
     def _send(self, made: SnapshotFile) -> None:
+        self.snapshot.loading = False
         text = base64.b64encode(made.content).decode()
         self.file.data = {"name": [made.name], "kind": [made.kind], "data": [text]}

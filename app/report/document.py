@@ -2,18 +2,20 @@
 
 The drawing library numbers its models by a counter of the process and draws the rest of its names
 at random. Here both are numbered in the order in which they appear, so that equal figures make
-equal documents, whatever the process did before.
+equal documents, whatever the process did before. For the same reason nothing but the library's
+script and the description of the figures is taken from it: a web page in the same process changes
+its templates.
 """
 
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bokeh.embed.bundle import Bundle
-from bokeh.embed.elements import html_page_for_render_items
+from bokeh.core.json_encoder import serialize_json
 from bokeh.embed.util import OutputDocumentFor, standalone_docs_json_and_render_items
 from bokeh.model import Model
 from bokeh.resources import Resources
+from jinja2 import Environment, FunctionLoader, StrictUndefined
 
 from app.assets import path
 
@@ -36,24 +38,25 @@ def document_html(
     title : str
         Of the browser's window.
     variables : mapping
-        For the template, beside ``style``.
+        For the template, beside those of ``base.html``.
     """
-    library = Resources(mode="inline", components=["bokeh"], minified=True)
     with OutputDocumentFor(plots, always_new=True):
         documents, items = standalone_docs_json_and_render_items(
             plots, suppress_callback_warning=True
         )
-        html: str = html_page_for_render_items(
-            Bundle(js_raw=library.js_raw),
-            documents,
-            items,
-            title=title,
-            template=path(f"report/{template}").read_text(encoding="utf-8"),
-            template_variables={
-                "style": path("report/report.css").read_text(encoding="utf-8"),
-                **variables,
-            },
-        )
+    for document in documents.values():
+        # Models that a web page in this process has defined; no figure is made of them.
+        document.pop("defs", None)
+    page = _environment().get_template(template)
+    html = page.render(
+        title=title,
+        style=_asset("report.css"),
+        library=Resources(mode="inline", components=["bokeh"], minified=True).js_raw,
+        documents=serialize_json(documents).replace("<", "\\u003c"),
+        items=serialize_json([item.to_json() for item in items]),
+        roots=list(items[0].roots),
+        **variables,
+    )
     return numbered(html)
 
 
@@ -69,3 +72,13 @@ def numbered(html: str) -> str:
     html = _QUOTED.sub(lambda match: f'"{models.get(match.group(1), match.group(1))}"', html)
     names = {name: n for n, name in enumerate(dict.fromkeys(_RANDOM.findall(html)))}
     return _RANDOM.sub(lambda match: f"a0000000-0000-4000-8000-{names[match.group()]:012d}", html)
+
+
+def _asset(name: str) -> str:
+    return path(f"report/{name}").read_text(encoding="utf-8")
+
+
+def _environment() -> Environment:
+    return Environment(
+        loader=FunctionLoader(_asset), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
