@@ -194,11 +194,11 @@ class _AxisChoice:
         self.parameter = pmu.Select(
             label="Parameter", options=_NAMES, value=axis.name, margin=_SELECT_MARGIN, **_TIGHT
         )
-        self.start = pmu.FloatInput(
-            label="From", value=axis.start / kind.scale, margin=(6, 3, 6, 16), **_TIGHT
+        self.start = pmu.TextInput(
+            label="From", value=_text(axis.start / kind.scale), margin=(6, 3, 6, 16), **_TIGHT
         )
-        self.stop = pmu.FloatInput(
-            label="To", value=axis.stop / kind.scale, margin=(6, 16, 6, 3), **_TIGHT
+        self.stop = pmu.TextInput(
+            label="To", value=_text(axis.stop / kind.scale), margin=(6, 16, 6, 3), **_TIGHT
         )
         self.count = pmu.Select(
             label="Values",
@@ -229,8 +229,8 @@ class _AxisChoice:
             kind = AXES[event.new]
             self._quiet = True
             try:
-                self.start.value = kind.start / kind.scale
-                self.stop.value = kind.stop / kind.scale
+                self.start.value = _text(kind.start / kind.scale)
+                self.stop.value = _text(kind.stop / kind.scale)
             finally:
                 self._quiet = False
             chosen()
@@ -246,10 +246,20 @@ class _AxisChoice:
     def axis(self) -> Axis:
         """Return the axis; one of whole numbers has all of them."""
         kind = AXES[self.name]
-        if self.start.value is None or self.stop.value is None:
-            raise InputError(f"An end of {kind.label} is empty; both must be numbers.")
-        start, stop = (
-            float(f"{value * kind.scale:.12g}") for value in (self.start.value, self.stop.value)
-        )
+        start, stop = (self._number(field) for field in (self.start, self.stop))
         count = int(stop - start) + 1 if kind.whole else self.count.value
         return Axis(name=self.name, start=start, stop=stop, count=count)
+
+    def _number(self, field: Any) -> float:
+        """Return what stands in a field, in SI units."""
+        kind = AXES[self.name]
+        try:
+            return float(f"{float(field.value) * kind.scale:.12g}")
+        except ValueError:
+            raise InputError(
+                f"{field.label} is {field.value!r}; it must be a number, of {kind.label}."
+            ) from None
+
+
+def _text(value: float) -> str:
+    return f"{value:.12g}"

@@ -21,7 +21,7 @@ from app.laboratory.figures import map_html
 from app.laboratory.form import LaboratoryForm
 from app.laboratory.session import LaboratorySession, Progress, Snapshot, shared_answers
 from app.laboratory.view import MapView
-from app.layout import card, panel, stylesheet, unseen_title
+from app.layout import card, stylesheet, unseen_title
 from app.views.style import Axis
 from app.visit import Visit, page_frame
 from vsep._arrays import InputError
@@ -81,7 +81,7 @@ class LaboratoryPage:
         )
         self.status = pn.pane.HTML(_status_html("loading"), margin=(0, 12))
         self.status.styles = {"color": "white"}
-        self.explained = pn.pane.HTML("", sizing_mode="stretch_both", margin=(2, 8))
+        self.explained = pn.pane.HTML("", sizing_mode="stretch_width", margin=(4, 10, 8, 10))
         self.table = _download("Table", "separability.csv", self._table, "All cells as CSV.")
         self.document = _download(
             "HTML",
@@ -104,8 +104,8 @@ class LaboratoryPage:
             stylesheets=[stylesheet("transport")],
         )
         body = pn.Column(
-            card(self.view.figure, weight=12),
-            panel("What it shows", self.explained, weight=2),
+            card(self.view.figure, weight=1, look="map"),
+            self.explained,
             margin=0,
             sizing_mode="stretch_both",
             styles={"flex": "1 1 0", "min-height": "0"},

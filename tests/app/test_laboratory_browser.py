@@ -26,7 +26,7 @@ MAP = """() => {
   return {place: [r.left + x, r.top + y], title: m.title.text, tags: m.tags.length}
 }"""
 DRAWN = """(title) => {
-  const m = [...Bokeh.documents[0].all_models]
+  const m = [...(window.Bokeh?.documents?.[0]?.all_models ?? [])]
     .find((m) => m.name === "laboratory-map" && m.type === "Figure")
   return m != null && m.title.text === title && m.tags.length > 0
 }"""
@@ -68,7 +68,7 @@ def test_the_map_follows_layer_and_axis_and_the_address_keeps_them(laboratory):
 
 
 def test_a_range_of_nonsense_is_told(laboratory):
-    field = laboratory.get_by_role("textbox", name="To").first
+    field = laboratory.get_by_role("textbox", name="To", exact=True).first
     field.fill("-90")
     field.press("Tab")
     notice = laboratory.get_by_text("sir_db goes from -40 to -90")

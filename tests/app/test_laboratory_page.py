@@ -94,8 +94,12 @@ def test_a_control_asks_another_question_and_the_first_map_goes(pool, told):
 def test_a_question_without_sense_is_told_and_nothing_changes(pool, told):
     page = new_page(pool, QUERY)
     before = page.question
-    page.form.axes["x"].stop.value = -50.0
-    assert told == ["sir_db goes from -40 to -50; the first must be smaller."]
+    page.form.axes["x"].stop.value = "-50"
+    page.form.axes["x"].stop.value = "loud"
+    assert told == [
+        "sir_db goes from -40 to -50; the first must be smaller.",
+        "To is 'loud'; it must be a number, of SIR [dB].",
+    ]
     assert page.question == before
 
 
