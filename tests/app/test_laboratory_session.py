@@ -82,12 +82,8 @@ def test_pages_wait_for_their_turn(monkeypatch):
 
 
 def test_an_error_is_told_and_the_turn_is_given_back(monkeypatch, caplog):
-<<<<<<< HEAD
     def bug(trials, *, workers, stop):
         del trials, workers, stop
-=======
-    def bug(*_, **__):
->>>>>>> a525c38 (Benchmark of the maps)
         raise ZeroDivisionError("on purpose")
 
     monkeypatch.setattr(cells, "run_on_processes", bug)
