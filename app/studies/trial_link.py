@@ -61,9 +61,11 @@ def trial_link(row: Row) -> str:
     index, threshold = row["point_index"], row["point"].get("object_threshold_db")
     names = ("study", "point_index", "realization", "method", "seed", "schedule")
     word = "/".join(str(row[name]) for name in names)
-    if row["point"] == _point_parameters(row["study"], index, None):
+    # As a point: a row of an older version has no entry for what a point has got since.
+    point = Point(**row["point"]).parameters()
+    if point == _point_parameters(row["study"], index, None):
         return word
-    if threshold is not None and row["point"] == _point_parameters(row["study"], index, threshold):
+    if threshold is not None and point == _point_parameters(row["study"], index, threshold):
         return f"{word}/{threshold!r}"
     return ""
 

@@ -6,6 +6,9 @@ from app.studies.trial_link import open_trial, trial_link, trial_of_query
 from app.work import advance, prepare
 from vsep import InputError
 from vsep.inference.state import Termination
+from vsep.laboratory.axes import parse_axis
+from vsep.laboratory.question import Question
+from vsep.laboratory.words import trial_word
 from vsep.studies.bench import draw_bench
 from vsep.studies.catalogue import make_study
 from vsep.studies.rows import trial_of_row
@@ -96,3 +99,25 @@ def test_the_trial_brings_the_loaded_frame_of_its_query():
     trial, rest, complaints = trial_of_query(query)
     assert trial.frame.name == "fig-3, point 20, realization 17"
     assert (rest, complaints) == ({}, [])
+
+
+def test_the_live_view_repeats_a_cell_of_the_laboratory():
+    maps = Question(
+        x=parse_axis("object_delay=-1e-7:1e-7:3"),
+        y=parse_axis("filter_mismatch=-0.1:0.1:3"),
+        fixed=(("num_objects", 3.0),),
+    )
+    trial = maps.trial((2, 2), 1)
+    (row,) = run_trial(trial)
+    step = live_run(trial_word(trial))
+    assert step.state.objects.num_components == row["num_objects"]
+    assert step.state.iteration == row["iterations"]
+
+
+def test_a_row_of_a_version_whose_points_had_fewer_parameters_has_its_link():
+    study = make_study("fig-3", methods=("object-only",))
+    (row,) = run_trial(study.trial(6, 0))
+    expected = trial_link(row)
+    assert expected
+    del row["point"]["filter_mismatch"]
+    assert trial_link(row) == expected

@@ -3,6 +3,7 @@ import io
 import pytest
 
 from vsep import InputError
+from vsep.files.results import as_json
 from vsep.studies.catalogue import make_study
 from vsep.studies.rows import (
     append_rows,
@@ -166,3 +167,15 @@ def test_rows_of_no_study_of_the_catalogue_are_refused():
         study_of_rows([{**ROWS[0], "point": moved}], "rows.jsonl")
     with pytest.raises(InputError, match="seed 2"):
         study_of_rows([*ROWS, {**ROWS[0], "seed": 2}], "rows.jsonl")
+
+
+def test_rows_of_a_version_whose_points_had_fewer_parameters_are_still_those_of_the_study(tmp_path):
+    study = make_study("fig-3", methods=("object-only",), selection="6")
+    path = tmp_path / "rows.jsonl"
+    (row,) = run_trial(study.trial(6, 0))
+    del row["point"]["filter_mismatch"], row["point"]["num_objects"]
+    path.write_text(as_json(row) + "\n")
+    require_same_study(read_rows(path), study, path)
+    row["point"]["sir_db"] = 1.0
+    with pytest.raises(InputError, match="another point 6"):
+        require_same_study([row], study, path)

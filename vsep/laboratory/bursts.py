@@ -89,6 +89,19 @@ def sum_by_key(values: ComplexArray | FloatArray, keys: IntArray, num_keys: int)
     return total
 
 
+def stack_by_key(values: ComplexArray, keys: IntArray, num_keys: int) -> ComplexArray:
+    """Put the (M, V, ...) rows of each interferer below each other, (num_keys, R V, ...).
+
+    R is the largest number of bursts that one has; what another has less is zero.
+    """
+    counts = np.bincount(keys, minlength=num_keys)
+    place = np.arange(len(keys)) - (np.cumsum(counts) - counts)[keys]
+    most = int(counts.max(initial=0))
+    stacked = np.zeros((num_keys, most, *values.shape[1:]), dtype=values.dtype)
+    stacked[keys, place] = values
+    return stacked.reshape(num_keys, most * values.shape[1], *values.shape[2:])
+
+
 def on_lines(rows: BurstRows, vectors: ComplexArray, table: ObjectTable) -> ComplexArray:
     """Inner products of (M, V, N) vectors with all columns of a table, (M, V, C U)."""
     num_bursts, num_vectors, num_samples = vectors.shape
@@ -120,14 +133,13 @@ def _of_filter(
     weights = np.concatenate(
         [_path_weights(keys[number].sequence, channel, passages) for number, passages in found]
     )
-    lines = np.concatenate(
+    interferer_slopes = np.concatenate(
         [
-            np.repeat(
-                _path_lines(keys[number].sequence, channel, radar)[None], len(passages.ramps), 0
-            )
+            np.full(len(passages.ramps), keys[number].sequence.slope_hz_per_s)
             for number, passages in found
         ]
     )
+    lines = _path_lines(interferer_slopes, channel, radar)
     responses = np.matmul(weights[:, None, :], lines)
     bases = _orthonormal(template[:, None, :] * lines)
     return BurstRows(
@@ -151,11 +163,9 @@ def _path_weights(
     return np.asarray(channel.weights * np.exp(2j * np.pi * turns))
 
 
-def _path_lines(
-    sequence: InterfererSequence, channel: Channel, radar: ChirpSequence
-) -> ComplexArray:
-    """(K, N) lines of the paths."""
-    turns = sequence.slope_hz_per_s * channel.delays_s[:, None] * radar.sample_times_s
+def _path_lines(slopes: FloatArray, channel: Channel, radar: ChirpSequence) -> ComplexArray:
+    """(M, K, N) lines of the paths of interferers with (M,) slopes."""
+    turns = slopes[:, None, None] * channel.delays_s[:, None] * radar.sample_times_s
     return np.asarray(np.exp(-2j * np.pi * turns))
 
 

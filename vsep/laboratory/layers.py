@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, to_db
-from vsep.laboratory.bursts import BurstRows, on_lines, sum_by_key
+from vsep.laboratory.bursts import BurstRows, on_lines, stack_by_key, sum_by_key
 from vsep.laboratory.objects import ObjectTable
 
 # So many complex numbers are at work at a time, 40 MB.
@@ -64,18 +64,17 @@ def pair_layers(
         NaN for an interferer without bursts; an infinite loss where the bound is.
     """
     count = members.shape[1]
-    spans = on_lines(rows, rows.bases, table)
-    tangents = on_lines(rows, rows.tangents, table)
+    spans = stack_by_key(on_lines(rows, rows.bases, table), rows.keys, num_keys)
+    tangents = stack_by_key(on_lines(rows, rows.tangents, table), rows.keys, num_keys)
     width = table.num_kinds * count
-    largest = max(spans.shape[0] * (spans.shape[1] + 4 * width) * width, 1)
-    step = max(1, _BLOCK // largest)
+    step = max(1, _BLOCK // (num_keys * (spans.shape[1] + 4 * width) * width))
     coherence = np.empty((num_keys, len(members)))
     loss = np.empty_like(coherence)
     for start in range(0, len(members), step):
         block = slice(start, start + step)
         columns = table.columns(members[block])
-        shared = _gram_by_key(spans[:, :, columns], rows.keys, num_keys)
-        bent = _real_gram_by_key(tangents[:, :, columns], count, rows.keys, num_keys)
+        shared = _products(spans[:, :, columns])
+        bent = np.real(_products(_as_real(tangents[:, :, columns], count)))
         whitening = table.whitening(members[block])
         coherence[:, block] = _coherence(shared[..., :count, :count], whitening)
         loss[:, block] = _bound_loss(table, columns, count, shared, bent)
@@ -102,21 +101,16 @@ def _condition(
     return np.asarray(to_db(whole)), np.asarray(to_db(each.min(axis=2)))
 
 
-def _gram_by_key(values: ComplexArray, keys: IntArray, num_keys: int) -> ComplexArray:
-    """(B, O, C, C) inner products of (M, K, O, C) rows, summed over K and an interferer's rows."""
+def _products(values: ComplexArray | FloatArray) -> ComplexArray:
+    """(B, O, C, C) inner products of the columns of (B, R, O, C) values."""
     ordered = np.ascontiguousarray(values.transpose(0, 2, 1, 3))
-    return sum_by_key(np.matmul(ordered.conj().swapaxes(2, 3), ordered), keys, num_keys)
+    return np.asarray(np.matmul(ordered.conj().swapaxes(2, 3), ordered))
 
 
-def _real_gram_by_key(
-    values: ComplexArray, count: int, keys: IntArray, num_keys: int
-) -> FloatArray:
-    """Do the same for real inner products with the real parameters' columns, (B, O, R, R)."""
-    real = np.concatenate(
-        [values[..., :count].real, -values[..., :count].imag, values[..., count:].real], axis=-1
-    )
-    ordered = np.ascontiguousarray(real.transpose(0, 2, 1, 3))
-    return np.real(sum_by_key(np.matmul(ordered.swapaxes(2, 3), ordered), keys, num_keys))
+def _as_real(values: ComplexArray, count: int) -> FloatArray:
+    """Real inner products with the columns of the real parameters, (B, R, O, C + L)."""
+    atoms = values[..., :count]
+    return np.concatenate([atoms.real, -atoms.imag, values[..., count:].real], axis=-1)
 
 
 def _coherence(shared: ComplexArray, whitening: ComplexArray) -> FloatArray:
