@@ -46,8 +46,8 @@ const copied = () => {
 }
 if (navigator.clipboard) navigator.clipboard.writeText(location.href).catch(copied)
 else copied()
-button.label = "Link copied"
-setTimeout(() => { button.label = "Copy link" }, 2000)
+button.data.label = "Link copied"
+setTimeout(() => { button.data.label = "Copy link" }, 2000)
 """
 
 

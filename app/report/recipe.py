@@ -169,7 +169,7 @@ def _read_plan(data: Any, name: str) -> Plan:
 def _suits(key: str, value: Any) -> bool:
     parameter = Settings.param[key]
     if key == "estimator":
-        return value in ESTIMATORS
+        return isinstance(value, str) and value in ESTIMATORS
     if isinstance(parameter, param.Selector):
         return value in parameter.objects
     if isinstance(parameter, param.Boolean):
