@@ -89,7 +89,7 @@ def test_a_shared_link_shows_the_same_picture_elsewhere(dashboard, browser):  # 
     elsewhere.close()
     dashboard.button("Run").click()
     dashboard.until_status("converged")
-    dashboard.until(lambda: "iteration" not in dashboard.page.url, "a run that ended needs none")
+    dashboard.until(lambda: "&iteration=" not in dashboard.page.url, "a run that ended needs none")
 
 
 def test_a_snapshot_is_downloaded_and_says_what_was_shown(dashboard, tmp_path):  # noqa: F811
