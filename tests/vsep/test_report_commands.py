@@ -96,6 +96,8 @@ def test_several_frames_become_a_folder(
         ("frame.npz other.npz --record a.html", "give --out FOLDER alone"),
         ("frame.npz other.npz --from a.html --out b.html", "needs one frame at most"),
         ("--from frame.npz --out a.html", "does not say how it was made"),
+        ("--preset simulation-1 --antenna 1 --out a.html", "it is for frame files alone"),
+        ("frame.npz --antenna 1 --out a.html", "antenna"),
         ("--trial fig-3 --out a.html", "must read study/point"),
     ],
 )
