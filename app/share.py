@@ -2,7 +2,7 @@
 
 import asyncio
 import base64
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
 from functools import partial
 from typing import Any
@@ -34,6 +34,7 @@ link.download = name
 link.click()
 setTimeout(() => URL.revokeObjectURL(link.href), 10000)
 """
+_LINK, _LINK_COPIED, _SAID_FOR_S = "Copy link", "Link copied", 2.0
 # The clipboard is for secure pages; a class opens this one by the server's bare address.
 _COPY = """
 const copied = () => {
@@ -46,8 +47,6 @@ const copied = () => {
 }
 if (navigator.clipboard) navigator.clipboard.writeText(location.href).catch(copied)
 else copied()
-button.label = "Link copied"
-setTimeout(() => { button.label = "Copy link" }, 2000)
 """
 
 
@@ -87,18 +86,19 @@ class Share:
         )
         self.snapshot.on_click(self._chosen)
         self.link = pmu.Button(
-            label="Copy link",
+            label=_LINK,
             icon="link",
             description="Copy link: whoever opens it sees this scene, these settings and, while "
             "the run is paused, this iteration.",
             **_LOOK,
         )
+        self.link.on_click(self._copied)
         self.file = ColumnDataSource(
             {"name": [""], "kind": [""], "data": [""]}, name="file", syncable=False
         )
         self.file.js_on_change("data", CustomJS(args={"file": self.file}, code=_SAVE))
         # The source belongs to the page by being an argument.
-        self.link.js_on_click(args={"file": self.file, "button": self.link}, code=_COPY)
+        self.link.js_on_click(args={"file": self.file}, code=_COPY)
 
     def layout(self) -> Any:
         """Return both buttons."""
@@ -115,7 +115,18 @@ class Share:
             self._complain("There is no run yet; wait for its first picture.")
             return
         self.snapshot.loading = True
-        task = asyncio.get_running_loop().create_task(self._deliver(make))
+        self._begin(self._deliver(make))
+
+    def _copied(self, *_: Any) -> None:
+        self.link.label = _LINK_COPIED
+        self._begin(self._offer_again())
+
+    async def _offer_again(self) -> None:
+        await asyncio.sleep(_SAID_FOR_S)
+        self._post(partial(self.link.param.update, label=_LINK))
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 

@@ -44,10 +44,10 @@ FLOORS = {
     "vsep.separability_commands": 8,
     "vsep.mitigate_options": 9,
     "vsep.calibrate_options": 9,
-    "vsep.report_options": 9,
+    "vsep.report_options": 10,
     "vsep.study_options": 9,
     "vsep.separability_options": 9,
-    "vsep.cli": 10,
+    "vsep.cli": 11,
 }
 COMMAND_LINE = (
     "vsep.commands",

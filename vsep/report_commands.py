@@ -74,7 +74,16 @@ def recipe_of(options: argparse.Namespace) -> Any:
 
 def _given(options: argparse.Namespace) -> dict[str, Any]:
     """Return the settings that were given, by their names in plan and recipe."""
-    names = (*ESTIMATOR_OPTIONS, "snr_db", "sir_db", "seed", "ramp", "iteration", "iterations")
+    names = (
+        *ESTIMATOR_OPTIONS,
+        "antenna",
+        "snr_db",
+        "sir_db",
+        "seed",
+        "ramp",
+        "iteration",
+        "iterations",
+    )
     values = {name: getattr(options, name) for name in names}
     given = {name: value for name, value in values.items() if value is not None}
     for name in ("ramp", "iteration"):
@@ -95,6 +104,8 @@ def _require_one_source(options: argparse.Namespace) -> None:
     if options.made_before is not None and len(options.frames) > 1:
         raise InputError(f"--from needs one frame at most, not {len(options.frames)}.")
     scene = [name for name in SCENE_OPTIONS if getattr(options, name) not in (None, False)]
+    if options.antenna is not None and not options.frames:
+        raise InputError(f"--antenna is {options.antenna}; it is for frame files alone.")
     if scene and options.preset is None and options.url is None:
         option = "--" + scene[0].replace("_", "-")
         raise InputError(f"{option} is for --preset and --url; this frame is what it is.")

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
+from vsep.mitigate_options import add_antenna_option
 from vsep.report_commands import ESTIMATOR_OPTIONS, report
 from vsep.signal.preset_names import PRESET_NAMES
 
@@ -57,6 +58,7 @@ def _add_sources(parser: Any) -> None:
         metavar="FRAME",
         help="a frame file, *.npz; several make a folder of reports",
     )
+    add_antenna_option(parser)
     group = parser.add_argument_group("instead of a frame file")
     group.add_argument(
         "--preset", choices=(*PRESET_NAMES, "real-frame"), help="a scene of the dashboard"

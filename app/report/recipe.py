@@ -57,6 +57,8 @@ class Recipe:
         Scene and estimator; the scene of a loaded frame comes from `frame` or `trial`.
     frame : KeptFrame or None
         The frame file.
+    antenna : int
+        Which antenna of the frame file.
     trial : str
         Link of a study's trial, empty where there is none.
     mask : str or None
@@ -75,6 +77,7 @@ class Recipe:
 
     plan: Plan
     frame: KeptFrame | None = None
+    antenna: int = 0
     trial: str = ""
     mask: str | None = None
     interference_threshold_db: float | None = None
@@ -146,6 +149,7 @@ def _is_number(value: Any) -> bool:
 
 
 _CHECKS = {
+    "antenna": _is_whole,
     "trial": lambda value: isinstance(value, str),
     "mask": lambda value: value is None or isinstance(value, str),
     "interference_threshold_db": lambda value: value is None or _is_number(value),
@@ -169,7 +173,7 @@ def _read_plan(data: Any, name: str) -> Plan:
 def _suits(key: str, value: Any) -> bool:
     parameter = Settings.param[key]
     if key == "estimator":
-        return value in ESTIMATORS
+        return isinstance(value, str) and value in ESTIMATORS
     if isinstance(parameter, param.Selector):
         return value in parameter.objects
     if isinstance(parameter, param.Boolean):

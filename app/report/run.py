@@ -205,7 +205,8 @@ def _scene_settings(run: ReportRun) -> dict[str, str]:
     if recipe.trial:
         return {"trial": recipe.trial}
     if plan.preset == LOADED_FRAME:
-        return {key: told[key] for key in ("preset", "seed") if key in told}
+        antenna = {"antenna": str(run.frame.antenna)} if run.frame.num_antennas > 1 else {}
+        return {**{key: told[key] for key in ("preset", "seed") if key in told}, **antenna}
     levels = {"SNR": f"{plan.snr_db:g} dB"} if is_simulated(plan) else {}
     bursts = {"interference": "none"}
     if plan.interference:
@@ -229,7 +230,8 @@ def _loaded_frame(recipe: Recipe) -> Frame | None:
         return open_trial(recipe.trial).frame
     if recipe.frame is None:
         return None
-    return read_frame(io.BytesIO(recipe.frame.content), name=recipe.frame.name)
+    content = io.BytesIO(recipe.frame.content)
+    return read_frame(content, name=recipe.frame.name, antenna=recipe.antenna)
 
 
 def _require_shown(recipe: Recipe, num_steps: int, num_ramps: int) -> None:

@@ -3,7 +3,6 @@
 import asyncio
 import re
 import shutil
-import subprocess
 import sys
 import threading
 import time
@@ -384,19 +383,3 @@ def test_controls_are_named_as_they_are_labelled(dashboard):
         button = dashboard.button(name)
         assert button.count() == 1
         assert button.inner_text().endswith(name)
-
-
-def test_the_report_opens_from_disk_without_a_request(page, tmp_path):
-    frame, out = tmp_path / "frame.npz", tmp_path / "snapshot.html"
-    # A process of its own, as for a user: in this one the drawing library is extended by the page.
-    simulate = "simulate --preset simulation-2-b --snr-db 60 --sir-db -20 --seed 7"
-    for command in (f"{simulate} --out {frame}", f"report {frame} --out {out}"):
-        code = f"from vsep.cli import main; raise SystemExit(main({command.split()!r}))"
-        subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
-    requests, errors = [], []
-    page.on("request", lambda request: requests.append(request.url))
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(out.as_uri())
-    page.wait_for_selector("canvas", timeout=PATIENCE_MS)
-    assert page.locator("table.components tr.found").count() == 10
-    assert (requests, errors) == ([out.as_uri()], [])

@@ -145,6 +145,33 @@ def test_step_does_one_iteration_and_pauses(session):
     assert (session.cursor, session.phase) == (1, Phase.PAUSED)
 
 
+def test_a_run_goes_to_an_iteration_and_pauses_there(session):
+    session.run_to(2)
+    assert _do_all(session) == [JobKind.ADVANCE] * 2
+    assert (session.cursor, session.phase) == (2, Phase.PAUSED)
+    session.run_to(1)
+    assert (session.cursor, session.phase) == (1, Phase.PAUSED)
+    session.run_to(99)
+    _do_all(session)
+    assert (session.cursor, session.phase) == (LAST_ITERATION, Phase.FINISHED)
+
+
+@pytest.mark.parametrize("command", ["run", "restart"])
+def test_what_the_user_does_meanwhile_forgets_where_to_pause(session, command):
+    session.run_to(2)
+    session.restart("another plan") if command == "restart" else session.run()
+    _do_all(session)
+    assert session.phase is Phase.FINISHED
+
+
+def test_a_run_can_pause_before_its_first_iteration():
+    session = RunSession()
+    session.restart("plan")
+    session.run_to(0)
+    assert _do_all(session) == [JobKind.PREPARE]
+    assert session.phase is Phase.PAUSED
+
+
 def test_step_back_moves_the_cursor_only(finished):
     finished.step_back()
     assert (finished.cursor, finished.num_steps) == (2, LAST_ITERATION)

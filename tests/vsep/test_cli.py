@@ -256,9 +256,8 @@ MODEL = SignalModel(
         ),
     ],
 )
-@pytest.mark.parametrize("command", ["separate", "report"])
-def test_options_describe_the_estimator(command: str, text: str, expected: object) -> None:
-    arguments = [command, "frame.npz", "--out", "out", *text.split()]
+def test_options_describe_the_estimator(text: str, expected: object) -> None:
+    arguments = ["separate", "frame.npz", "--out", "out", *text.split()]
     options = cli.build_parser().parse_args(arguments)
     assert commands.make_separator(options, MODEL) == expected
 
@@ -362,7 +361,6 @@ def test_outputs_never_overwrite_a_frame(refused: Refused, frame_file: Callable[
     content = Path(frame).read_bytes()
     folder = str(Path(frame).parent)
     assert "is one of the frames" in refused("separate", frame, "--out", frame)
-    assert "is one of the frames" in refused("report", frame, "--out", frame)
     other = f"{folder}/results.jsonl"
     assert "would overwrite" in refused("separate", frame, "--out", other, "--signals", folder)
     assert Path(frame).read_bytes() == content
@@ -388,29 +386,6 @@ def test_unwritable_outputs_are_refused(
     assert "Is a directory" in refused("separate", frame, "--out", str(tmp_path))
     out = str(tmp_path / "results.jsonl")
     assert "File exists" in refused("separate", frame, "--out", out, "--signals", frame)
-
-
-# report
-
-
-@pytest.mark.parametrize("suffix", ["html", "png"])
-def test_report_draws_a_simulated_frame(tmp_path: Path, suffix: str) -> None:
-    frame, out = str(tmp_path / "frame.npz"), tmp_path / f"snapshot.{suffix}"
-    cli.main(["simulate", "--preset", "simulation-1", "--seed", "31415", "--out", frame])
-    assert cli.main(["report", frame, "--out", str(out), "--max-iterations", "2"]) == 0
-    content = out.read_bytes()
-    if suffix == "png":
-        assert content.startswith(b"\x89PNG")
-    else:
-        assert b"31415" in content
-
-
-def test_report_refuses_another_format_and_a_bad_frame(
-    refused: Refused, tmp_path: Path, frame_file: Callable[..., str]
-) -> None:
-    assert ".html or .png" in refused("report", frame_file(), "--out", str(tmp_path / "a.pdf"))
-    absent = str(tmp_path / "absent.npz")
-    assert "does not exist" in refused("report", absent, "--out", str(tmp_path / "a.png"))
 
 
 # The command itself

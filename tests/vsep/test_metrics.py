@@ -4,10 +4,12 @@ import pytest
 from vsep.analysis.metrics import (
     error_vector_magnitude,
     frame_errors,
+    frame_metrics,
     paired_rms,
     sinr_db,
 )
 from vsep.signal.atoms import line_factors, synthesize
+from vsep.signal.scene import GroundTruth
 
 SHAPE = (4, 32)
 BEATS, DOPPLERS = np.array([0.1, -0.3]), np.array([0.0, 0.25])
@@ -66,3 +68,25 @@ def test_pairs_without_a_partner_do_not_count():
     values, reference = np.array([1.0, 2.0, np.nan]), np.array([4.0, np.nan, 1.0])
     assert paired_rms(values, reference) == 3.0
     assert np.isnan(paired_rms(values[2:], reference[2:]))
+
+
+def test_the_metrics_of_a_frame_are_those_of_its_parts():
+    signal = object_signal([1.0, 2.0])
+    truth = GroundTruth(
+        beats=BEATS,
+        dopplers=DOPPLERS,
+        amplitudes=np.array([1.0, 2.0], dtype=complex),
+        object_signal=signal,
+        interference_signal=np.zeros(SHAPE, dtype=complex),
+        bursts=(),
+        noise_precision=1.0,
+    )
+    found = np.array([0.1 + 1e-3, 0.4]), np.array([0.0, -0.25])
+    metrics = frame_metrics(truth, *found, 1.1 * signal)
+    assert (metrics["objects_true"], metrics["objects"]) == (2, 2)
+    assert (metrics["misses"], metrics["false_alarms"]) == (1, 1)
+    assert metrics["mean_assigned_error"] == pytest.approx(1e-3, abs=1e-15)
+    # One pair at 32e-3 cells, one miss and one false alarm at half a cell each.
+    assert metrics["gospa"] == pytest.approx(32e-3 + 1.0, abs=1e-12)
+    assert metrics["sinr_db"] == pytest.approx(20.0, abs=1e-9)
+    assert metrics["error_vector_magnitude"] == pytest.approx(0.1, abs=1e-12)
