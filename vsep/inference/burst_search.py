@@ -1,16 +1,25 @@
 """Where bursts start, stay, restart and end: the modelled ones against an exhaustive search."""
 
-import numpy as np
+from collections.abc import Sequence
 
-from vsep._arrays import ComplexArray, from_db
-from vsep.inference.chirp_refinement import PlacedChirp, place_chirp
-from vsep.inference.chirp_search import ChirpCandidates, find_single_chirps
+import numpy as np
+from scipy import fft
+
+from vsep._arrays import BoolArray, ComplexArray, FloatArray, from_db
+from vsep.inference.chirp_refinement import place_chirp
+from vsep.inference.chirp_search import (
+    ChirpCandidates,
+    find_single_chirps,
+    squared_norms,
+    tone_scores,
+)
 from vsep.inference.interference import InterferenceWorkspace, RampWork
 from vsep.inference.sbl import converged_precision
 from vsep.inference.state import EventKind
 
 START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
 CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
+SURE = 0.5  # share of a modelled chirp's score that a search reaches for sure, grid or not
 
 
 class BurstSearch:
@@ -59,13 +68,18 @@ class BurstSearch:
         ]
         if not held:
             return set()
-        rows = [
-            self.residual[ramp.ramp] - ramp.signal + ramp.signals[index] for ramp, index in held
-        ]
-        found = self._find(np.array(rows))
+        rows = np.array(
+            [self.residual[ramp.ramp] - ramp.signal + ramp.signals[index] for ramp, index in held]
+        )
+        scores = self._scores(held, rows)
+        doubtful = np.flatnonzero(self._doubtful(scores, rows))
+        if len(doubtful) == 0:
+            return set()
+        found = self._find(rows[doubtful])
         changed = set()
-        for number, (ramp, index) in enumerate(held):
-            kind = self._verdict(ramp, index, found, number, rows[number])
+        for number, place in enumerate(doubtful.tolist()):
+            ramp, index = held[place]
+            kind = self._verdict(found, number, float(scores[:, place].max()))
             if kind is None:
                 continue
             changed.add(ramp.ramp)
@@ -75,24 +89,44 @@ class BurstSearch:
             self._record(kind, ramp.ramp, found, number)
         return changed
 
+    def _scores(self, held: Sequence[tuple[RampWork, int]], rows: ComplexArray) -> FloatArray:
+        """(2, B) best single-component score of modelled bursts, and what all of each explains.
+
+        The score is ``|a^H r|^2 / ||a||^2`` over the channel grid.
+        """
+        templates = np.array([ramp.chirps[index].template for ramp, index in held])
+        rest = rows - np.array([ramp.signals[index] for ramp, index in held])
+        num_bins = self.work.grid.num_bins
+        products = fft.ifft(templates.conj() * rows, num_bins, axis=1, norm="forward")
+        single = np.max(np.abs(products) ** 2, axis=1) / squared_norms(templates)
+        return np.array([single, squared_norms(rows) - squared_norms(rest)])
+
+    def _doubtful(self, scores: FloatArray, rows: ComplexArray) -> BoolArray:
+        """(B,) whether a search can say anything of a burst but that it stays as it is.
+
+        No chirp scores more than the energy of its row, and the best one of the search comes close
+        to the modelled one at least.
+        """
+        single, explained = scores
+        needed = np.maximum(tone_scores(rows), self.threshold / self.noise_precision)
+        certain = (CLEARLY_BETTER * explained > squared_norms(rows)) & (SURE * single > needed)
+        return ~certain | self.literal
+
     def _remove(self, ramp: RampWork, index: int) -> None:
         ramp.remove_burst(index)
         if not ramp.chirps:
             del self.work.ramps[ramp.ramp]
 
-    def _verdict(
-        self, ramp: RampWork, index: int, found: ChirpCandidates, number: int, row: ComplexArray
-    ) -> EventKind | None:
-        """Tell what a search means for a burst; None if it stays as it is."""
+    def _verdict(self, found: ChirpCandidates, number: int, score: float) -> EventKind | None:
+        """Tell what a search means for a burst; None if it stays as it is.
+
+        A chirp fitted with many components need not be the best with one: only one that explains
+        more than the whole burst shows that the burst is wrong.
+        """
         if self.literal:
             return EventKind.CHIRP_RESTARTED
         if not self._confirmed(found, number):
             return EventKind.CHIRP_DROPPED
-        # A chirp fitted with many components need not be the best with one: only one that explains
-        # more than the whole burst shows that the burst is wrong.
-        rest = row - ramp.signals[index]
-        explained = float(np.sum(np.abs(row) ** 2 - np.abs(rest) ** 2))
-        score = max(self._single_score(ramp.chirps[index], row), explained)
         better = found.score[number] > CLEARLY_BETTER * score
         return EventKind.CHIRP_RESTARTED if better else None
 
@@ -140,11 +174,6 @@ class BurstSearch:
     def _record(self, kind: EventKind, p: int, found: ChirpCandidates, number: int) -> None:
         ratio = self.noise_precision * float(found.score[number])
         self.work.record(kind, p, ratio, self.threshold)
-
-    def _single_score(self, chirp: PlacedChirp, row: ComplexArray) -> float:
-        """Best single-component score ``|a^H r|^2 / ||a||^2`` of a modelled chirp over the grid."""
-        products = self.work.grid.products(chirp.template[None], row)
-        return float(np.max(np.abs(products[0, 1])) ** 2 / products[0, 0, 0].real)
 
     def _start(self, p: int, found: ChirpCandidates, number: int) -> None:
         """Begin with one component at zero delay, polished from the search grid."""

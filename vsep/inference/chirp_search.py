@@ -127,6 +127,18 @@ def _correlations(
         yield from fft.ifft(products, axis=2, overwrite_x=True)
 
 
+def squared_norms(rows: ComplexArray) -> FloatArray:
+    """(P,) energies of the rows of a (P, N) array."""
+    return np.asarray(np.sum(rows.real**2 + rows.imag**2, axis=1))
+
+
+def tone_scores(rows: ComplexArray) -> FloatArray:
+    """(P,) what the best single tone of every row scores, on a grid of half a cell."""
+    num_samples = rows.shape[1]
+    tones = np.abs(fft.fft(rows, 2 * num_samples, axis=1)) ** 2 / num_samples
+    return np.asarray(tones.max(axis=1))
+
+
 def find_single_chirps(
     residual: ComplexArray, model: SignalModel, *, least_score: float = 0.0
 ) -> ChirpCandidates:
@@ -148,8 +160,7 @@ def find_single_chirps(
     bank = slope_bank(model)
     size, first = bank.spectra.shape[1], int(bank.centres[0])
     coarse_inverse_energy = bank.inverse_energy[bank.coarse]
-    tones = np.abs(fft.fft(residual, 2 * model.num_samples, axis=1)) ** 2 / model.num_samples
-    tone_score: FloatArray = tones.max(axis=1)
+    tone_score = tone_scores(residual)
     worthwhile = COARSE_SHARE * np.maximum(least_score, tone_score) * (least_score > 0.0)
     rows = residual.astype(np.complex64)
     spectra = fft.fft(rows, size, axis=1)
