@@ -179,8 +179,8 @@ def spline_columns(
     cutoff_hz = assumed.anti_aliasing_filter.cutoff_hz
     envelopes = modified_splines(course_hz, slope * rate**2, cutoff_hz)
     envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]
-    first = np.cumsum([0] + [len(ramp.chirps) for ramp in ramps[:-1]])
-    return np.asarray(np.add.reduceat(envelopes, first, axis=0))
+    last = np.cumsum([len(ramp.chirps) for ramp in ramps])
+    return np.array([each.sum(axis=0) for each in np.split(envelopes, last[:-1])])
 
 
 def _channel_lines(ramp: RampWork, grid: ChannelGrid) -> list[ComplexArray]:
