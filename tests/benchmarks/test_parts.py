@@ -15,13 +15,13 @@ from app.work import advance, prepare
 from tests.benchmarks.scenes import preset_problem
 from tests.vsep import literal
 from vsep.inference.channel import ChannelGrid
-from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirps
+from vsep.inference.chirp_refinement import ChannelCosts, place_chirp, refine_chirps
 from vsep.inference.chirp_search import find_single_chirps
 from vsep.inference.refinement import cost_jet, refine_point
 from vsep.inference.run import run
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.state import Termination
-from vsep.kernels.channel import Channel
+from vsep.kernels.ramps import FlatRamps
 from vsep.signal.atoms import gram, line_factors, project
 
 WAYS = ["fast", "literal"]
@@ -63,12 +63,11 @@ def cost_of(chirp):
     model, burst, row, noise_precision = chirp
     twiddle = ChannelGrid(model.num_samples, model.num_grid_bins).twiddle
     bins, precisions = burst.active_bins.copy(), burst.precisions.copy()
-    return ChannelCost(
-        residual=row,
-        templates=place_chirp(burst.start_frequency, burst.slope, model).template[None],
-        moving=0,
-        channel=Channel(np.zeros_like(bins), bins, precisions, twiddle),
-        noise_precision=noise_precision,
+    template = place_chirp(burst.start_frequency, burst.slope, model).template[None]
+    ends, columns = np.array([0, 1]), np.array([0, len(bins)])
+    ramps = FlatRamps(template, ends, np.zeros_like(bins), bins, precisions, columns, twiddle)
+    return ChannelCosts(
+        ramps=ramps, moving=ends[:1], residual=row[None], noise_precision=noise_precision
     )
 
 
@@ -119,7 +118,8 @@ def test_cost_of_a_burst(timed, chirp, way):
         return literal.log_evidence(columns, row, precisions, noise_precision)
 
     def fast():
-        return cost.value(place_chirp(burst.start_frequency, burst.slope, model).template)
+        template = place_chirp(burst.start_frequency, burst.slope, model).template
+        return cost.values(np.zeros(1, int), template[None])[0]
 
     value = timed(fast if way == "fast" else literally, part="one evaluation of (71)", way=way)
     # Two formulas of the same number of about 1e5.
@@ -139,7 +139,7 @@ def test_refinement_of_a_burst(timed, chirp, way):
         return separator._refined(moved, row, noise_precision)
 
     def fast():
-        return refine_chirps([place_chirp(moved.start_frequency, slope, model)], model, [cost])[0]
+        return refine_chirps([place_chirp(moved.start_frequency, slope, model)], model, cost)[0]
 
     found = timed(fast if way == "fast" else literally, part="one refinement of (71)", way=way)
     assert abs(found.slope - burst.slope) < abs(slope - burst.slope)

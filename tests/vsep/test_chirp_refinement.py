@@ -6,26 +6,27 @@ import pytest
 from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
 from vsep.inference.channel import channel_posterior
 from vsep.inference.chirp_refinement import (
-    RIDGE,
-    ChannelCost,
-    newton_step,
+    ChannelCosts,
     place_chirp,
     refine_chirps,
 )
 from vsep.kernels.channel import Channel
+from vsep.kernels.ramps import RIDGE, FlatRamps, newton_step
 
 OWNERS, BINS = np.array([0, 1, 0]), np.array([0, 1, 7])
+FIRST = np.zeros(1, dtype=int)  # ramp, and burst
 OTHER = burst(-0.5, 0.0123)  # crosses the burst that is refined
 
 
 def cost_of(residual, precisions, noise_precision):
     """Cost (71) of a ramp with two crossing bursts, by the template of the first."""
-    return ChannelCost(
-        residual=residual,
-        templates=np.stack([burst(0.78, -0.0118), OTHER]),
-        moving=0,
-        channel=Channel(OWNERS, BINS, precisions, GRID.twiddle),
-        noise_precision=noise_precision,
+    templates = np.stack([burst(0.78, -0.0118), OTHER])
+    first_burst, first_column = np.array([0, 2]), np.array([0, 3])
+    columns = FlatRamps(
+        templates, first_burst, OWNERS, BINS, precisions, first_column, GRID.twiddle
+    )
+    return ChannelCosts(
+        ramps=columns, moving=FIRST, residual=residual[None], noise_precision=noise_precision
     )
 
 
@@ -52,12 +53,13 @@ def test_gradient_equals_finite_differences():
     model_cost = cost_of(residual, precisions, noise_precision)
 
     def cost(frequency_step, slope_step):
-        return model_cost.value(
-            burst(start + frequency_step - slope_step * reference, slope + slope_step)
-        )
+        moved = burst(start + frequency_step - slope_step * reference, slope + slope_step)
+        return model_cost.values(FIRST, moved[None])[0]
 
     template, derivatives = MODEL.template_jet(start, slope, reference)
-    value, gradient, curvature = model_cost.slopes(template, derivatives)
+    (value,), (gradient,), (curvature,) = model_cost.slopes(
+        FIRST, template[None], derivatives[None]
+    )
     assert value == pytest.approx(cost(0.0, 0.0), rel=1e-12)
     steps = (1e-6, 1e-8)
     differences = [
@@ -76,8 +78,9 @@ def test_refinement_never_lowers_the_cost():
     for _ in range(20):
         start = rng.uniform(0.5, 1.0)
         slope = -start / rng.uniform(20.0, 110.0)
-        moved = refine_chirps([place_chirp(start, slope, MODEL)], MODEL, [cost])[0]
-        assert cost.value(moved.template) >= cost.value(burst(start, slope))
+        moved = refine_chirps([place_chirp(start, slope, MODEL)], MODEL, cost)[0]
+        after, before = moved.template[None], burst(start, slope)[None]
+        assert cost.values(FIRST, after) >= cost.values(FIRST, before)
 
 
 def test_the_step_solves_the_ridged_equations():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, NUM_SAMPLES, RATE, burst, noise
-from vsep.inference.chirp_refinement import ChannelCost, place_chirp, refine_chirps
+from vsep.inference.chirp_refinement import ChannelCosts, place_chirp, refine_chirps
 from vsep.inference.chirp_search import find_single_chirps, slope_bank
-from vsep.kernels.channel import Channel
+from vsep.kernels.ramps import FlatRamps
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
 
@@ -24,14 +24,10 @@ def test_search_and_refinement_find_a_burst_exactly(centre, slope):
     assert abs(-found.start_frequency[1] / found.slope[1] - centre) < 0.1 * length
     assert abs(found.slope[1] / slope - 1) < 0.15
     start, zero = place_chirp(found.start_frequency[1], found.slope[1], MODEL), np.zeros(1)
-    cost = ChannelCost(
-        residual=residual[1],
-        templates=start.template[None],
-        moving=0,
-        channel=Channel(zero.astype(int), zero.astype(int), zero, GRID.twiddle),
-        noise_precision=0.5e8,
-    )
-    refined = refine_chirps([start], MODEL, [cost], max_steps=20)[0]
+    none, ends = zero.astype(int), np.array([0, 1])
+    columns = FlatRamps(start.template[None], ends, none, none, zero, ends, GRID.twiddle)
+    cost = ChannelCosts(ramps=columns, moving=none, residual=residual[1:2], noise_precision=0.5e8)
+    refined = refine_chirps([start], MODEL, cost, max_steps=20)[0]
     # Noise 80 dB below the burst: deviations of the parameters are below 1e-6 of their values.
     assert -refined.start_frequency / refined.slope == pytest.approx(centre, abs=1e-3)
     assert refined.slope == pytest.approx(slope, rel=1e-4)

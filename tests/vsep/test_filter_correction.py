@@ -73,7 +73,7 @@ def test_columns_are_the_derivatives_of_the_bursts():
     before = np.sum(ramp.signals, axis=0)
     correction = some_correction()
     work.correct(correction)
-    work.synthesize(ramp)
+    work.synthesize([ramp])
     change = np.sum(ramp.signals, axis=0) - before
     # Linear in the coefficients: no error but rounding, amplified 1e5 times by the cubics.
     expected = columns @ correction.coefficients

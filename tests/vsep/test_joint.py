@@ -86,10 +86,10 @@ def test_chirp_gradient_of_the_joint_evidence_equals_finite_differences(settled)
             np.array([start + frequency_step - slope_step * reference]),
             np.array([slope + slope_step]),
         )
-        return cost.value(template[0])
+        return cost.values(np.zeros(1, int), template)[0]
 
     template, derivatives = model.template_jet(start, slope, reference)
-    _, gradient, curvature = cost.slopes(template, derivatives)
+    _, (gradient,), (curvature,) = cost.slopes(np.zeros(1, int), template[None], derivatives[None])
     steps = (1e-6, 1e-8)
     differences = [
         (value(steps[0], 0.0) - value(-steps[0], 0.0)) / (2 * steps[0]),

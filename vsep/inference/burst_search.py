@@ -13,7 +13,8 @@ from vsep.inference.chirp_search import (
     squared_norms,
     tone_scores,
 )
-from vsep.inference.interference import InterferenceWorkspace, RampWork
+from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.ramp_work import RampWork
 from vsep.inference.sbl import converged_precision
 from vsep.inference.state import EventKind
 
@@ -110,7 +111,7 @@ class BurstSearch:
         single, explained = scores
         needed = np.maximum(tone_scores(rows), self.threshold / self.noise_precision)
         certain = (CLEARLY_BETTER * explained > squared_norms(rows)) & (SURE * single > needed)
-        return ~certain | self.literal
+        return np.asarray(~certain | self.literal)
 
     def _remove(self, ramp: RampWork, index: int) -> None:
         ramp.remove_burst(index)

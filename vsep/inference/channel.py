@@ -21,6 +21,7 @@ class ChannelGrid:
         self.num_bins = num_bins
         turns = np.arange(num_bins) / num_bins
         self.twiddle = np.exp(-2j * np.pi * turns) / np.sqrt(num_samples)
+        self.scale = float(num_bins / np.sqrt(num_samples))
 
     def atoms(self, bins: IntArray) -> ComplexArray:
         """(K, N) atoms Psi of some bins, one a row."""
@@ -42,7 +43,7 @@ class ChannelGrid:
             Entry (i, j, k) for columns of bursts i and j whose bins differ by k; entry (i, B, k)
             for the column of burst i in bin k and the residual.
         """
-        rows = product_rows(templates, residual, self.num_bins / np.sqrt(self.num_samples))
+        rows = product_rows(templates, residual, self.scale)
         return np.asarray(fft.ifft(rows, self.num_bins, axis=2, overwrite_x=True))
 
 

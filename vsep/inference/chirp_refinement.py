@@ -3,83 +3,73 @@
 Gradient and curvature stand in `vsep.kernels.channel.template_slopes`.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from vsep._arrays import ComplexArray, FloatArray
-from vsep.kernels.channel import Channel, channel_cost, channel_slopes
+from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep.kernels.ramps import FlatRamps, all_costs, all_slopes, damped_steps
 from vsep.signal.template import SignalModel
 
-RIDGE = 1e-9  # relative, keeps the Newton step finite where the channel absorbs a parameter
 LONGEST_SHIFT = 0.1  # of the burst's length, one step
 LONGEST_STRETCH = 0.1  # of the slope, one step
 NO_GAIN = 1e-4  # nats of log evidence: a step that promises less is not tried
 HALVINGS = 5  # times a step is cut to a quarter before it is given up
 
 
-class ChirpCost(Protocol):
-    """A cost of one ramp's template, to be climbed."""
+class ChirpCosts(Protocol):
+    """Costs of the templates of some bursts, one each, to be climbed."""
 
-    def value(self, template: ComplexArray) -> float:
-        """Cost of a template (N,)."""
+    def values(self, chosen: IntArray, templates: ComplexArray) -> FloatArray:
+        """(T,) costs of T chosen bursts with other templates (T, N)."""
 
     def slopes(
-        self, template: ComplexArray, derivatives: ComplexArray
-    ) -> tuple[float, FloatArray, FloatArray]:
-        """Cost, gradient (2,) and curvature (2, 2) for the template's derivatives (2, N)."""
+        self, chosen: IntArray, templates: ComplexArray, derivatives: ComplexArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Costs (T,), gradients (T, 2) and curvatures (T, 2, 2) for derivatives (T, 2, N)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class ChannelCost:
-    """Cost (71) of a ramp: ``log|C| + lambda h^H beta``, as a function of one burst's template.
+class ChannelCosts:
+    """Costs (71) of R ramps: ``log|C| + lambda h^H beta``, by the template of one burst each.
 
     Parameters
     ----------
-    residual : (N,) complex
-        Received ramp minus the object estimate.
-    templates : (B, N) complex
-        Templates of all bursts of the ramp.
-    moving : int
-        Which of them is changed.
-    channel : Channel
-        Burst, bin and prior precision of every column, held fixed.
+    ramps : FlatRamps
+        Templates, bins and prior precisions of the ramps.
+    moving : (R,) int
+        Which burst of each ramp is changed.
+    residual : (R, N) complex
+        Received ramps minus the object estimate.
     noise_precision : float
         lambda.
     """
 
+    ramps: FlatRamps
+    moving: IntArray
     residual: ComplexArray
-    templates: ComplexArray
-    moving: int
-    channel: Channel
     noise_precision: float
 
-    def _templates(self, template: ComplexArray) -> ComplexArray:
-        if len(self.templates) == 1:
-            return template[None]
-        templates = self.templates.copy()
-        templates[self.moving] = template
-        return templates
-
-    def value(self, template: ComplexArray) -> float:
-        """Cost of a template (N,)."""
-        templates = self._templates(template)
-        return channel_cost(templates, self.residual, self.channel, self.noise_precision)
+    def values(self, chosen: IntArray, templates: ComplexArray) -> FloatArray:
+        """(T,) costs of T chosen ramps with other templates (T, N)."""
+        return all_costs(
+            self.ramps, self.moving, chosen, templates, self.residual, self.noise_precision
+        )
 
     def slopes(
-        self, template: ComplexArray, derivatives: ComplexArray
-    ) -> tuple[float, FloatArray, FloatArray]:
-        """Cost, exact gradient and Gauss-Newton curvature."""
-        return channel_slopes(
-            self._templates(template),
+        self, chosen: IntArray, templates: ComplexArray, derivatives: ComplexArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Costs, exact gradients and Gauss-Newton curvatures."""
+        return all_slopes(
+            self.ramps,
             self.moving,
+            chosen,
+            templates,
             derivatives,
             self.residual,
-            self.channel,
             self.noise_precision,
         )
 
@@ -132,7 +122,7 @@ def place_chirp(start_frequency: float, slope: float, model: SignalModel) -> Pla
 def refine_chirps(
     chirps: Sequence[PlacedChirp],
     model: SignalModel,
-    costs: Sequence[ChirpCost],
+    costs: ChirpCosts,
     *,
     max_steps: int = 1,
 ) -> list[PlacedChirp]:
@@ -144,8 +134,8 @@ def refine_chirps(
         Where to start; no two in one ramp, whose costs would depend on each other.
     model : SignalModel
         Makes the templates, those of all trials in one call.
-    costs : sequence of ChirpCost
-        What each of them climbs.
+    costs : ChirpCosts
+        What they climb.
     max_steps : int
         Steps at most.
 
@@ -155,64 +145,46 @@ def refine_chirps(
         No cost falls.
     """
     refined = list(chirps)
-    moving = list(range(len(refined)))
+    moving = np.arange(len(refined))
     for _ in range(max_steps):
-        found = {index: _damped_step(refined[index], costs[index], model) for index in moving}
-        steps = {index: step for index, step in found.items() if step is not None}
-        trying = list(steps)
-        moving, scale = [], 1.0
-        for _ in range(HALVINGS):
-            if not trying:
+        if len(moving) == 0:
+            break
+        values, moves = np.empty(len(refined)), np.empty((len(refined), 2))
+        values[moving], moves[moving], promises = _damped_steps(refined, moving, costs, model)
+        trying = moving[promises >= NO_GAIN]
+        moved = []
+        for halving in range(HALVINGS):
+            if len(trying) == 0:
                 break
-            moves = np.array([steps[index].move for index in trying]).T * scale
+            shifts, stretches = moves[trying].T * 0.25**halving
             start, slope, reference = np.array([refined[index].place for index in trying]).T
-            trials = place_chirps(start + moves[0] - moves[1] * reference, slope + moves[1], model)
-            failed = []
-            for index, trial in zip(trying, trials, strict=True):
-                if costs[index].value(trial.template) >= steps[index].value:
-                    refined[index] = trial
-                    moving.append(index)
-                else:
-                    failed.append(index)
-            trying, scale = failed, 0.25 * scale
+            trials = place_chirps(start + shifts - stretches * reference, slope + stretches, model)
+            found = costs.values(trying, np.array([trial.template for trial in trials]))
+            better = found >= values[trying]
+            for number in np.flatnonzero(better):
+                refined[trying[number]] = trials[number]
+            moved.append(trying[better])
+            trying = trying[~better]
+        moving = np.sort(np.concatenate(moved)) if moved else trying
     return refined
 
 
-class _Step(NamedTuple):
-    """Cost where a chirp is, and the moves of its central frequency and of its slope to try."""
-
-    value: float
-    move: tuple[float, float]
-
-
-def _damped_step(chirp: PlacedChirp, cost: ChirpCost, model: SignalModel) -> _Step | None:
-    """Gauss-Newton step, no longer than allowed; None if it promises nothing."""
-    value, gradient, curvature = cost.slopes(chirp.template, chirp.derivatives)
-    if not math.isfinite(value):
+def _damped_steps(
+    chirps: Sequence[PlacedChirp], chosen: IntArray, costs: ChirpCosts, model: SignalModel
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Costs (T,), Gauss-Newton steps (T, 2) no longer than allowed, and what they promise (T,)."""
+    moving = [chirps[index] for index in chosen]
+    values, gradients, curvatures = costs.slopes(
+        chosen,
+        np.array([chirp.template for chirp in moving]),
+        np.array([chirp.derivatives for chirp in moving]),
+    )
+    if not np.all(np.isfinite(values)):
         raise LinAlgError("the precision matrix of a ramp is not positive definite")
-    shift, stretch = newton_step(gradient, curvature)
-    scale = 1.0 / max(
-        1.0,
-        abs(shift) / (2.0 * LONGEST_SHIFT * model.normalised_cutoff),
-        abs(stretch) / (LONGEST_STRETCH * abs(chirp.slope)),
+    longest = np.array(
+        [
+            (2.0 * LONGEST_SHIFT * model.normalised_cutoff, LONGEST_STRETCH * abs(chirp.slope))
+            for chirp in moving
+        ]
     )
-    if scale * (gradient[0] * shift + gradient[1] * stretch) < 2.0 * NO_GAIN:
-        return None
-    return _Step(value, (scale * shift, scale * stretch))
-
-
-def newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[float, float]:
-    """Solve for the two steps with a curvature (2, 2) that is ridged, by Cramer's rule.
-
-    Without any curvature, as of a burst that has left the band, there is no step.
-    """
-    (first, mixed), (_, second) = curvature.tolist()
-    first, second = (1.0 + RIDGE) * first, (1.0 + RIDGE) * second
-    by_frequency, by_slope = gradient.tolist()
-    determinant = first * second - mixed**2
-    if determinant == 0.0:
-        return 0.0, 0.0
-    return (
-        (second * by_frequency - mixed * by_slope) / determinant,
-        (first * by_slope - mixed * by_frequency) / determinant,
-    )
+    return values, *damped_steps(gradients, curvatures, longest)

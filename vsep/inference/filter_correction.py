@@ -18,7 +18,8 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db
 from vsep.inference.channel import ChannelGrid, passive_ratios
-from vsep.inference.interference import InterferenceWorkspace, RampWork
+from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.ramp_work import RampWork
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.state import NO_CORRECTION, EventKind, FilterCorrection
 from vsep.signal.corrected_filter import NUM_SPLINES, knots_hz, modified_splines

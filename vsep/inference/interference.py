@@ -1,13 +1,16 @@
 """Algorithm 2: the interference estimate of a frame, ramp by ramp, while one step changes it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
+from scipy import fft
+from scipy.linalg import LinAlgError
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db, to_db
+from vsep._arrays import ComplexArray, from_db, to_db
 from vsep.inference.channel import ChannelGrid, channel_posterior
-from vsep.inference.chirp_refinement import ChannelCost, PlacedChirp, place_chirps, refine_chirps
+from vsep.inference.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
+from vsep.inference.ramp_work import RampWork, flat_ramps
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import Schedule
 from vsep.inference.state import (
@@ -17,8 +20,14 @@ from vsep.inference.state import (
     EventKind,
     FilterCorrection,
 )
-from vsep.kernels.channel import Channel, burst_signals
-from vsep.kernels.channel_selection import revised_channel
+from vsep.kernels.channel import Channel
+from vsep.kernels.ramps import (
+    FlatRamps,
+    all_posteriors,
+    all_product_rows,
+    all_revisions,
+    all_signals,
+)
 from vsep.signal.corrected_filter import corrected_model
 from vsep.signal.template import SignalModel
 
@@ -79,8 +88,7 @@ class InterferenceWorkspace:
             work.bins = np.concatenate([work.bins, burst.active_bins])
             work.precisions = np.concatenate([work.precisions, burst.precisions])
             work.amplitudes = np.concatenate([work.amplitudes, burst.amplitudes])
-        for work in self.ramps.values():
-            self.synthesize(work)
+        self.synthesize(list(self.ramps.values()))
 
     @property
     def trace(self) -> float:
@@ -95,9 +103,18 @@ class InterferenceWorkspace:
             total[p] = ramp.signal
         return total
 
-    def synthesize(self, ramp: RampWork) -> None:
-        """Add up what the columns of every chirp make of it."""
-        ramp.signals = burst_signals(ramp.templates, self.channel(ramp), ramp.amplitudes)
+    def synthesize(self, ramps: Sequence[RampWork]) -> None:
+        """Add up what the columns of every chirp of some ramps make of it."""
+        if ramps:
+            flat = flat_ramps(ramps, self.grid.twiddle)
+            self._take_signals(ramps, flat, np.concatenate([ramp.amplitudes for ramp in ramps]))
+
+    def _take_signals(
+        self, ramps: Sequence[RampWork], flat: FlatRamps, amplitudes: ComplexArray
+    ) -> None:
+        signals = all_signals(flat, amplitudes)
+        for ramp, (first, last) in zip(ramps, pairwise(flat.first_burst.tolist()), strict=True):
+            ramp.signals = signals[first:last]
 
     def channel(self, ramp: RampWork) -> Channel:
         """Return the columns of a ramp as the kernels take them."""
@@ -110,10 +127,10 @@ class InterferenceWorkspace:
         """
         steps = self.schedule.refinement_steps
         self.refine_bursts(residual, noise_precision, max_steps=steps)
-        for p, ramp in list(self.ramps.items()):
-            self._revise(ramp, residual[p], noise_precision)
-            if not self.schedule.recompute_amplitudes:
-                self.take_over(ramp, self.posterior(ramp, residual[p], noise_precision))
+        self._revise(residual, noise_precision)
+        if not self.schedule.recompute_amplitudes:
+            self.recompute(residual, noise_precision)
+        for ramp in list(self.ramps.values()):
             self.drop_empty(ramp)
         self.refine_bursts(residual, noise_precision, max_steps=steps)
         if self.schedule.recompute_amplitudes:
@@ -132,8 +149,22 @@ class InterferenceWorkspace:
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
         """Covariance and mean (61)-(62) at the present parameters."""
-        for p, ramp in self.ramps.items():
-            self.take_over(ramp, self.posterior(ramp, residual[p], noise_precision))
+        ramps = list(self.ramps.values())
+        if not ramps:
+            return
+        flat = flat_ramps(ramps, self.grid.twiddle)
+        fits = all_posteriors(flat, _rows(residual, ramps), noise_precision)
+        if not np.all(np.isfinite(fits.log_determinants)):
+            raise LinAlgError("the precision matrix of a ramp is not positive definite")
+        place = 0
+        for r, (first, last) in enumerate(pairwise(flat.first_column.tolist())):
+            ramp, size = ramps[r], last - first
+            ramp.amplitudes = fits.amplitudes[first:last]
+            ramp.covariance = fits.covariances[place : place + size**2].reshape(size, size)
+            ramp.trace = float(fits.traces[r])
+            ramp.log_determinant = float(fits.log_determinants[r])
+            place += size**2
+        self._take_signals(ramps, flat, fits.amplitudes)
 
     def take_over(self, ramp: RampWork, active: ActiveSet) -> None:
         """Hand a posterior to its ramp."""
@@ -142,18 +173,22 @@ class InterferenceWorkspace:
         ramp.precisions = active.precisions
         ramp.trace = active.trace()
         ramp.log_determinant = active.log_determinant
-        self.synthesize(ramp)
+        self.synthesize([ramp])
 
     def correct(self, correction: FilterCorrection) -> None:
         """Take over a correction of the filter; all templates follow, posteriors do not yet."""
         self.correction = correction
         self.model = corrected_model(self.assumed, correction.coefficients)
-        for ramp in self.ramps.values():
-            ramp.chirps = place_chirps(
-                np.array([chirp.start_frequency for chirp in ramp.chirps]),
-                np.array([chirp.slope for chirp in ramp.chirps]),
+        chirps = [chirp for ramp in self.ramps.values() for chirp in ramp.chirps]
+        placed = iter(
+            place_chirps(
+                np.array([chirp.start_frequency for chirp in chirps]),
+                np.array([chirp.slope for chirp in chirps]),
                 self.model,
             )
+        )
+        for ramp in self.ramps.values():
+            ramp.chirps = [next(placed) for _ in ramp.chirps]
 
     def posterior(
         self, ramp: RampWork, residual: ComplexArray, noise_precision: float
@@ -194,39 +229,50 @@ class InterferenceWorkspace:
             Newton steps at most.
         """
         moved = [ramp for ramp in ramps if np.any(ramp.owners == index)]
-        costs = [
-            ChannelCost(
-                residual=residual[ramp.ramp],
-                templates=ramp.templates,
-                moving=index,
-                channel=self.channel(ramp),
-                noise_precision=noise_precision,
-            )
-            for ramp in moved
-        ]
+        if not moved:
+            return
+        costs = ChannelCosts(
+            ramps=flat_ramps(moved, self.grid.twiddle),
+            moving=np.full(len(moved), index),
+            residual=_rows(residual, moved),
+            noise_precision=noise_precision,
+        )
         chirps = [ramp.chirps[index] for ramp in moved]
         refined = refine_chirps(chirps, self.model, costs, max_steps=max_steps)
         for ramp, chirp in zip(moved, refined, strict=True):
             ramp.chirps[index] = chirp
 
-    def _revise(self, ramp: RampWork, residual: ComplexArray, noise_precision: float) -> None:
-        """Add, re-weigh and prune the columns of a ramp, Algorithm 4."""
-        before = len(ramp.bins)
+    def _revise(self, residual: ComplexArray, noise_precision: float) -> None:
+        """Add, re-weigh and prune the columns of all ramps, Algorithm 4."""
+        ramps = list(self.ramps.values())
+        if not ramps:
+            return
+        flat = flat_ramps(ramps, self.grid.twiddle)
+        rows = all_product_rows(flat, _rows(residual, ramps), self.grid.scale)
         # At a ratio of one the prior variance would be zero or negative, (77).
-        channel, added_ratios, kept, ratios = revised_channel(
-            self.grid.products(ramp.templates, residual),
-            self.channel(ramp),
+        revision = all_revisions(
+            fft.ifft(rows, self.grid.num_bins, axis=1, overwrite_x=True),
+            flat,
             noise_precision,
             (self.threshold, max(self.prune_threshold, 1.0)),
             self.schedule.channel_additions,
         )
-        for channel_bin, ratio in zip(channel.bins[before:], added_ratios, strict=True):
-            self.record_component(EventKind.CHANNEL_ADDED, ramp.ramp, ratio, int(channel_bin))
-        for index in np.flatnonzero(~kept):
-            channel_bin = int(channel.bins[index])
-            self.record_component(EventKind.CHANNEL_PRUNED, ramp.ramp, ratios[index], channel_bin)
-        ramp.owners, ramp.bins = channel.owners[kept], channel.bins[kept]
-        ramp.precisions = channel.precisions[kept]
+        kept = revision.kept
+        for ramp, (first, last) in zip(ramps, pairwise(revision.first_column), strict=True):
+            stay = kept[first:last]
+            ramp.owners = revision.owners[first:last][stay]
+            ramp.bins = revision.bins[first:last][stay]
+            ramp.precisions = revision.precisions[first:last][stay]
+        changes = np.flatnonzero(revision.added | ~kept)
+        owners = np.searchsorted(revision.first_column, changes, side="right") - 1
+        for place, owner in zip(changes.tolist(), owners.tolist(), strict=True):
+            p, channel_bin = ramps[owner].ramp, int(revision.bins[place])
+            if revision.added[place]:
+                ratio = float(revision.added_ratios[place])
+                self.record_component(EventKind.CHANNEL_ADDED, p, ratio, channel_bin)
+            if not kept[place]:
+                ratio = float(revision.ratios[place])
+                self.record_component(EventKind.CHANNEL_PRUNED, p, ratio, channel_bin)
 
     def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:
         """Add an event of a burst."""
@@ -272,3 +318,8 @@ class InterferenceWorkspace:
                     )
                 )
         return tuple(bursts)
+
+
+def _rows(frame: ComplexArray, ramps: Sequence[RampWork]) -> ComplexArray:
+    """(R, N) rows of a frame (P, N) that belong to some ramps."""
+    return frame[[ramp.ramp for ramp in ramps]]

@@ -12,10 +12,11 @@ from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.inference.channel import passive_ratios
-from vsep.inference.chirp_refinement import ChirpCost, refine_chirps
-from vsep.inference.interference import InterferenceWorkspace, RampWork
+from vsep.inference.chirp_refinement import ChirpCosts, refine_chirps
+from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import expected_error
 from vsep.inference.objects import Background
+from vsep.inference.ramp_work import RampWork
 from vsep.inference.refinement import place_components
 from vsep.inference.sbl import activation_ratio, converged_precision
 from vsep.inference.state import EventKind, ObjectComponents
@@ -110,7 +111,7 @@ class JointColumns:
             own = np.flatnonzero(self.owners == p)
             ramp.amplitudes = self.active.amplitudes[own]
             ramp.covariance = self.active.covariance[np.ix_(own, own)]
-            self.interference.synthesize(ramp)
+            self.interference.synthesize([ramp])
 
     def members(self, p: int) -> IntArray:
         """Return the indices of the columns with a part in ramp p: all objects, and its own."""
@@ -128,12 +129,12 @@ class JointColumns:
             (ramp.chirps[index],) = refine_chirps(
                 [ramp.chirps[index]],
                 self.interference.model,
-                [self.chirp_cost(ramp, index)],
+                self.chirp_cost(ramp, index),
                 max_steps=self.interference.schedule.refinement_steps,
             )
             self.rebuild()
 
-    def chirp_cost(self, ramp: RampWork, index: int) -> ChirpCost:
+    def chirp_cost(self, ramp: RampWork, index: int) -> ChirpCosts:
         """Log evidence of the whole frame as a function of one burst's template."""
         return _JointCost(self, ramp, index)
 
@@ -206,21 +207,21 @@ class _JointCost:
         self.own = ramp.own(index)
         self.atoms = columns.interference.grid.atoms(ramp.bins[self.own])
 
-    def value(self, template: ComplexArray) -> float:
-        """Cost with this template in the burst."""
-        self._place(template)
-        return self.columns.active.cost()
+    def values(self, chosen: IntArray, templates: ComplexArray) -> FloatArray:
+        """(1,) cost with this template (1, N) in the burst, the only one there is to choose."""
+        self._place(templates[0])
+        return np.full(len(chosen), self.columns.active.cost())
 
     def slopes(
-        self, template: ComplexArray, derivatives: ComplexArray
-    ) -> tuple[float, FloatArray, FloatArray]:
+        self, chosen: IntArray, templates: ComplexArray, derivatives: ComplexArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Cost, exact gradient and Gauss-Newton curvature."""
-        self._place(template)
+        self._place(templates[0])
         columns, p = self.columns, self.ramp.ramp
         members = columns.members(p)
         active = columns.active
         gradient, curvature = template_slopes(
-            derivatives,
+            derivatives[0],
             self.atoms,
             columns.columns_in_ramp(p, members),
             active.covariance[np.ix_(members, members)],
@@ -229,7 +230,8 @@ class _JointCost:
             columns.received[p].copy(),
             active.noise_precision,
         )
-        return active.cost(), gradient, curvature
+        costs = np.full(len(chosen), active.cost())
+        return costs, gradient[None], curvature[None]
 
     def _place(self, template: ComplexArray) -> None:
         self.ramp.chirps[self.index] = replace(self.ramp.chirps[self.index], template=template)

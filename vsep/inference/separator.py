@@ -14,9 +14,10 @@ from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
 from vsep.inference.filter_correction import update_correction
-from vsep.inference.interference import InterferenceWorkspace, RampWork
+from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
 from vsep.inference.objects import ObjectWorkspace, object_factors
+from vsep.inference.ramp_work import RampWork
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import schedule_by_name
 from vsep.inference.state import IterationInfo, SeparationState, Termination

@@ -12,6 +12,7 @@ from vsep.kernels.compiler import compiled
 from vsep.kernels.fresnel import fresnel_rest, side
 from vsep.kernels.turns import turn
 
+
 @compiled
 def truncated_cubics(
     offsets: FloatArray, rate: float, table: FloatArray, terms: ComplexArray

@@ -1,0 +1,270 @@
+"""All interfered ramps of a frame in one call: posteriors, costs, slopes and channel selection.
+
+A call of a kernel costs more than most kernels need for one ramp. The columns of all ramps
+therefore stand in flat arrays, one ramp after the other, and the loops over the ramps are here.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vsep.kernels.channel import Channel, burst_signals, channel_cost, channel_fit, channel_slopes
+from vsep.kernels.channel_selection import product_rows, revised_channel
+from vsep.kernels.compiler import compiled
+
+RIDGE = 1e-9  # relative, keeps the Newton step finite where the channel absorbs a parameter
+
+
+class FlatRamps(NamedTuple):
+    """Bursts and channel columns of R ramps, one ramp after the other.
+
+    Ramp r has the bursts ``first_burst[r]`` to ``first_burst[r + 1]`` of the templates (B, N), and
+    the columns ``first_column[r]`` to ``first_column[r + 1]`` of the others: `owners` (K,) counts
+    the bursts within a ramp, `bins` and `precisions` (K,) are as in `Channel`, `twiddle` (M,) is
+    shared.
+    """
+
+    templates: ComplexArray
+    first_burst: IntArray
+    owners: IntArray
+    bins: IntArray
+    precisions: FloatArray
+    first_column: IntArray
+    twiddle: ComplexArray
+
+
+class FlatPosterior(NamedTuple):
+    """Posteriors of R ramps: covariances (sum of K^2,), means (K,), tr(A C A^H) and log|C| (R,).
+
+    ``log_determinants`` is NaN where a precision matrix is not positive definite.
+    """
+
+    covariances: ComplexArray
+    amplitudes: ComplexArray
+    traces: FloatArray
+    log_determinants: FloatArray
+
+
+@compiled
+def _templates_of(ramps: FlatRamps, r: int) -> ComplexArray:
+    return ramps.templates[ramps.first_burst[r] : ramps.first_burst[r + 1]]
+
+
+@compiled
+def _channel_of(ramps: FlatRamps, r: int) -> Channel:
+    first, last = ramps.first_column[r], ramps.first_column[r + 1]
+    return Channel(
+        ramps.owners[first:last],
+        ramps.bins[first:last],
+        ramps.precisions[first:last],
+        ramps.twiddle,
+    )
+
+
+@compiled
+def all_posteriors(
+    ramps: FlatRamps, residual: ComplexArray, noise_precision: float
+) -> FlatPosterior:
+    """Weight posteriors (60)-(62) of all ramps at their residuals (R, N)."""
+    sizes = np.diff(ramps.first_column)
+    covariances = np.empty(np.sum(sizes * sizes), dtype=np.complex128)
+    amplitudes = np.empty(len(ramps.bins), dtype=np.complex128)
+    traces, log_determinants = np.zeros(len(sizes)), np.empty(len(sizes))
+    place = 0
+    for r in range(len(sizes)):
+        fit = channel_fit(
+            _templates_of(ramps, r), residual[r], _channel_of(ramps, r), noise_precision
+        )
+        log_determinants[r] = fit.log_determinant
+        amplitudes[ramps.first_column[r] : ramps.first_column[r + 1]] = fit.amplitudes
+        for i in range(sizes[r]):
+            for j in range(sizes[r]):
+                covariance = fit.covariance[i, j]
+                covariances[place] = covariance
+                place += 1
+                traces[r] += (fit.gram[i, j].conjugate() * covariance).real
+    return FlatPosterior(covariances, amplitudes, traces, log_determinants)
+
+
+@compiled
+def all_signals(ramps: FlatRamps, amplitudes: ComplexArray) -> ComplexArray:
+    """(B, N) bursts U Psi beta of all ramps."""
+    signals = np.empty(ramps.templates.shape, dtype=np.complex128)
+    for r in range(len(ramps.first_burst) - 1):
+        own = amplitudes[ramps.first_column[r] : ramps.first_column[r + 1]]
+        signals[ramps.first_burst[r] : ramps.first_burst[r + 1]] = burst_signals(
+            _templates_of(ramps, r), _channel_of(ramps, r), own
+        )
+    return signals
+
+
+@compiled
+def all_costs(
+    ramps: FlatRamps,
+    moving: IntArray,
+    chosen: IntArray,
+    trials: ComplexArray,
+    residual: ComplexArray,
+    noise_precision: float,
+) -> FloatArray:
+    """(T,) costs (71) of T chosen ramps with the templates (T, N) in place of the moving ones."""
+    costs = np.empty(len(chosen))
+    for i in range(len(chosen)):
+        r = chosen[i]
+        templates = _templates_of(ramps, r).copy()
+        templates[moving[r]] = trials[i]
+        costs[i] = channel_cost(templates, residual[r], _channel_of(ramps, r), noise_precision)
+    return costs
+
+
+@compiled
+def all_slopes(
+    ramps: FlatRamps,
+    moving: IntArray,
+    chosen: IntArray,
+    trials: ComplexArray,
+    derivatives: ComplexArray,
+    residual: ComplexArray,
+    noise_precision: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Costs (T,) as `all_costs`, gradients (T, 2) and curvatures (T, 2, 2).
+
+    Parameters
+    ----------
+    ramps : FlatRamps
+    moving : (R,) int
+        Which burst of each ramp moves.
+    chosen : (T,) int
+        The ramps that are asked for.
+    trials, derivatives : (T, N), (T, 2, N) complex
+        Templates of their moving bursts, with derivatives by the two parameters.
+    residual : (R, N) complex
+    noise_precision : float
+        lambda.
+    """
+    costs, gradients = np.empty(len(chosen)), np.empty((len(chosen), 2))
+    curvatures = np.empty((len(chosen), 2, 2))
+    for i in range(len(chosen)):
+        r = chosen[i]
+        templates = _templates_of(ramps, r).copy()
+        templates[moving[r]] = trials[i]
+        costs[i], gradients[i], curvatures[i] = channel_slopes(
+            templates,
+            moving[r],
+            derivatives[i],
+            residual[r],
+            _channel_of(ramps, r),
+            noise_precision,
+        )
+    return costs, gradients, curvatures
+
+
+@compiled
+def newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[float, float]:
+    """Solve for the two steps with a curvature (2, 2) that is ridged, by Cramer's rule.
+
+    Without any curvature, as of a burst that has left the band, there is no step.
+    """
+    first, second = (1.0 + RIDGE) * curvature[0, 0], (1.0 + RIDGE) * curvature[1, 1]
+    mixed = curvature[0, 1]
+    determinant = first * second - mixed * mixed
+    if determinant == 0.0:
+        return 0.0, 0.0
+    return (
+        (second * gradient[0] - mixed * gradient[1]) / determinant,
+        (first * gradient[1] - mixed * gradient[0]) / determinant,
+    )
+
+
+@compiled
+def damped_steps(
+    gradients: FloatArray, curvatures: FloatArray, longest: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(T, 2) Gauss-Newton steps no longer than (T, 2) `longest`, and what each promises (T,)."""
+    steps, promises = np.empty(gradients.shape), np.empty(len(gradients))
+    for i in range(len(gradients)):
+        shift, stretch = newton_step(gradients[i], curvatures[i])
+        scale = 1.0 / max(1.0, abs(shift) / longest[i, 0], abs(stretch) / longest[i, 1])
+        steps[i, 0], steps[i, 1] = scale * shift, scale * stretch
+        promises[i] = 0.5 * scale * (gradients[i, 0] * shift + gradients[i, 1] * stretch)
+    return steps, promises
+
+
+@compiled
+def all_product_rows(ramps: FlatRamps, residual: ComplexArray, scale: float) -> ComplexArray:
+    """(sum of B (B + 1), N) rows of `product_rows` of all ramps."""
+    counts = np.diff(ramps.first_burst)
+    rows = np.empty((np.sum(counts * (counts + 1)), residual.shape[1]), dtype=np.complex128)
+    place = 0
+    for r in range(len(counts)):
+        own = product_rows(_templates_of(ramps, r), residual[r], scale)
+        for i in range(counts[r]):
+            rows[place : place + counts[r] + 1] = own[i]
+            place += counts[r] + 1
+    return rows
+
+
+class Revision(NamedTuple):
+    """Columns of all ramps after Algorithm 4, those pruned among them.
+
+    ``first_column`` (R + 1,), the others (K,): `added` and `kept` are flags; `added_ratios` and
+    `ratios` are the activation ratios when a column was added, and when it was weighed again.
+    """
+
+    first_column: IntArray
+    owners: IntArray
+    bins: IntArray
+    precisions: FloatArray
+    added: BoolArray
+    added_ratios: FloatArray
+    kept: BoolArray
+    ratios: FloatArray
+
+
+@compiled
+def all_revisions(
+    products: ComplexArray,
+    ramps: FlatRamps,
+    noise_precision: float,
+    thresholds: tuple[float, float],
+    max_additions: int,
+) -> Revision:
+    """Algorithm 4 on all ramps, see `revised_channel`; products are the spectra of the rows."""
+    num_ramps, num_bins = len(ramps.first_burst) - 1, products.shape[1]
+    most = len(ramps.bins) + len(ramps.templates) * max_additions
+    first_column = np.zeros(num_ramps + 1, dtype=np.int64)
+    owners, bins = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    added, kept = np.zeros(most, dtype=np.bool_), np.empty(most, dtype=np.bool_)
+    precisions, added_ratios, ratios = np.empty(most), np.zeros(most), np.empty(most)
+    row = 0
+    for r in range(num_ramps):
+        count = ramps.first_burst[r + 1] - ramps.first_burst[r]
+        size = count * (count + 1)
+        before = _channel_of(ramps, r)
+        channel, new_ratios, stay, own_ratios = revised_channel(
+            products[row : row + size].reshape((count, count + 1, num_bins)),
+            before,
+            noise_precision,
+            thresholds,
+            max_additions,
+        )
+        row += size
+        first, last = first_column[r], first_column[r] + len(channel.bins)
+        first_column[r + 1] = last
+        owners[first:last], bins[first:last] = channel.owners, channel.bins
+        precisions[first:last], kept[first:last] = channel.precisions, stay
+        ratios[first:last] = own_ratios
+        added[first + len(before.bins) : last] = True
+        added_ratios[first + len(before.bins) : last] = new_ratios
+    end = first_column[num_ramps]
+    return Revision(
+        first_column,
+        owners[:end],
+        bins[:end],
+        precisions[:end],
+        added[:end],
+        added_ratios[:end],
+        kept[:end],
+        ratios[:end],
+    )
