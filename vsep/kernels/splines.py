@@ -14,40 +14,37 @@ from vsep.kernels.turns import turn
 
 
 @compiled
-def truncated_cubics(
-    offsets: FloatArray, rate: float, table: FloatArray, terms: ComplexArray
-) -> ComplexArray:
-    """Fill (3, K) `terms` with H_3, H_2 and H_1 at distances (K,) from the knots.
+def integrals(
+    frequency: float, rate: float, knots: FloatArray, table: FloatArray, rows: ComplexArray
+) -> None:
+    """Fill `rows` (5, K) with H_(-1) to H_3 at the distances of a frequency from K knots.
 
     H_2 and H_1 are the derivatives of H_3. All are right up to one cubic polynomial of the
     distance, which fourth differences remove. Each loop does one thing, so that it runs in vector
     registers.
     """
-    phases, rests = terms[1], terms[2]
-    scale = np.sqrt(2.0 / abs(rate))
-    for k in range(len(offsets)):
-        phases[k] = turn(-0.25 * (offsets[k] * scale) ** 2)
-    for k in range(len(offsets)):
-        rests[k] = fresnel_rest(abs(offsets[k]) * scale, table)
-    # For a positive rate; for a negative one all is conjugate.
-    curvature = -abs(rate) / (2.0 * np.pi)  # imaginary part of a
-    direction = side(rate)
-    for k in range(len(offsets)):
-        x, way, phase, rest = offsets[k], side(offsets[k]), phases[k], rests[k]
-        # The phase times exp(j pi/4) / sqrt(2), and H_0 from it.
+    scale, direction = np.sqrt(2.0 / abs(rate)), side(rate)
+    for k in range(len(knots)):
+        rows[0, k] = turn(-0.25 * ((frequency - knots[k]) * scale) ** 2)
+    for k in range(len(knots)):
+        rows[1, k] = fresnel_rest(abs(frequency - knots[k]) * scale, table)
+    for k in range(len(knots)):
+        phase, rest, way = rows[0, k], rows[1, k], side(frequency - knots[k])
+        # Times exp(j pi/4) / sqrt(2), for a positive rate; for a negative one all is conjugate.
         real, imag = 0.5 * (phase.real - phase.imag), 0.5 * (phase.real + phase.imag)
         flat_real = way * (0.5 - real * rest.real - imag * rest.imag)
         flat_imag = way * (real * rest.imag - imag * rest.real)
-        first_real = x * flat_real - curvature * scale * imag
-        first_imag = x * flat_imag + curvature * scale * real
-        second_real = 0.5 * (x * first_real - curvature * flat_imag)
-        second_imag = 0.5 * (x * first_imag + curvature * flat_real)
-        third_real = (x * second_real - curvature * first_imag) / 3.0
-        third_imag = (x * second_imag + curvature * first_real) / 3.0
-        terms[0, k] = complex(third_real, direction * third_imag)
-        terms[1, k] = complex(second_real, direction * second_imag)
-        terms[2, k] = complex(first_real, direction * first_imag)
-    return terms
+        rows[0, k] = complex(scale * real, direction * scale * imag)
+        rows[1, k] = complex(flat_real, direction * flat_imag)
+    a = -rate / (2.0 * np.pi)  # its imaginary part
+    for n in range(1, 4):
+        share = 1.0 / n
+        for k in range(len(knots)):
+            x, last, before = frequency - knots[k], rows[n, k], rows[n - 1, k]
+            rows[n + 1, k] = complex(
+                share * (x * last.real - a * before.imag),
+                share * (x * last.imag + a * before.real),
+            )
 
 
 @compiled
@@ -76,12 +73,12 @@ def spline_terms(
         Value, first and second derivative.
     """
     result = np.zeros((3, len(frequency)), dtype=np.complex128)
-    terms = np.empty((3, len(knots)), dtype=np.complex128)
+    rows = np.empty((5, len(knots)), dtype=np.complex128)
     for m in range(len(frequency)):
-        truncated_cubics(frequency[m] - knots, slope[m], table, terms)
+        integrals(frequency[m], slope[m], knots, table, rows)
         for i in range(3):
             for k in range(len(knots)):
-                result[i, m] += jumps[k] * terms[i, k]
+                result[i, m] += jumps[k] * rows[4 - i, k]
     return result
 
 
@@ -101,10 +98,11 @@ def bspline_terms(
     """
     height = 1.0 / (knots[1] - knots[0]) ** 3
     result = np.empty((len(frequency), len(knots) - 4), dtype=np.complex128)
-    terms = np.empty((3, len(knots)), dtype=np.complex128)
+    rows = np.empty((5, len(knots)), dtype=np.complex128)
+    cubics = rows[4]
     for m in range(len(frequency)):
-        cubics = height * truncated_cubics(frequency[m] - knots, slope[m], table, terms)[0]
+        integrals(frequency[m], slope[m], knots, table, rows)
         for k in range(len(knots) - 4):
             outer, middle = cubics[k] + cubics[k + 4], cubics[k + 1] + cubics[k + 3]
-            result[m, k] = outer - 4.0 * middle + 6.0 * cubics[k + 2]
+            result[m, k] = height * (outer - 4.0 * middle + 6.0 * cubics[k + 2])
     return result
