@@ -50,7 +50,7 @@ def download_buttons(name: str, kind: type, rows: Callable[[], Sequence[Any]]) -
             label=suffix.upper(),
             callback=lambda: io.StringIO(write([asdict(row) for row in rows()])),
             filename=f"vsep-{name}.{suffix}",
-            description=f"Download the {name} shown as {suffix.upper()}, with units in the names.",
+            description=f"{suffix.upper()}: download the {name} shown, units in the names.",
             size="small",
             margin=(0, 1),
         )

@@ -17,7 +17,7 @@ def stylesheet(name: str) -> str:
 def theme() -> dict[str, Any]:
     """Return the light and the dark theme; primary colours keep 4.5:1 against their page."""
     # The title of the page gives way to the links where there is no room for both.
-    title = {"@media (max-width: 899px)": {"display": "none"}}
+    title = {"@media (max-width: 1199px)": {"display": "none"}}
     typography = {"fontSize": 12.5, "button": {"textTransform": "none"}, "h3": title}
     bar = {"styleOverrides": {"root": {"backgroundColor": "#0B3A5B", "color": "#FFFFFF"}}}
     common = {"typography": typography, "components": {"MuiAppBar": bar}}
@@ -93,6 +93,7 @@ def unseen_title(text: str) -> Any:
     """Return the heading of a page for those who hear it; the header shows it already."""
     return pn.pane.HTML(
         f'<h1 class="unseen">{text}</h1>',
+        css_classes=["unseen-title"],
         margin=0,
         height=0,
         sizing_mode="stretch_width",

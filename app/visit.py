@@ -80,6 +80,7 @@ def links(here: str) -> Any:
     return pn.pane.HTML(
         f'<nav aria-label="Pages">{anchors}</nav>',
         margin=(0, 12),
+        align="center",
         stylesheets=[stylesheet("header")],
     )
 
@@ -103,7 +104,7 @@ def page_frame(
         Everything else.
     """
     guidance = Help([*sidebar, main])
-    status.stylesheets = [stylesheet("header")]
+    status.param.update(align="center", stylesheets=[stylesheet("header")])
     document = pn.state.curdoc
     if document is not None:
         document.js_on_event("document_ready", CustomJS(code=_CLOSE_SIDE_BAR))

@@ -115,7 +115,13 @@ class StudyPage:
             stylesheets=[stylesheet("column")],
         )
         right = pn.Column(
-            pn.Row(self.panel, self.value, margin=0, sizing_mode="stretch_width"),
+            pn.Row(
+                self.panel,
+                self.value,
+                margin=0,
+                sizing_mode="stretch_width",
+                stylesheets=[stylesheet("transport")],
+            ),
             self.scatter.card,
             panel("Largest values: open one in the live view", self.scatter.worst, weight=8),
             margin=0,

@@ -52,12 +52,10 @@ class Guide:
             margin=(6, 16, 6, 16),
         )
         self.texts, self.answer = _text_pane(), _text_pane()
-        self.ask = pmu.Button(
-            label=_SHOW, description="Show or hide the answer to the question.", **_BUTTON
-        )
+        self.ask = pmu.Button(label=_SHOW, description=f"{_SHOW} to the question.", **_BUTTON)
         self.again = pmu.Button(
             label="Start again",
-            description="Set all controls as the experiment wants them, and begin anew.",
+            description="Start again: set all controls as the experiment wants them.",
             **_BUTTON,
         )
         self._buttons = pn.Row(self.ask, self.again, margin=(0, 16))
@@ -108,7 +106,9 @@ class Guide:
             else ""
         )
         self.answer.visible = wanted
-        self.ask.label = _HIDE if wanted else _SHOW
+        label = _HIDE if wanted else _SHOW
+        # A button is called by its tooltip: that begins with what the button says.
+        self.ask.param.update(label=label, description=f"{label} to the question.")
 
 
 def texts_html(experiment: Experiment, *, here: str) -> str:

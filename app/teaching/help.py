@@ -6,6 +6,7 @@ from typing import Any
 
 import panel as pn
 import panel_material_ui as pmu
+from panel_material_ui.widgets.base import MaterialWidget
 
 from app.assets import path
 from app.layout import stylesheet
@@ -29,6 +30,7 @@ class Help:
             description="Help: the three views, all controls, and a glossary.",
             sx={"color": "white", "minWidth": "0"},
             margin=(0, 6),
+            align="center",
         )
         self.dialog = pmu.Dialog(
             pmu.Tabs(
@@ -53,7 +55,7 @@ class Help:
 def controls_of(parts: Iterable[Any]) -> Iterator[Any]:
     """Yield all widgets that a user can set, in the order of the page."""
     for part in parts:
-        for widget in part.select(pmu.widgets.MaterialWidget):
+        for widget in part.select(MaterialWidget):
             if not isinstance(widget, pmu.LinearProgress):
                 yield widget
 

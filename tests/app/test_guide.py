@@ -71,7 +71,7 @@ def test_an_experiment_of_another_page_is_a_link(guide, taken):
     assert taken == []
 
 
-def test_texts_cannot_bring_markup(guide):
+def test_texts_cannot_bring_markup():
     from dataclasses import replace
 
     bad = replace(shipped_experiments()[0], setting="<script>x</script>", question="<b>?")
