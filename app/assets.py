@@ -1,4 +1,4 @@
-"""Where the program finds the files that it ships: example frames and style sheets."""
+"""Where the program finds the files that it ships: frames, style sheets, experiments, help."""
 
 from pathlib import Path
 
@@ -23,8 +23,25 @@ def path(name: str) -> Path:
     >>> path("frames/openradar_doppler_example_1.npz").name
     'openradar_doppler_example_1.npz'
     """
-    candidates = (_PACKAGE.parent / "assets" / name, _PACKAGE / "static" / name)
-    for candidate in candidates:
+    for candidate in _candidates(name):
         if candidate.is_file():
             return candidate
     raise FileNotFoundError(f"the program ships no file {name!r}")
+
+
+def folder(name: str) -> Path:
+    """Path of a shipped folder, as `path` for a file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If no such folder is shipped.
+    """
+    for candidate in _candidates(name):
+        if candidate.is_dir():
+            return candidate
+    raise FileNotFoundError(f"the program ships no folder {name!r}")
+
+
+def _candidates(name: str) -> tuple[Path, Path]:
+    return _PACKAGE.parent / "assets" / name, _PACKAGE / "static" / name

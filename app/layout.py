@@ -1,5 +1,6 @@
 """Building blocks of the page: cards, panels, theme and style sheets."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import panel as pn
@@ -15,7 +16,9 @@ def stylesheet(name: str) -> str:
 
 def theme() -> dict[str, Any]:
     """Return the light and the dark theme; primary colours keep 4.5:1 against their page."""
-    typography = {"fontSize": 12.5, "button": {"textTransform": "none"}}
+    # The title of the page gives way to the links where there is no room for both.
+    title = {"@media (max-width: 1199px)": {"display": "none"}}
+    typography = {"fontSize": 12.5, "button": {"textTransform": "none"}, "h3": title}
     bar = {"styleOverrides": {"root": {"backgroundColor": "#0B3A5B", "color": "#FFFFFF"}}}
     common = {"typography": typography, "components": {"MuiAppBar": bar}}
     return {
@@ -41,11 +44,13 @@ def card(
     )
 
 
-def panel(title: str, content: Any, *, weight: int) -> Any:
-    """Return a framed panel with a heading."""
-    heading = pn.pane.HTML(
+def panel(title: str, content: Any, *, weight: int, tools: Sequence[Any] = ()) -> Any:
+    """Return a framed panel with a heading and, beside it, small buttons."""
+    heading: Any = pn.pane.HTML(
         f'<h2 style="font-size:12px;font-weight:600;margin:0">{title}</h2>', margin=(4, 8, 2, 8)
     )
+    if tools:
+        heading = pn.Row(heading, pn.HSpacer(), *tools, margin=0, sizing_mode="stretch_width")
     return pn.Column(
         heading,
         content,
@@ -88,6 +93,7 @@ def unseen_title(text: str) -> Any:
     """Return the heading of a page for those who hear it; the header shows it already."""
     return pn.pane.HTML(
         f'<h1 class="unseen">{text}</h1>',
+        css_classes=["unseen-title"],
         margin=0,
         height=0,
         sizing_mode="stretch_width",

@@ -3,9 +3,10 @@
 import asyncio
 import logging
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import panel as pn
@@ -18,6 +19,12 @@ from app.laboratory.page import LaboratoryPage
 from app.page import TITLE, Dashboard
 from app.studies.page import TITLE as STUDIES_TITLE
 from app.studies.page import StudyPage
+from app.teaching.experiment import (
+    Experiment,
+    read_experiments,
+    require_different,
+    shipped_experiments,
+)
 from app.visit import Visit, VisitedPage
 from vsep._arrays import InputError
 
@@ -41,16 +48,26 @@ def shared_pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=NUM_WORKERS, thread_name_prefix="vsep")
 
 
-def builder(page_class: Callable[[Visit], VisitedPage], *, own_folder: bool) -> Callable[[], Any]:
+def builder(
+    page_class: Callable[[Visit], VisitedPage],
+    *,
+    own_folder: bool,
+    experiments: Sequence[Experiment],
+) -> Callable[[], Any]:
     """Return what the server calls for every visitor; it takes nothing but a plain function."""
 
     def build() -> Any:
-        return _build(page_class, own_folder=own_folder)
+        return _build(page_class, own_folder=own_folder, experiments=experiments)
 
     return build
 
 
-def _build(page_class: Callable[[Visit], VisitedPage], *, own_folder: bool) -> Any:
+def _build(
+    page_class: Callable[[Visit], VisitedPage],
+    *,
+    own_folder: bool,
+    experiments: Sequence[Experiment],
+) -> Any:
     pn.extension(notifications=True, respect_explicit_sizing=True)
     document: Any = pn.state.curdoc
     location = pn.state.location
@@ -61,6 +78,7 @@ def _build(page_class: Callable[[Visit], VisitedPage], *, own_folder: bool) -> A
             post=document.add_next_tick_callback,
             watched=partial(_watched, document),
             own_folder=own_folder,
+            experiments=experiments,
         )
     )
     pn.state.onload(visited.start)
@@ -80,23 +98,26 @@ def _leave(visited: VisitedPage, context: Any) -> None:
     visited.close()
 
 
-def make_server(*, port: int, address: str, show: bool = False) -> Any:
-    """Return a server that is ready to start.
+def make_server(
+    *, port: int, address: str, show: bool = False, experiments: Path | None = None
+) -> Any:
+    """Return a server that is ready to start; the parameters are those of `serve`.
 
     Raises
     ------
     InputError
-        If the port cannot be used.
+        If the port cannot be used, or a file of the folder is no experiment.
     """
     if not 0 <= port <= 65535:
         raise InputError(f"port is {port}; it must lie between 0 and 65535.")
+    guided = _all_experiments(experiments)
     _require_free(port, address)
     everywhere = address in ("0.0.0.0", "::")
     origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
     server = pn.serve(
         # Only who sits at this machine may choose where on its disk rows go.
         {
-            route: builder(page_class, own_folder=address in LOOPBACK)
+            route: builder(page_class, own_folder=address in LOOPBACK, experiments=guided)
             for route, (page_class, _) in PAGES.items()
         },
         port=port,
@@ -110,6 +131,15 @@ def make_server(*, port: int, address: str, show: bool = False) -> Any:
     )
     server.io_loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
     return server
+
+
+def _all_experiments(folder: Path | None) -> tuple[Experiment, ...]:
+    """Return the shipped experiments and those of a folder."""
+    experiments = shipped_experiments()
+    if folder is not None:
+        experiments += read_experiments(folder)
+        require_different(experiments)
+    return experiments
 
 
 def _closed_pages_are_no_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -131,7 +161,13 @@ def _require_free(port: int, address: str) -> None:
             ) from error
 
 
-def serve(*, port: int = 5006, address: str = "127.0.0.1", show: bool = False) -> None:
+def serve(
+    *,
+    port: int = 5006,
+    address: str = "127.0.0.1",
+    show: bool = False,
+    experiments: Path | None = None,
+) -> None:
     """Serve the dashboard until interrupted.
 
     Parameters
@@ -142,9 +178,11 @@ def serve(*, port: int = 5006, address: str = "127.0.0.1", show: bool = False) -
         127.0.0.1 serves this machine only, 0.0.0.0 its network.
     show : bool
         Open it in the browser.
+    experiments : Path or None
+        Folder of further guided experiments.
     """
     logging.getLogger("bokeh").setLevel(logging.WARNING)
-    server = make_server(port=port, address=address, show=show)
+    server = make_server(port=port, address=address, show=show, experiments=experiments)
     server.start()
     try:
         server.io_loop.start()

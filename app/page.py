@@ -12,6 +12,7 @@ from bokeh.models import ColumnDataSource, CustomJS, Span
 
 from app.address import parse_iteration, parse_query
 from app.controls import Controls
+from app.exports import download_buttons
 from app.layout import (
     card,
     panel,
@@ -28,6 +29,8 @@ from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
 from app.share import Share
 from app.studies.trial_link import TRIAL_KEY, trial_of_query
+from app.teaching.experiment import LIVE, Experiment, open_experiment
+from app.teaching.guide import Guide
 from app.transport import Transport
 from app.views.progress import ProgressView
 from app.views.ramps import RampStrip
@@ -36,6 +39,7 @@ from app.views.signals import DelayView, FastTimeView
 from app.views.style import Axis
 from app.views.tables import log_html, table_html, times_html
 from app.visit import Visit, page_frame
+from app.words import LogLine, TableRow
 from app.work import Prepared, advance, compose, prepare
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
@@ -57,16 +61,19 @@ class Dashboard:
 
     def __init__(self, visit: Visit) -> None:
         self._trial, query, trial_complaints = trial_of_query(visit.query)
+        query, opened, unknown = open_experiment(query, visit.experiments, LIVE)
         values, complaints = parse_query(query)
         self._stop_at, more = parse_iteration(query)
-        self._complaints = trial_complaints + complaints + more
+        self._complaints = trial_complaints + unknown + complaints + more
         self.settings = Settings(**({**self._trial.values, **values} if self._trial else values))
         self._frame: Frame | None = None
         self._kept: KeptFrame | None = None
         self._shared_iteration = SharedIteration()
         self._side_drawn = 0.0
+        self._beside: Picture | None = None
         self._make_views()
         self.controls = Controls(self.settings, self.load)
+        self.guide = Guide(visit.experiments, here=LIVE, take=self.take_experiment, opened=opened)
         if self._trial is not None:
             self._take(self._trial.frame)
             self.settings.choose_preset(LOADED_FRAME)
@@ -144,8 +151,18 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             styles={"flex": "17 1 0", "min-width": "0", "min-height": "0"},
         )
         side = pn.Column(
-            panel("Objects: estimate ± standard deviation, and truth", self.table, weight=10),
-            panel("Events", self.log, weight=6),
+            panel(
+                "Objects: estimate ± standard deviation, and truth",
+                self.table,
+                weight=10,
+                tools=download_buttons("objects", TableRow, self._table_shown),
+            ),
+            panel(
+                "Events",
+                self.log,
+                weight=6,
+                tools=download_buttons("events", LogLine, self._log_shown),
+            ),
             panel("Time of an iteration", self.times, weight=2),
             progress_card(self.progress),
             margin=0,
@@ -174,13 +191,14 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             title=TITLE,
             description="Variational separation of radar objects and interference, live.",
             status=pn.Row(self.share.layout(), self.transport.status, margin=0, align="center"),
-            sidebar=self.controls.layout(),
+            sidebar=[*self.guide.layout(), *self.controls.layout()],
             main=main,
         )
 
     def start(self) -> None:
         """Begin the first run; called when the page has been drawn."""
         synchronise(self.settings, self.complain)
+        self.guide.write_address()
         if self._trial is not None:
             set_query(TRIAL_KEY, self._trial.link)
             if pn.state.notifications is not None:
@@ -212,6 +230,20 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         else:
             self.settings.choose_preset(LOADED_FRAME)
 
+    def take_experiment(self, experiment: Experiment) -> None:
+        """Set all controls as an experiment wants them and begin a run."""
+        self._leave_trial()
+        number = self.session.run_number
+        self.settings.param.update(**experiment.settings())
+        if self.session.run_number == number:
+            self._scene_changed()
+
+    def _table_shown(self) -> tuple[TableRow, ...]:
+        return () if self._beside is None else self._beside.table
+
+    def _log_shown(self) -> tuple[LogLine, ...]:
+        return () if self._beside is None else self._beside.log
+
     def _take(self, frame: Frame) -> None:
         self._frame = frame
         brought = frame.anti_aliasing_filter
@@ -237,6 +269,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
                 self.maps.update(picture)
                 self.ramps.update(picture)
             if self._is_time_for_the_side(picture):
+                self._beside = picture
                 self.progress.update(picture)
                 self.times.object = times_html(picture.step_ms)
                 self.log.object = log_html(picture.log[-SHOWN_LINES:])

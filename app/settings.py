@@ -102,13 +102,15 @@ class Settings(param.Parameterized):
         default=30.0,
         bounds=(-10.0, 90.0),
         label="SNR [dB, total]",
-        doc="Energy of all objects over the noise of one sample, (25). More: less noise.",
+        doc="Energy of all objects of the frame over the noise power of one sample, in dB: "
+        "10 log₁₀(‖Φα‖² λ), (25). More: less noise.",
     )
     sir_db = param.Number(
         default=-20.0,
         bounds=(-50.0, 40.0),
         label="SIR [dB, total]",
-        doc="Energy of all objects over the energy of all bursts, (26). Less: stronger bursts.",
+        doc="Energy of all objects over the energy of all bursts of the frame, in dB: "
+        "10 log₁₀(‖Φα‖² / ‖UΨβ‖²), (26). Less: stronger bursts.",
     )
     interference = param.Boolean(
         default=True, label="Interference", doc="Off: the same objects and noise without bursts."
@@ -117,13 +119,15 @@ class Settings(param.Parameterized):
         default=9.2,
         bounds=(0.1, 200.0),
         label="Interferer slope [MHz/µs]",
-        doc="Sweep rate of the other radar. The closer to the victim's, the longer the burst.",
+        doc="Sweep rate kᵢ of the other radar in MHz/µs. A burst lasts band / |kᵢ - k|: the closer "
+        "to the victim's slope k, the longer.",
     )
     burst_shift = param.Number(
         default=0.0,
         bounds=(-60.0, 60.0),
         label="Burst position [µs]",
-        doc="Moves the crossing inside the ramp by delaying the other radar; 0 is the preset's.",
+        doc="Moves the crossing inside the ramp by that many µs, by delaying the other radar; 0 is "
+        "the preset's.",
     )
     interference_model: Any = param.Selector(
         default="multiplicative",
@@ -148,16 +152,21 @@ class Settings(param.Parameterized):
         default=2.55,
         bounds=(1e-5, 1e5),
         label="Cutoff [MHz]",
-        doc="Frequency at which the filter passes half the amplitude (-6 dB).",
+        doc="Frequency in MHz at which the filter passes half the amplitude: |G| = 1/2, -6 dB.",
     )
     filter_rolloff = param.Number(
         default=0.25,
         bounds=(0.05, 1.0),
         label="Roll-off",
-        doc="Width of the raised-cosine edge as a fraction of the cutoff.",
+        doc="The raised cosine falls from 1 to 0 between (1 - roll-off) and (1 + roll-off) times "
+        "the cutoff; no unit.",
     )
     filter_order = param.Integer(
-        default=8, bounds=(1, 12), label="Order", doc="Order of the Butterworth filter."
+        default=8,
+        bounds=(1, 12),
+        label="Order",
+        doc="Order n of the Butterworth filter: |G|² = 1 / (1 + 3 (f/cutoff)²ⁿ). More: a steeper "
+        "edge.",
     )
     assume_true_filter = param.Boolean(
         default=True,
@@ -174,16 +183,19 @@ class Settings(param.Parameterized):
         default=2.55,
         bounds=(1e-5, 1e5),
         label="Assumed cutoff [MHz]",
-        doc="Half-amplitude frequency that the estimator assumes.",
+        doc="Half-amplitude frequency in MHz that the estimator assumes: |G| = 1/2.",
     )
     assumed_rolloff = param.Number(
         default=0.25,
         bounds=(0.05, 1.0),
         label="Assumed roll-off",
-        doc="Roll-off that the estimator assumes.",
+        doc="Roll-off of the raised cosine that the estimator assumes; no unit.",
     )
     assumed_order = param.Integer(
-        default=8, bounds=(1, 12), label="Assumed order", doc="Order that the estimator assumes."
+        default=8,
+        bounds=(1, 12),
+        label="Assumed order",
+        doc="Order n that the estimator assumes: |G|² = 1 / (1 + 3 (f/cutoff)²ⁿ).",
     )
     estimator: Any = param.Selector(
         default="factorised",
@@ -202,14 +214,16 @@ class Settings(param.Parameterized):
         default=0.05,
         bounds=(1e-6, 100.0),
         label="False alarms a frame",
-        doc="Accepted number of ghost objects in a frame of noise; sets the object threshold.",
+        doc="Accepted number of ghosts in a frame of noise alone; sets the threshold T: "
+        "N √(πT/3) exp(-T) for one ramp, NP (πT/3) exp(-T) for several.",
     )
     object_threshold_db = param.Number(
         default=None,
         allow_None=True,
         bounds=(0.0, 100.0),
         label="Object threshold [dB]",
-        doc="Level above which an object counts. Empty: follows from the false alarms a frame.",
+        doc="T in dB: an object counts where its power over its own variance, ω²/ρ, exceeds it. "
+        "Empty: follows from the false alarms a frame.",
     )
     max_iterations = param.Integer(
         default=100,

@@ -201,6 +201,6 @@ def _status_html(phase: Phase, picture: Picture | None, rate: float) -> str:
         if phase is Phase.RUNNING and rate > 0.0:
             counts += f" · {rate:.1f} iterations/s"
     return (
-        f'<span style="font-size:13px;white-space:nowrap"><strong role="status">{words}</strong>'
-        f"&nbsp; {counts}</span>"
+        f'<span><strong role="status">{words}</strong>'
+        f'<span class="counts">&nbsp; {counts}</span></span>'
     )

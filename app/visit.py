@@ -1,14 +1,17 @@
 """What every page of the program has in common: the visit, the pages there are, and their frame."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import panel as pn
 import panel_material_ui as pmu
+from bokeh.models import CustomJS
 
-from app.layout import theme
+from app.layout import stylesheet, theme
+from app.teaching.experiment import Experiment, shipped_experiments
+from app.teaching.help import Help
 
 # Address and name of each page, in the order of the header.
 PLACES = {
@@ -17,6 +20,15 @@ PLACES = {
     "laboratory": "Laboratory",
     "studies": "Studies",
 }
+# As wide as the theme's smallest break point: below it the side bar covers the page, so it starts
+# closed there.
+_CLOSE_SIDE_BAR = """
+if (window.innerWidth < 600) {
+  for (const model of Bokeh.documents[0].all_models) {
+    if (model.class_name === "Page") { model.data.sidebar_open = false }
+  }
+}
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +47,8 @@ class Visit:
         Whether the browser is still connected.
     own_folder : bool
         Whether the visitor sits at this machine and may name folders on its disk.
+    experiments : sequence of Experiment
+        Guided experiments to choose from.
     """
 
     pool: Executor
@@ -42,6 +56,7 @@ class Visit:
     post: Callable[[Callable[[], None]], Any]
     watched: Callable[[], bool]
     own_folder: bool = True
+    experiments: Sequence[Experiment] = field(default_factory=shipped_experiments)
 
 
 class VisitedPage(Protocol):
@@ -63,12 +78,16 @@ def links(here: str) -> Any:
     They take the settings along: what a page does not understand plays no part there.
     """
     anchors = "".join(
-        f'<a href="{address}" onclick="this.search=location.search" '
-        f'style="color:white;font-size:13px;margin-right:20px;white-space:nowrap">{name}</a>'
+        f'<a href="{address}" onclick="this.search=location.search">{name}</a>'
         for address, name in PLACES.items()
         if address != here
     )
-    return pn.pane.HTML(f'<nav aria-label="Pages">{anchors}</nav>', margin=(0, 12))
+    return pn.pane.HTML(
+        f'<nav aria-label="Pages">{anchors}</nav>',
+        margin=(0, 12),
+        align="center",
+        stylesheets=[stylesheet("header")],
+    )
 
 
 def page_frame(
@@ -89,15 +108,20 @@ def page_frame(
     main : Viewable
         Everything else.
     """
+    guidance = Help([*sidebar, main])
+    status.param.update(align="center", stylesheets=[stylesheet("header")])
+    document = pn.state.curdoc
+    if document is not None:
+        document.js_on_event("document_ready", CustomJS(code=_CLOSE_SIDE_BAR))
     return pmu.Page(
         title=title,
         sidebar_width=292,
         sidebar_resizable=False,
-        sidebar_variant="persistent",
+        sidebar_variant="auto",
         busy_indicator=None,
-        header=[links(here), pn.HSpacer(), status],
+        header=[links(here), guidance.button, pn.HSpacer(), status],
         sidebar=sidebar,
-        main=[main],
+        main=[main, guidance.dialog],
         theme_config=theme(),
         meta_description=description,
     )

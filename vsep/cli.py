@@ -8,6 +8,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import NoReturn
 
 from vsep._arrays import InputError
@@ -35,6 +36,7 @@ _SERVE_EXAMPLES = """\
 examples:
   vsep serve --show
   vsep serve --port 8080 --address 0.0.0.0     for the whole classroom
+  vsep serve --experiments lecture-3           with guided experiments of your own
 """
 _SIMULATE_EXAMPLES = """\
 example:
@@ -156,6 +158,12 @@ def _add_serve(commands: "argparse._SubParsersAction[_Parser]") -> None:
         help="address to listen on (default: 127.0.0.1, this machine only)",
     )
     parser.add_argument("--show", action="store_true", help="open the dashboard in the browser")
+    parser.add_argument(
+        "--experiments",
+        type=Path,
+        metavar="FOLDER",
+        help="folder of your own guided experiments, one text file each",
+    )
 
 
 def _add_simulate(commands: "argparse._SubParsersAction[_Parser]") -> None:
@@ -302,7 +310,12 @@ def _serve(options: argparse.Namespace) -> int:
 
     sys.stderr.write("vsep: getting ready; the very first time takes half a minute.\n")
     compile_everything()
-    serve(port=options.port, address=options.address, show=options.show)
+    serve(
+        port=options.port,
+        address=options.address,
+        show=options.show,
+        experiments=options.experiments,
+    )
     return 0
 
 

@@ -38,6 +38,8 @@ from app.location import SharedIteration, set_query, synchronise
 from app.loop import Crew, FrameLoop, Stage
 from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, Settings
+from app.teaching.experiment import COMPARE, Experiment, open_experiment
+from app.teaching.guide import Guide
 from app.visit import Visit, page_frame
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
@@ -59,15 +61,19 @@ class ComparePage:
     """
 
     def __init__(self, visit: Visit) -> None:
-        values, complaints = parse_query({**FIRST_QUERY, **visit.query})
-        chosen, more = parse_choice(visit.query)
-        self._stop_at, wrong = parse_iteration(visit.query)
-        self._complaints = complaints + more + wrong
+        query, opened, unknown = open_experiment(visit.query, visit.experiments, COMPARE)
+        values, complaints = parse_query({**FIRST_QUERY, **query})
+        chosen, more = parse_choice(query)
+        self._stop_at, wrong = parse_iteration(query)
+        self._complaints = unknown + complaints + more + wrong
         self._shared_iteration = SharedIteration()
         self.settings, self.choice = Settings(**values), CompareSettings(**chosen)
         self._frame: Frame | None = None
         self.controls = Controls(self.settings, self.load)
         self.form = CompareForm(self.choice, self.controls, self.complain)
+        self.guide = Guide(
+            visit.experiments, here=COMPARE, take=self.take_experiment, opened=opened
+        )
         self.maps, self.results = CompareMaps(MOST_METHODS), CompareResults(MOST_METHODS)
         self._make_acknowledgement()
         self.session: RunSession[ComparePlan, Comparison, CompareStep] = RunSession(thin)
@@ -127,7 +133,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             title=TITLE,
             description="Methods against radar interference side by side, live.",
             status=self.transport.status,
-            sidebar=self.form.layout(),
+            sidebar=[*self.guide.layout(), *self.form.layout()],
             main=main,
         )
 
@@ -135,6 +141,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         """Begin the first run; called when the page has been drawn."""
         synchronise(self.settings, self.complain)
         self._write_address()
+        self.guide.write_address()
         for complaint in self._complaints:
             self.complain(complaint)
         self.loop.start()
@@ -167,6 +174,14 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self._restart()
         else:
             self.settings.choose_preset(LOADED_FRAME)
+
+    def take_experiment(self, experiment: Experiment) -> None:
+        """Set all controls as an experiment wants them and begin with frame 0."""
+        number = self.session.run_number
+        self.settings.param.update(**experiment.settings())
+        self.choice.param.update(**experiment.choice())
+        if self.session.run_number == number:
+            self._restart()
 
     def next_frame(self) -> None:
         """Go to the next frame of the sequence, if all methods have finished this one."""

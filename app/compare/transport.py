@@ -119,6 +119,6 @@ def _status_html(phase: Phase, picture: ComparePicture | None, rate: float, *, m
         if phase is Phase.RUNNING and rate > 0.0:
             counts += f" · {rate:.1f} iterations/s"
     return (
-        '<span style="font-size:13px;white-space:nowrap">'
-        f'<strong role="status">{phase.value}</strong>&nbsp; {counts}</span>'
+        f'<span><strong role="status">{phase.value}</strong>'
+        f'<span class="counts">&nbsp; {counts}</span></span>'
     )

@@ -87,9 +87,20 @@ class StudyPage:
         self.transport = StudyTransport(run=self._run, halt=self._halt, rows=self._rows)
         self.transport.figure.param.watch(self._figure_chosen, "value")
         select = {"size": "small", "margin": (7, 4, 0, 4)}
-        self.panel = pmu.Select(label="Trials of panel", options=[], width=140, **select)
+        self.panel = pmu.Select(
+            label="Trials of panel",
+            options=[],
+            description="Every dot below is one trial of this part of the figure.",
+            width=140,
+            **select,
+        )
         self.value = pmu.Select(
-            label="Value", options=list(FRAME_VALUES), value="false alarms", width=230, **select
+            label="Value",
+            options=list(FRAME_VALUES),
+            value="false alarms",
+            description="What the dots show of a trial: objects missed or invented, or errors.",
+            width=230,
+            **select,
         )
 
     def page(self) -> Any:
@@ -104,7 +115,13 @@ class StudyPage:
             stylesheets=[stylesheet("column")],
         )
         right = pn.Column(
-            pn.Row(self.panel, self.value, margin=0, sizing_mode="stretch_width"),
+            pn.Row(
+                self.panel,
+                self.value,
+                margin=0,
+                sizing_mode="stretch_width",
+                stylesheets=[stylesheet("transport")],
+            ),
             self.scatter.card,
             panel("Largest values: open one in the live view", self.scatter.worst, weight=8),
             margin=0,

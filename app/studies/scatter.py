@@ -17,6 +17,7 @@ from bokeh.models import (
     HoverTool,
     PanTool,
     ResetTool,
+    SaveTool,
     TapTool,
     WheelZoomTool,
 )
@@ -148,7 +149,7 @@ class StudyScatter:
             text = tips.replace("@method", method)
             plot.add_tools(HoverTool(renderers=[renderer], tooltips=text, visible=False))
         zoom = BoxZoomTool()
-        plot.add_tools(zoom, PanTool(), WheelZoomTool(), ResetTool())
+        plot.add_tools(zoom, PanTool(), WheelZoomTool(), ResetTool(), SaveTool())
         plot.add_tools(TapTool(renderers=renderers, callback=CustomJS(code=_OPEN), visible=False))
         plot.toolbar.active_drag = zoom
         plot.toolbar.logo = None

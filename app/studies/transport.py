@@ -71,7 +71,12 @@ class StudyTransport:
             _status_html(StudyPhase.STOPPED), margin=(0, 12), styles={"color": "white"}
         )
         self.figure = pmu.Select(
-            label="Figure", options=[], size="small", width=360, margin=(7, 4, 0, 4)
+            label="Figure",
+            options=[],
+            description="Which figure of the study is shown, once it has rows.",
+            size="small",
+            width=360,
+            margin=(7, 4, 0, 4),
         )
 
     def layout(self, style: str) -> Any:
@@ -108,7 +113,7 @@ class StudyTransport:
 
 
 def _status_html(phase: StudyPhase) -> str:
-    return f'<strong role="status" style="font-size:13px;white-space:nowrap">{phase.value}</strong>'
+    return f'<strong role="status">{phase.value}</strong>'
 
 
 def progress_text(snapshot: StudySnapshot) -> str:

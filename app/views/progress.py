@@ -41,7 +41,6 @@ class ProgressView:
             name=f"progress-{name}",
             tools=False,
         )
-        plot.toolbar_location = None
         plot.min_border_left = 52
         plot.yaxis.ticker.desired_num_ticks = 3
         plot.yaxis.formatter.use_scientific = False

@@ -63,7 +63,6 @@ class RampStrip:
             tools=False,
         )
         plot.grid.visible = False
-        plot.toolbar_location = None
         return plot
 
     def _tapped(self, event: Tap) -> None:

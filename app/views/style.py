@@ -17,6 +17,7 @@ from bokeh.models import (
     PanTool,
     Range1d,
     ResetTool,
+    SaveTool,
     WheelZoomTool,
 )
 from bokeh.plotting import figure
@@ -115,8 +116,12 @@ def plain_figure(
     )
     if tools:
         zoom = BoxZoomTool()
-        plot.add_tools(zoom, PanTool(), WheelZoomTool(), ResetTool())
+        plot.add_tools(zoom, PanTool(), WheelZoomTool(), ResetTool(), SaveTool())
         plot.toolbar.active_drag = zoom
+    else:
+        # A small figure has no room for a tool bar: it lies on the figure, under the pointer only.
+        plot.add_tools(SaveTool())
+        plot.toolbar_inner = True
     plot.toolbar.logo = None
     plot.toolbar.autohide = True
     plot.title.text_font_size = "12px"

@@ -18,7 +18,8 @@ def log_html(lines: Sequence[LogLine]) -> str:
         f"{line.iteration}:</span> {escape(line.text)}</li>"
         for line in reversed(lines)
     )
-    return f'<ol class="log" reversed>{items}</ol>'
+    # What scrolls can be reached by the keyboard.
+    return f'<ol class="log" tabindex="0" aria-label="Events" reversed>{items}</ol>'
 
 
 def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
@@ -31,7 +32,10 @@ def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
     if not rows:
         columns = 7 if moving else 5
         body = f'<tr><td class="empty" colspan="{columns}">No object yet.</td></tr>'
-    return f'<table class="components"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    return (
+        f'<table class="components" tabindex="0" aria-label="Objects">'
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    )
 
 
 def times_html(step_ms: Mapping[str, float]) -> str:

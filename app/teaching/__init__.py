@@ -1,0 +1,1 @@
+"""Guided experiments and help: what a lecture needs beside the views."""

@@ -1,0 +1,265 @@
+"""Guided experiments: every file reads, and what its answer claims is true on its own seed."""
+
+import dataclasses
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.address import QUERY_NAMES
+from app.assets import folder
+from app.compare.metrics import judge_objects
+from app.compare.settings import ComparePlan
+from app.compare.work import advance as advance_all
+from app.compare.work import prepare as prepare_all
+from app.settings import PLAN_NAMES, Settings
+from app.teaching.experiment import (
+    COMPARE,
+    LIVE,
+    open_experiment,
+    read_experiment,
+    read_experiments,
+    shipped_experiments,
+)
+from app.work import advance, prepare
+from vsep._arrays import InputError
+from vsep.inference.state import Termination
+
+TEXT = """
+title = "Title"
+setting = "Setting."
+question = "Question?"
+watch = "Watch."
+answer = "Answer."
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(content, name="own.toml"):
+        path = tmp_path / name
+        path.write_text(content, encoding="utf-8")
+        return path
+
+    return write
+
+
+def named(name):
+    return next(one for one in shipped_experiments() if one.name == name)
+
+
+class Outcome:
+    """The end of a run."""
+
+    def __init__(self, prepared, steps):
+        verdict = judge_objects(prepared.observation.truth, steps[-1].state)
+        self.misses, self.false_alarms = verdict
+        self.iterations, self.termination = len(steps), steps[-1].termination
+        self.objects, self.bursts = steps[-1].state.objects, steps[-1].state.bursts
+        self.radar, self.truth = prepared.backdrop.radar, prepared.observation.truth
+        self.threshold_db = prepared.estimator.threshold_db
+        power = 1.0 / (steps[-1].state.noise_precision * prepared.backdrop.reference_power)
+        self.noise_db = 10.0 * math.log10(power)
+
+    @property
+    def ranges_m(self):
+        return np.sort(self.radar.range_from_beat(self.objects.beats))
+
+    @property
+    def missed_m(self):
+        true = self.radar.range_from_beat(self.truth.beats)
+        return sorted(round(float(r), 1) for r in true if np.abs(self.ranges_m - r).min() > 0.3)
+
+
+@cache
+def run(name, **changes):
+    """Run an experiment of the live view as its file says, with a control or two moved."""
+    settings = Settings(**{**named(name).settings(), **changes})
+    prepared = prepare(settings.plan())
+    steps = [advance(prepared, prepared.initial_state)]
+    while steps[-1].termination is Termination.RUNNING:
+        steps.append(advance(prepared, steps[-1].state))
+    return Outcome(prepared, steps)
+
+
+def test_there_are_six_in_their_order():
+    names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope"]
+    assert [one.name for one in shipped_experiments()] == names
+    assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
+
+
+@pytest.mark.parametrize("path", sorted(folder("experiments").iterdir()), ids=lambda p: p.stem)
+def test_every_file_sets_what_it_says(path):
+    experiment = read_experiment(path)
+    settings = Settings(**experiment.settings())
+    for name, key in QUERY_NAMES.items():
+        if key in experiment.query:
+            assert getattr(settings, name) == experiment.query[key]
+    assert set(PLAN_NAMES) <= set(experiment.settings())
+    assert experiment.question.endswith("?")
+    # One sentence or two: it has to be read beside the views.
+    assert len(experiment.setting) < 260
+
+
+def test_the_pedestrian_is_lost_and_found():
+    lost, found = run("pedestrian"), run("pedestrian", estimator="factorised")
+    assert lost.missed_m == [13.5, 14.4, 16.3]
+    assert (lost.misses, lost.false_alarms) == (3, 0)
+    # "about 0 dB" and "-27 dB"
+    assert (round(lost.noise_db), round(found.noise_db)) == (0, -27)
+    assert (found.misses, found.false_alarms, len(found.bursts)) == (0, 0, 4)
+    at = int(np.argmin(np.abs(found.radar.range_from_beat(found.objects.beats) - 14.4)))
+    assert found.radar.range_from_beat(found.objects.beats)[at] == pytest.approx(14.4, abs=0.05)
+    speed = found.radar.velocity_from_doppler(found.objects.dopplers)[at]
+    assert speed == pytest.approx(1.0, abs=0.05)
+
+
+def test_zeroing_leaves_ghosts():
+    experiment = named("zeroing")
+    plan = ComparePlan(
+        scene=Settings(**experiment.settings()).plan(),
+        **{**experiment.choice(), "methods": tuple(experiment.choice()["methods"])},
+        frame_number=0,
+        histories={},
+        past=(),
+    )
+    comparison = prepare_all(plan)
+    # "a fifth of them"
+    assert comparison.lanes[0].mask.mean() == pytest.approx(0.2, abs=0.02)
+    step = advance_all(comparison, comparison.initial_state)
+    while step.termination is Termination.RUNNING:
+        step = advance_all(comparison, step.state)
+    zeroing, masked, factorised = (view.metrics for view in step.views)
+    # "about 90 false ones", "and it has not ended"
+    assert 80 <= zeroing.false_alarms <= 100
+    assert zeroing.num_detections == plan.scene.max_iterations
+    assert (masked.misses, masked.false_alarms) == (0, 0)
+    assert (factorised.misses, factorised.false_alarms) == (0, 0)
+    errors = [m.windowed_error_db for m in (zeroing, masked, factorised)]
+    assert errors == pytest.approx([-9.0, -28.0, -28.0], abs=1.0)
+
+
+def test_the_dip_belongs_to_the_schedule():
+    literal, robust = run("dip"), run("dip", schedule="robust")
+    assert literal.termination is Termination.MAX_ITERATIONS
+    assert 15 <= literal.false_alarms <= 25
+    for sir_db in (-20.0, 0.0):
+        assert run("dip", sir_db=sir_db).false_alarms == 0
+    assert run("dip", sir_db=30.0).false_alarms == pytest.approx(2, abs=2)
+    true_ramps = {burst.ramp for burst in literal.truth.bursts}
+    assert {burst.ramp for burst in literal.bursts} - true_ramps
+    assert {burst.ramp for burst in robust.bursts} == true_ramps
+    assert (robust.misses, robust.false_alarms, len(robust.objects.beats)) == (0, 0, 10)
+    assert robust.iterations == pytest.approx(13, abs=2)
+
+
+def test_nine_decibels_are_many_false_alarms():
+    fixed, chosen = run("threshold"), run("threshold", object_threshold_db=None)
+    assert (fixed.misses, fixed.false_alarms) == (0, 8)
+    assert (chosen.misses, chosen.false_alarms) == (0, 0)
+    assert round(chosen.threshold_db, 1) == 11.2
+    threshold = 10.0**0.9
+    assert round(16 * 128 * math.pi * threshold / 3.0 * math.exp(-threshold)) == 6
+    one_ramp = 256 * math.sqrt(math.pi * threshold / 3.0) * math.exp(-threshold)
+    assert round(one_ramp, 1) == 0.3
+    # "some twenty times as many"
+    assert 16 * 128 * math.pi * threshold / 3.0 * math.exp(-threshold) / one_ramp > 20.0
+
+
+def test_a_wrong_filter_makes_false_objects():
+    wrong, right = run("filter"), run("filter", assume_true_filter=True)
+    assert (wrong.misses, wrong.false_alarms, len(wrong.bursts)) == (0, 14, 1)
+    assert (right.misses, right.false_alarms) == (0, 0)
+    assert run("filter", sir_db=-10.0).false_alarms == 0
+    assert run("filter", schedule="robust").false_alarms == 0
+
+
+def test_the_same_slope_cannot_be_separated():
+    same = run("same-slope")
+    assert (same.misses, same.false_alarms, len(same.bursts)) == (0, 1, 0)
+    assert same.ranges_m == pytest.approx([0.0, 12.0], abs=0.05)
+    by_range = np.argsort(same.objects.beats)
+    levels = 20.0 * np.log10(np.abs(same.objects.amplitudes[by_range]))
+    # Both are tones, so the ratio of energies is the SIR of -20 dB.
+    assert levels[0] - levels[1] == pytest.approx(20.0, abs=0.5)
+    for slope in (9.8, 9.2):
+        apart = run("same-slope", interferer_slope=slope)
+        assert (apart.misses, apart.false_alarms, len(apart.bursts)) == (0, 0, 1)
+
+
+def test_a_folder_of_ones_own_is_read_in_order(write, tmp_path):
+    write(TEXT, "b.toml")
+    write(TEXT + "[values]\nsnr = 12\n", "2-a.toml")
+    write("no experiment", "readme.txt")
+    experiments = read_experiments(tmp_path)
+    assert [one.name for one in experiments] == ["a", "b"]
+    assert experiments[0].settings()["snr_db"] == 12.0
+    assert experiments[1].link == "./?experiment=b"
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (
+            "title = ",
+            "The experiment own.toml cannot be read (Invalid value (at end of document)).",
+        ),
+        ('title = "T"', "The experiment own.toml: it has no text 'setting'."),
+        (TEXT.replace('"Answer."', "3"), "The experiment own.toml: it has no text 'answer'."),
+        (TEXT + 'colour = "red"', "it has 'colour'; it may have title, setting"),
+        (TEXT + 'page = "studies"', "its page is 'studies'; it must be one of live, compare."),
+        (TEXT + "values = 3", "its values are no table; write them below a line [values]."),
+        (TEXT + "[values]\nloudness = 3", "it sets 'loudness'; it may set preset, snr"),
+        (TEXT + '[values]\nmask = "truth"', "it sets 'mask'; it may set preset, snr"),
+        (TEXT + "[values]\nsnr = 300", "snr is 300; it must be a number between -10 and 90."),
+        (TEXT + "[values]\nslope = 60", "slope is 60; it must be a number between 8 and 12."),
+        (TEXT + '[values]\npreset = "night"', "preset is night; it must be one of simulation-1"),
+        (TEXT + 'page = "compare"\n[values]\nmethods = "iht"', "The number of methods is 1; it"),
+    ],
+)
+def test_a_bad_file_is_one_sentence(write, content, sentence):
+    with pytest.raises(InputError) as told:
+        read_experiment(write(content))
+    assert sentence in str(told.value)
+    assert str(told.value).startswith("The experiment own.toml")
+
+
+def test_a_bad_name_or_folder_is_one_sentence(write, tmp_path):
+    with pytest.raises(InputError, match=r"My File.toml needs a file name of small letters"):
+        read_experiment(write(TEXT, "My File.toml"))
+    with pytest.raises(InputError, match=r"none.toml cannot be read \(No such file"):
+        read_experiment(tmp_path / "none.toml")
+    with pytest.raises(InputError, match="is not there"):
+        read_experiments(tmp_path / "none")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="holds no experiment"):
+        read_experiments(tmp_path / "empty")
+    for number in (1, 2):
+        write(TEXT, f"empty/{number}-night.toml")
+    with pytest.raises(InputError, match="Two experiments are named night"):
+        read_experiments(tmp_path / "empty")
+
+
+def test_an_address_opens_an_experiment_and_its_own_values_count_first():
+    query = {"experiment": "pedestrian", "seed": "7"}
+    opened, experiment, told = open_experiment(query, shipped_experiments(), LIVE)
+    assert experiment.name == "pedestrian"
+    assert (opened["seed"], opened["estimator"], told) == ("7", "object-only", [])
+
+
+def test_an_experiment_of_another_page_sets_nothing():
+    query = {"experiment": "pedestrian"}
+    opened, experiment, told = open_experiment(query, shipped_experiments(), COMPARE)
+    assert (opened, experiment.name, told) == (query, "pedestrian", [])
+
+
+def test_an_unknown_experiment_is_told():
+    opened, experiment, told = open_experiment({"experiment": "x"}, shipped_experiments(), LIVE)
+    assert (opened, experiment) == ({"experiment": "x"}, None)
+    assert told[0].startswith("experiment is x; it must be one of pedestrian, zeroing")
+
+
+def test_an_experiment_is_a_frozen_record():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        named("dip").title = "another"

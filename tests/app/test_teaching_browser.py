@@ -1,0 +1,239 @@
+"""Teaching in a headless browser: the flow of an experiment, help, files, axe, keyboard, phone."""
+
+import json
+import re
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+
+from tests.app.test_browser import (  # noqa: F401
+    CHROMIUM,
+    PATIENCE_MS,
+    Dashboard,
+    app_url,
+    browser_context_args,
+    browser_type_launch_args,
+    dashboard,
+    watched,
+)
+
+pytestmark = [
+    pytest.mark.ui,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
+]
+PAGES = ["?speed=30", "compare?speed=30&max_iterations=3", "studies"]
+# Of the libraries, not ours, told by what stands in the element: progress bars have no name, the
+# mark that shows a tooltip has a label but no role, plus and minus of a number field have no name.
+UPSTREAM = {
+    "aria-progressbar-name": "MuiLinearProgress",
+    "aria-prohibited-attr": 'sx="[object',
+    "button-name": "MuiIconButton-sizeSmall",
+}
+# What a control is called, and the one that has the focus, inside of all shadow roots.
+NAME = """(element) => {
+  const label = element.getAttribute("aria-label") || element.labels?.[0]?.textContent
+  return (label || element.textContent || element.tagName).trim()
+}"""
+FOCUSED = f"""() => {{
+  let element = document.activeElement
+  while (element && element.shadowRoot && element.shadowRoot.activeElement) {{
+    element = element.shadowRoot.activeElement
+  }}
+  return ({NAME})(element)
+}}"""
+PHONE = {"width": 390, "height": 844}
+WIDE = "[document.documentElement.scrollWidth, document.documentElement.clientWidth]"
+CUT_OFF = """() => {
+  const found = []
+  const walk = (root) => {
+    for (const element of root.querySelectorAll("*")) {
+      if (element.shadowRoot) { walk(element.shadowRoot) }
+      if (!element.matches("button, a, input, [role=combobox]")) { continue }
+      const box = element.getBoundingClientRect()
+      if (box.width > 1 && (box.left < -1 || box.right > window.innerWidth + 1)) {
+        found.push([element.outerHTML.slice(0, 120), box.left, box.right])
+      }
+    }
+  }
+  walk(document)
+  return found
+}"""
+
+
+def drawn(page, url, query):
+    """Open a page and wait until it shows something and is at rest."""
+    page.goto(url + query)
+    page.wait_for_selector("canvas", timeout=3 * PATIENCE_MS)
+    page.wait_for_function(
+        "() => !document.querySelector('.pn-loading, .bk-loading')", timeout=PATIENCE_MS
+    )
+    status = page.locator("[role=status]").first
+    status.wait_for(timeout=PATIENCE_MS)
+    page.wait_for_function(
+        """() => {
+          const all = (root) => [...root.querySelectorAll("*")].flatMap(
+            (e) => e.shadowRoot ? [e, ...all(e.shadowRoot)] : [e])
+          const status = all(document).find((e) => e.getAttribute("role") === "status")
+          return ["finished", "converged", "stopped"].some((w) => status.textContent.startsWith(w))
+        }""",
+        timeout=3 * PATIENCE_MS,
+    )
+
+
+def serious_violations(page):
+    """What axe-core finds on the page that is serious or critical, and ours."""
+    return [
+        (rule["id"], node["html"][:200])
+        for rule in Axe().run(page).response["violations"]
+        if rule["impact"] in ("serious", "critical")
+        for node in rule["nodes"]
+        if UPSTREAM.get(rule["id"], "nothing") not in node["html"]
+    ]
+
+
+def choose(page, title):
+    page.get_by_role("combobox", name=re.compile("^Experiment")).click()
+    page.get_by_role("menuitem", name=title).click()
+
+
+def test_an_experiment_from_choice_to_answer(dashboard):  # noqa: F811
+    dashboard.open("?speed=30").until_status("converged")
+    page = dashboard.page
+    choose(page, "Two cars with the same slope")
+    page.get_by_text("Which one is the car in front of you").wait_for(timeout=PATIENCE_MS)
+    for part in ("experiment=same-slope", "slope=10", "model=convolution"):
+        dashboard.until(lambda part=part: part in page.url, f"the address has {part}")
+    dashboard.until(
+        lambda: page.locator("table.components tbody tr").count() == 2, "two objects are found"
+    )
+    dashboard.until_status("converged")
+    answer = page.get_by_text("No method can tell from this frame")
+    assert answer.count() == 0
+    # By the keyboard.
+    dashboard.button("Show the answer").focus()
+    page.keyboard.press("Enter")
+    answer.wait_for(timeout=PATIENCE_MS)
+    dashboard.press("Interferer slope", "ArrowLeft")
+    dashboard.until(lambda: "slope=9.99" in page.url, "the slider is taken")
+    dashboard.button("Start again").click()
+    dashboard.until(lambda: "slope=10" in page.url, "the slope is set again")
+    page.goto(page.url)
+    dashboard.open(page.url.removeprefix(dashboard.url)).until_status("converged")
+    page.get_by_text("Which one is the car in front of you").wait_for(timeout=PATIENCE_MS)
+    assert answer.count() == 0
+
+
+def test_an_experiment_of_the_compare_page_is_opened_there(dashboard):  # noqa: F811
+    dashboard.open("?speed=30").until_status("converged")
+    choose(dashboard.page, "Why zeroing leaves ghosts")
+    dashboard.page.get_by_role("link", name="Open this experiment on its own page").click()
+    dashboard.page.wait_for_selector("table.methods", timeout=3 * PATIENCE_MS)
+    dashboard.page.get_by_text("Where do dozens of false objects").wait_for(timeout=PATIENCE_MS)
+    dashboard.until(
+        lambda: "methods=zeroing%2Cmasked%2Cfactorised" in dashboard.page.url, "it is set"
+    )
+
+
+def test_help_opens_and_closes_by_the_keyboard(dashboard):  # noqa: F811
+    dashboard.open("?speed=30").until_status("converged")
+    page = dashboard.page
+    page.get_by_role("button", name=re.compile("^Help")).focus()
+    page.keyboard.press("Enter")
+    page.get_by_text("What came in during one ramp").wait_for(timeout=PATIENCE_MS)
+    for tab, words in (("Glossary", "no unbiased estimator"), ("Controls", "Less: stronger")):
+        page.get_by_role("tab", name=tab).click()
+        page.get_by_text(words).first.wait_for(timeout=PATIENCE_MS)
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="hidden", timeout=PATIENCE_MS)
+
+
+def test_table_and_events_are_downloaded(dashboard):  # noqa: F811
+    dashboard.open("?speed=30").until_status("converged")
+    page = dashboard.page
+    for name, place in (("CSV", 0), ("JSON", 1), ("CSV", 0)):
+        with page.expect_download(timeout=PATIENCE_MS) as waiting:
+            page.get_by_role("button", name=name).nth(place).click()
+        text = waiting.value.path().read_text(encoding="utf-8")
+        if name == "CSV":
+            assert text.splitlines()[0].startswith("component_id,range_m,range_std_m")
+            assert len(text.splitlines()) == 2
+        else:
+            assert waiting.value.suggested_filename == "vsep-events.json"
+            assert any(
+                "object added at 12.0 m" in one["text"] for one in json.loads(text)["events"]
+            )
+
+
+def test_every_figure_can_be_saved(dashboard):  # noqa: F811
+    dashboard.open("?preset=simulation-2-b&speed=30").until_status("converged")
+    without = dashboard.page.evaluate(
+        """() => [...Bokeh.documents[0].all_models]
+            .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
+            .filter((m) => !m.toolbar.tools.some((t) => t.type === "SaveTool"))
+            .map((m) => m.name)"""
+    )
+    assert without == []
+
+
+@pytest.mark.parametrize("scheme", ["default", "dark"])
+@pytest.mark.parametrize("query", PAGES)
+def test_axe_finds_nothing_serious(watched, app_url, query, scheme):  # noqa: F811
+    drawn(watched, app_url, f"{query}{'&' if '?' in query else '?'}theme={scheme}")
+    assert (watched.locator(".mui-dark").count() > 0) == (scheme == "dark")
+    if "speed" in query:
+        choose(watched, "The dip and its cause")
+        watched.get_by_role("button", name=re.compile("Show the answer")).click()
+        watched.get_by_text("belongs to the order").wait_for(timeout=PATIENCE_MS)
+    assert serious_violations(watched) == []
+
+
+def test_axe_finds_nothing_serious_in_the_help(watched, app_url):  # noqa: F811
+    drawn(watched, app_url, f"{PAGES[0]}&theme=dark")
+    watched.get_by_role("button", name=re.compile("^Help")).click()
+    watched.get_by_text("What came in during one ramp").wait_for(timeout=PATIENCE_MS)
+    assert serious_violations(watched) == []
+
+
+@pytest.mark.parametrize("query", PAGES)
+def test_the_tab_key_reaches_every_control(watched, app_url, query):  # noqa: F811
+    drawn(watched, app_url, query)
+    wanted = []
+    for role in ("button", "combobox", "slider", "textbox", "checkbox", "link"):
+        for element in watched.get_by_role(role).all():
+            if element.is_enabled() and element.is_visible():
+                wanted.append(element.evaluate(NAME))
+    reached = set()
+    watched.locator("body").press("Tab")
+    for _ in range(3 * len(wanted)):
+        reached.add(watched.evaluate(FOCUSED))
+        watched.keyboard.press("Tab")
+    assert set(wanted) - reached == set()
+
+
+@pytest.mark.parametrize("query", PAGES)
+def test_a_phone_held_upright_shows_all(watched, app_url, query):  # noqa: F811
+    watched.set_viewport_size(PHONE)
+    drawn(watched, app_url, query)
+    watched.get_by_role("button", name="Open drawer").wait_for(timeout=PATIENCE_MS)
+    wide, shown = watched.evaluate(WIDE)
+    assert wide == shown == PHONE["width"]
+    assert watched.evaluate(CUT_OFF) == []
+    for name in ("^Help", "Toggle theme"):
+        assert watched.get_by_role("button", name=re.compile(name)).is_visible()
+    assert watched.get_by_role("navigation", name="Pages").get_by_role("link").count() >= 2
+    watched.get_by_role("button", name="Open drawer").click()
+    last = watched.locator("input[type=file]").first
+    last.wait_for(state="attached", timeout=PATIENCE_MS)
+    assert watched.evaluate(CUT_OFF) == []
+    watched.keyboard.press("Escape")
+    watched.get_by_role("button", name="Open drawer").wait_for(timeout=PATIENCE_MS)
+
+
+@pytest.mark.parametrize("query", PAGES)
+def test_a_projector_of_1024_shows_all(watched, app_url, query):  # noqa: F811
+    watched.set_viewport_size({"width": 1024, "height": 768})
+    drawn(watched, app_url, query)
+    assert watched.get_by_role("button", name="Close drawer").is_visible()
+    wide, shown = watched.evaluate(WIDE)
+    assert wide == shown == 1024
+    assert watched.evaluate(CUT_OFF) == []
