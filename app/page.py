@@ -30,7 +30,7 @@ from app.views.signals import DelayView, FastTimeView
 from app.views.style import Axis
 from app.views.tables import log_html, table_html, times_html
 from app.visit import Visit, page_frame
-from app.work import Prepared, advance, compose, prepare
+from app.work import Prepared, advance, bare, compose, prepare, run_key, thin
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.inference.state import Step
@@ -56,15 +56,27 @@ class Dashboard:
         self.settings = Settings(**({**self._trial.values, **values} if self._trial else values))
         self._frame: Frame | None = None
         self._side_drawn = 0.0
+        self._shown_run = 0
         self._make_views()
         self.controls = Controls(self.settings, self.load)
         if self._trial is not None:
             self._take(self._trial.frame)
             self.settings.choose_preset(LOADED_FRAME)
-        self.session: RunSession[Plan, Prepared, Step] = RunSession()
+        self.session: RunSession[Plan, Prepared, Step] = RunSession(
+            thin, bare, most_kept=visit.most_kept
+        )
         self.loop = FrameLoop(
             self.session,
-            Crew(prepare=self._prepare, advance=advance, compose=self._compose),
+            Crew(
+                prepare=prepare,
+                advance=advance,
+                compose=compose,
+                given=lambda: (self._frame,),
+                view=lambda: (self.settings.ramp, self.settings.fast_time),
+                key=run_key,
+                thin=thin,
+                bare=bare,
+            ),
             Stage(
                 post=visit.post,
                 show=self.show,
@@ -73,7 +85,9 @@ class Dashboard:
                 watched=visit.watched,
             ),
             visit.pool,
+            visit.commons,
         )
+        self._pace = visit.commons.pace
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self.settings.param.watch(self._scene_changed, list(PLAN_NAMES))
         self.settings.param.watch(self._view_changed, list(VIEW_NAMES))
@@ -215,7 +229,10 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self._map_row.visible = self._strip.visible = several
             self.delay.update(picture)
             if several:
-                self.maps.update(picture)
+                running = self.session.phase is Phase.RUNNING and picture.iteration > 0
+                self.maps.update(
+                    picture, with_image=not running or self._pace.sends_map(picture.iteration)
+                )
                 self.ramps.update(picture)
             if self._is_time_for_the_side(picture):
                 self.progress.update(picture)
@@ -226,8 +243,9 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
                 if self.session.opening is not None:
                     self.controls.show_threshold(self.session.opening.estimator.threshold_db)
                 self.transport.show(picture, self.loop.rate)
-            elif picture.iteration == 0:
+            elif picture.run_number != self._shown_run:
                 self.transport.refresh(self.loop.rate, picture)
+            self._shown_run = picture.run_number
             self.fast_time.update(picture)
 
     def _is_time_for_the_side(self, picture: Picture) -> bool:
@@ -237,7 +255,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         """
         now = time.monotonic()
         if self.session.phase is Phase.RUNNING and (
-            picture.iteration == 0 or now - self._side_drawn < SIDE_PERIOD_S
+            picture.run_number != self._shown_run or now - self._side_drawn < SIDE_PERIOD_S
         ):
             return False
         self._side_drawn = now
@@ -248,12 +266,6 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         if pn.state.notifications is not None:
             pn.state.notifications.error(sentence, duration=8000)
         self.transport.refresh(self.loop.rate)
-
-    def _prepare(self, plan: Plan) -> Prepared:
-        return prepare(plan, self._frame)
-
-    def _compose(self, snapshot: Any) -> Picture:
-        return compose(snapshot, self.settings.ramp, self.settings.fast_time)
 
     def _scene_changed(self, *_: Any) -> None:
         if self.settings.preset != LOADED_FRAME:

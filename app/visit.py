@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import panel as pn
 import panel_material_ui as pmu
 
+from app.commons import Commons
 from app.layout import theme
+from app.session import MOST_KEPT
 
 # Address and name of each page, in the order of the header.
 PLACES = {"./": "Live view", "compare": "Compare", "studies": "Studies"}
@@ -21,7 +23,7 @@ class Visit:
     Parameters
     ----------
     pool : Executor
-        Does the work of all sessions.
+        Does the work: functions of modules, in other processes.
     query : dict
         Decoded query of the page's address.
     post : callable
@@ -30,6 +32,12 @@ class Visit:
         Whether the browser is still connected.
     own_folder : bool
         Whether the visitor sits at this machine and may name folders on its disk.
+    commons : Commons
+        What all sessions share.
+    most_kept : int
+        So many iterations of a run can be shown.
+    most_studies : int or None
+        So many studies run at once on this server; None sets no limit.
     """
 
     pool: Executor
@@ -37,6 +45,9 @@ class Visit:
     post: Callable[[Callable[[], None]], Any]
     watched: Callable[[], bool]
     own_folder: bool = True
+    commons: Commons = field(default_factory=Commons)
+    most_kept: int = MOST_KEPT
+    most_studies: int | None = None
 
 
 class VisitedPage(Protocol):

@@ -35,7 +35,7 @@ _HIGHEST_PEAK = 1e60
 _SETTINGS: dict[str, type] = {"preset": str, "snr_db": float, "sir_db": float, "seed": int}
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@dataclass(frozen=True, kw_only=True, slots=True, weakref_slot=True, eq=False)
 class Frame:
     """A received frame and what is known about it.
 
