@@ -47,6 +47,8 @@ def figures(lobby: Lobby) -> dict[str, Any]:
         "shared_runs_mb": commons.runs.size / MEGABYTE,
         "server_mb": memory_mb(os.getpid()),
         "workers_mb": [memory_mb(number) for number in pool.process_ids],
+        "server_cpu_s": cpu_s(os.getpid()),
+        "workers_cpu_s": [cpu_s(number) for number in pool.process_ids],
     }
 
 
@@ -57,3 +59,13 @@ def memory_mb(process_id: int) -> float | None:
     except OSError:
         return None
     return pages * os.sysconf("SC_PAGE_SIZE") / MEGABYTE
+
+
+def cpu_s(process_id: int) -> float | None:
+    """Return the processor time of a process; None where the system does not tell."""
+    try:
+        # The name of the process, in brackets, may hold blanks; user and system time follow it.
+        words = Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return None
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")

@@ -243,7 +243,9 @@ class WorkerPool:
             self._num_done += 1
             if job.desk.at_work is job:
                 job.desk.at_work = None
-            self._changed.notify_all()
+            # This worker looks for itself; another one is needed only for what it leaves.
+            if sum(bool(desk.waiting) for desk in self._desks) > 1:
+                self._changed.notify()
 
     def _settle(self, job: Job, seconds: float, good: bool, result: Any) -> None:
         with self._changed:

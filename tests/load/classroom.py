@@ -228,6 +228,12 @@ def summary(students: list[Student], healths: list[dict], empty_mb: float) -> di
     """Return the figures of a lesson."""
     latencies = sorted(one for each in students for one in each.latencies)
     memory = [memory_mb(one) for one in healths]
+    num_pictures = sum(len(each.pictures) for each in students)
+
+    def cpu_ms(who) -> float:
+        """Return processor time a picture."""
+        return round(1e3 * (who(healths[-1]) - who(healths[0])) / num_pictures, 1)
+
     third = max(1, len(memory) // 3)
     seconds = max(each.pictures[-1] for each in students) - min(s.pictures[0] for s in students)
     return {
@@ -235,7 +241,9 @@ def summary(students: list[Student], healths: list[dict], empty_mb: float) -> di
         "seconds": round(seconds),
         "errors": [error for each in students for error in each.errors],
         "moves": sum(each.num_moves for each in students),
-        "pictures": sum(len(each.pictures) for each in students),
+        "pictures": num_pictures,
+        "processor time a picture, server, ms": cpu_ms(lambda one: one["server_cpu_s"]),
+        "processor time a picture, workers, ms": cpu_ms(lambda one: sum(one["workers_cpu_s"])),
         "lowest updates/s of a session": round(min(each.rate for each in students), 2),
         "median updates/s of a session": round(statistics.median(s.rate for s in students), 2),
         "slider to first picture, median s": round(statistics.median(latencies), 3),
@@ -307,7 +315,7 @@ async def _main(options: argparse.Namespace) -> None:
             )
         await asyncio.sleep(10.0)
         figures["health after all have left"] = health(url)
-        print(json.dumps(figures, indent=1))
+        sys.stdout.write(json.dumps(figures, indent=1) + "\n")
 
 
 if __name__ == "__main__":
