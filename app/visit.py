@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import panel as pn
 import panel_material_ui as pmu
-from panel.util import edit_readonly
+from panel.util.parameters import edit_readonly
 
 from app.commons import Commons
 from app.layout import theme

@@ -22,12 +22,15 @@ import urllib.request
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
 PRESETS = ("simulation-1", "simulation-2-a", "simulation-2-b", "simulation-2-c")
 SLIDERS = {"SNR [dB, total]": (20, 70), "SIR [dB, total]": (-30, 0)}
 # A run is over when no picture has come for so long.
 RUN_GAP_S = 1.0
+# A machine that others use, too, takes its time to build a page.
+PATIENCE_S = 180.0
 SERVE = "from vsep.cli import main; main()"
 FIRST = re.compile(r"iteration ([0-2]) of")
 
@@ -74,8 +77,9 @@ class Student:
         page = await asyncio.to_thread(_get, self.url + query)
         token = re.search(r'"token":"([^"]+)"', page).group(1)
         where = self.url.replace("http", "ws") + "ws"
+        request = HTTPRequest(where, connect_timeout=PATIENCE_S, request_timeout=PATIENCE_S)
         connection = await websocket_connect(
-            where, subprotocols=["bokeh", token], max_message_size=2**26
+            request, subprotocols=["bokeh", token], max_message_size=2**26
         )
         await self._message(connection)  # the server's greeting
         await self._send(connection, "PULL-DOC-REQ", {})
@@ -170,7 +174,7 @@ def _models(value) -> Iterator[dict]:
 
 
 def _get(url: str) -> str:
-    with urllib.request.urlopen(url, timeout=120) as answer:
+    with urllib.request.urlopen(url, timeout=PATIENCE_S) as answer:
         return answer.read().decode()
 
 
