@@ -37,6 +37,7 @@ from vsep.inference.state import Step
 
 TITLE = "vsep: objects out of interference"
 SIDE_PERIOD_S = 0.3
+SIDE_PICTURES = 4
 SHOWN_LINES = 60
 
 
@@ -254,8 +255,9 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         A halted run has it always. The first picture of a run has it not: that one is to come soon.
         """
         now = time.monotonic()
+        period_s = max(SIDE_PERIOD_S, SIDE_PICTURES * self._pace.period_s)
         if self.session.phase is Phase.RUNNING and (
-            picture.run_number != self._shown_run or now - self._side_drawn < SIDE_PERIOD_S
+            picture.run_number != self._shown_run or now - self._side_drawn < period_s
         ):
             return False
         self._side_drawn = now

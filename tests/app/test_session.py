@@ -263,12 +263,12 @@ def test_of_a_long_run_some_steps_are_kept_without_what_shows_them():
 
 
 def test_a_job_says_whether_its_state_is_exact():
-    session = RunSession(Once(lambda step: replace(step)))
+    session = RunSession(Once(replace))
     session.restart("plan")
     _do(session)
     job = session.next_job()
     assert (job.iteration, job.is_exact) == (1, True)
-    shared = Once(lambda step: replace(step))
+    shared = Once(replace)
     session = RunSession(shared)
     session.restart("plan")
     _do(session)
