@@ -1,5 +1,8 @@
 """Runs a session: jobs go to a pool of workers, the newest picture goes to the screen.
 
+The functions that do the work run in other processes: they belong to modules, and all they need is
+handed to them.
+
 Two tasks on the event loop. One takes the session's jobs to the pool, at the pace the user set. The
 other makes a picture whenever something changed, of whatever is newest by then, and hands it to the
 document; at most two pictures are on their way until the browser says that it has drawn them, so
@@ -12,18 +15,19 @@ import contextlib
 import logging
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
+from app.commons import Commons
 from app.session import AnyStep, Job, JobKind, Opening, RunSession, Snapshot
+from app.thinning import Once
 from vsep._arrays import InputError
 
 _LOG = logging.getLogger(__name__)
 
-SHORTEST_PERIOD_S = 1.0 / 30.0
 LONGEST_FLIGHT_S = 3.0
 MOST_IN_FLIGHT = 2  # one that the browser draws while the next one is on its way
 RATE_WINDOW_S = 2.0
@@ -44,6 +48,10 @@ StepT = TypeVar("StepT", bound=AnyStep)
 PictureT = TypeVar("PictureT", bound=AnyPicture)
 
 
+def _no_key(_: Any) -> Hashable:
+    return None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Crew(Generic[PlanT, OpeningT, StepT, PictureT]):
     """The three pieces of work, done by the pool.
@@ -51,16 +59,30 @@ class Crew(Generic[PlanT, OpeningT, StepT, PictureT]):
     Parameters
     ----------
     prepare : callable
-        Plan to prepared run; may raise `InputError` with a sentence for the user.
+        Plan, and what `given` returns, to prepared run; may raise `InputError` with a sentence for
+        the user.
     advance : callable
         Prepared run and state to the next step.
     compose : callable
-        Snapshot to picture.
+        Snapshot, and what `view` returns, to picture.
+    given, view : callable
+        Further arguments: what a plan does not hold, and how the user wants to see the run.
+    key : callable
+        Name of the run of a plan, under which all sessions share it; None shares nothing.
+    thin : Once or None
+        Makes of a step what is kept of it for the display.
+    bare : callable or None
+        Makes of a step what the picture of a later one needs; None takes it whole.
     """
 
-    prepare: Callable[[PlanT], OpeningT]
+    prepare: Callable[..., OpeningT]
     advance: Callable[[OpeningT, Any], StepT]
-    compose: Callable[[Snapshot[OpeningT, StepT]], PictureT]
+    compose: Callable[..., PictureT]
+    given: Callable[[], tuple[Any, ...]] = tuple
+    view: Callable[[], tuple[Any, ...]] = tuple
+    key: Callable[[PlanT], Hashable] = _no_key
+    thin: Once[StepT] | None = None
+    bare: Callable[[StepT], StepT] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,13 +119,16 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
         crew: Crew[PlanT, OpeningT, StepT, PictureT],
         stage: Stage[PictureT],
         pool: Executor,
+        commons: Commons | None = None,
     ) -> None:
         self.session = session
         self.shown = 0
         self._crew, self._stage, self._pool = crew, stage, pool
+        self._commons = commons or Commons()
         self._command = asyncio.Event()
         self._changed = asyncio.Event()
         self._drawn = asyncio.Event()
+        self._hurry = asyncio.Event()
         self._in_flight = 0
         self._arrivals: deque[float] = deque(maxlen=256)
         self._tasks: list[asyncio.Task[None]] = []
@@ -134,6 +159,7 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
         self._arrivals.clear()
         self._command.set()
         self._changed.set()
+        self._hurry.set()
 
     def redraw(self) -> None:
         """Make the picture again: a view setting changed."""
@@ -166,24 +192,31 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
             await _wait(self._command, due - time.monotonic())
 
     async def _unless_stale(self, job: Job[PlanT, OpeningT], doing: asyncio.Future[None]) -> None:
-        """Wait for a job, but not once its run is over; it then ends in the pool, unheard."""
+        """Wait for a job, but not once its run is over; it is dropped then."""
         while not doing.done() and job.run_number == self.session.run_number:
             self._command.clear()
             command = asyncio.ensure_future(self._command.wait())
             either: set[asyncio.Future[Any]] = {doing, command}
-            await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
-            command.cancel()
+            try:
+                await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
+            except asyncio.CancelledError:
+                doing.cancel()
+                raise
+            finally:
+                command.cancel()
+        doing.cancel()
 
     async def _do(self, job: Job[PlanT, OpeningT]) -> None:
         """Do one job; whatever goes wrong becomes a sentence for the user."""
         try:
             if job.kind is JobKind.PREPARE:
-                opening = await self._in_pool(self._crew.prepare, job.plan)
+                opening = await self._opening(job.plan)
                 news = self.session.prepared(job, opening)
             elif job.kind is JobKind.REPLAY:
                 news = self.session.replayed(job)
             else:
-                step = await self._in_pool(self._crew.advance, job.opening, job.state)
+                key, make = self._crew.key(job.plan), partial(self._step, job)
+                step = await self._commons.runs.step(key, job.iteration, make)
                 news = self.session.advanced(job, step)
         except Exception as error:
             news = self.session.failed(job)
@@ -192,25 +225,53 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
         if news:
             self._changed.set()
 
+    async def _opening(self, plan: PlanT) -> Any:
+        crew = self._crew
+        make = partial(self._in_pool, crew.prepare, plan, *crew.given())
+        return await self._commons.runs.opening(crew.key(plan), make, crew.thin)
+
+    async def _step(self, job: Job[PlanT, OpeningT]) -> Any:
+        """Compute the step of a job; where its state is only kept for the display, from the start.
+
+        That happens when the run was shared and is forgotten.
+        """
+        opening: Any = job.opening
+        state = job.state
+        if not job.is_exact:
+            state = opening.initial_state
+            for _ in range(job.iteration - 1):
+                state = (await self._in_pool(self._crew.advance, opening, state)).state
+        return await self._in_pool(self._crew.advance, opening, state)
+
+    async def _picture(self, snapshot: Snapshot[OpeningT, StepT]) -> PictureT:
+        crew, steps = self._crew, snapshot.steps
+        if crew.bare is not None and steps:
+            earlier = tuple(crew.bare(step) for step in steps[:-1])
+            snapshot = replace(snapshot, steps=(*earlier, steps[-1]))
+        picture: PictureT = await self._in_pool(crew.compose, snapshot, *crew.view())
+        return picture
+
     async def _draw(self) -> None:
         while True:
             await self._changed.wait()
             await self._room_in_flight()
             self._changed.clear()
+            self._hurry.clear()
             snapshot = self.session.snapshot()
             if snapshot is None or not self._stage.watched():
                 continue
             started = time.monotonic()
             try:
-                picture = await self._in_pool(self._crew.compose, snapshot)
+                picture = await self._picture(snapshot)
             except Exception as error:
                 self._complain(error)
                 continue
             if snapshot.run_number != self.session.run_number:
                 continue
             self._in_flight += 1
-            self._stage.post(partial(self._show, picture))
-            await asyncio.sleep(max(0.0, started + SHORTEST_PERIOD_S - time.monotonic()))
+            self._stage.post(partial(self._show, picture, time.monotonic()))
+            period_s = self._commons.pace.period_s
+            await _wait(self._hurry, started + period_s - time.monotonic())
 
     async def _room_in_flight(self) -> None:
         """Wait until the browser has drawn enough, or has been silent for too long."""
@@ -219,7 +280,8 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
             if not await _wait(self._drawn, LONGEST_FLIGHT_S):
                 self._in_flight = 0
 
-    def _show(self, picture: PictureT) -> None:
+    def _show(self, picture: PictureT, ready_at: float) -> None:
+        self._commons.pace.drawn(time.monotonic() - ready_at)
         if picture.run_number != self.session.run_number:
             self.acknowledged()
             return

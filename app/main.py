@@ -3,9 +3,7 @@
 import asyncio
 import logging
 import socket
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache, partial
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +12,10 @@ from tornado.websocket import WebSocketClosedError
 
 from app.compare.page import TITLE as COMPARE_TITLE
 from app.compare.page import ComparePage
+from app.health import HealthHandler
 from app.laboratory.page import TITLE as LABORATORY_TITLE
 from app.laboratory.page import LaboratoryPage
+from app.lobby import ABSENCE_MS, Door, Lobby, Rules, shared_pool
 from app.page import TITLE, Dashboard
 from app.studies.page import TITLE as STUDIES_TITLE
 from app.studies.page import StudyPage
@@ -28,8 +28,6 @@ from app.teaching.experiment import (
 from app.visit import Visit, VisitedPage
 from vsep._arrays import InputError
 
-NUM_WORKERS = 2
-UNUSED_SESSION_MS = 4000
 CHECK_SESSIONS_MS = 2000
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 PAGES: dict[str, tuple[Callable[[Visit], VisitedPage], str]] = {
@@ -38,70 +36,21 @@ PAGES: dict[str, tuple[Callable[[Visit], VisitedPage], str]] = {
     "/laboratory": (LaboratoryPage, LABORATORY_TITLE),
     "/studies": (StudyPage, STUDIES_TITLE),
 }
-# Those whose work has to be ended with the server.
-_OPEN_PAGES: set[VisitedPage] = set()
-
-
-@cache
-def shared_pool() -> ThreadPoolExecutor:
-    """Return the workers that all sessions share."""
-    return ThreadPoolExecutor(max_workers=NUM_WORKERS, thread_name_prefix="vsep")
-
-
-def builder(
-    page_class: Callable[[Visit], VisitedPage],
-    *,
-    own_folder: bool,
-    experiments: Sequence[Experiment],
-) -> Callable[[], Any]:
-    """Return what the server calls for every visitor; it takes nothing but a plain function."""
-
-    def build() -> Any:
-        return _build(page_class, own_folder=own_folder, experiments=experiments)
-
-    return build
-
-
-def _build(
-    page_class: Callable[[Visit], VisitedPage],
-    *,
-    own_folder: bool,
-    experiments: Sequence[Experiment],
-) -> Any:
-    pn.extension(notifications=True, respect_explicit_sizing=True)
-    document: Any = pn.state.curdoc
-    location = pn.state.location
-    visited = page_class(
-        Visit(
-            pool=shared_pool(),
-            query=dict(location.query_params) if location is not None else {},
-            post=document.add_next_tick_callback,
-            watched=partial(_watched, document),
-            own_folder=own_folder,
-            experiments=experiments,
-        )
-    )
-    pn.state.onload(visited.start)
-    pn.state.on_session_destroyed(partial(_leave, visited))
-    _OPEN_PAGES.add(visited)
-    return visited.page()
-
-
-def _watched(document: Any) -> bool:
-    context = document.session_context
-    return context is None or context.session is None or context.session.connection_count > 0
-
-
-def _leave(visited: VisitedPage, context: Any) -> None:
-    del context
-    _OPEN_PAGES.discard(visited)
-    visited.close()
+# Thirty students, a lecturer, and a few who open a second page.
+CLASSROOM = Rules(most_pages=40, most_kept=32, most_studies=1)
 
 
 def make_server(
-    *, port: int, address: str, show: bool = False, experiments: Path | None = None
+    *,
+    port: int,
+    address: str,
+    show: bool = False,
+    experiments: Path | None = None,
+    rules: Rules | None = None,
 ) -> Any:
-    """Return a server that is ready to start; the parameters are those of `serve`.
+    """Return a server that is ready to start; its `lobby` holds the open pages.
+
+    The parameters are those of `serve`.
 
     Raises
     ------
@@ -114,12 +63,10 @@ def make_server(
     _require_free(port, address)
     everywhere = address in ("0.0.0.0", "::")
     origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
+    # Only who sits at this machine may choose where on its disk rows go.
+    lobby = Lobby(rules or Rules(), own_folder=address in LOOPBACK, experiments=guided)
     server = pn.serve(
-        # Only who sits at this machine may choose where on its disk rows go.
-        {
-            route: builder(page_class, own_folder=address in LOOPBACK, experiments=guided)
-            for route, (page_class, _) in PAGES.items()
-        },
+        {route: lobby.builder(page_class) for route, (page_class, _) in PAGES.items()},
         port=port,
         address=address,
         show=show,
@@ -127,8 +74,13 @@ def make_server(
         title={route: title for route, (_, title) in PAGES.items()},
         websocket_origin=origins if port else "*",
         check_unused_sessions=CHECK_SESSIONS_MS,
-        unused_session_lifetime=UNUSED_SESSION_MS,
+        unused_session_lifetime=ABSENCE_MS,
+        extra_patterns=[("/health", HealthHandler, {"lobby": lobby})],
     )
+    door = Door()
+    for context in server._tornado._applications.values():
+        context.application.add(door)
+    server.lobby = lobby
     server.io_loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
     return server
 
@@ -167,6 +119,7 @@ def serve(
     address: str = "127.0.0.1",
     show: bool = False,
     experiments: Path | None = None,
+    rules: Rules | None = None,
 ) -> None:
     """Serve the dashboard until interrupted.
 
@@ -180,12 +133,17 @@ def serve(
         Open it in the browser.
     experiments : Path or None
         Folder of further guided experiments.
+    rules : Rules or None
+        What visitors get; None sets no limits.
     """
     logging.getLogger("bokeh").setLevel(logging.WARNING)
-    server = make_server(port=port, address=address, show=show, experiments=experiments)
+    server = make_server(
+        port=port, address=address, show=show, experiments=experiments, rules=rules
+    )
+    shared_pool()
     server.start()
     try:
         server.io_loop.start()
     finally:
-        for visited in tuple(_OPEN_PAGES):
-            visited.close()
+        server.lobby.close()
+        shared_pool().close()

@@ -40,13 +40,14 @@ from app.views.style import Axis
 from app.views.tables import log_html, table_html, times_html
 from app.visit import Visit, page_frame
 from app.words import LogLine, TableRow
-from app.work import Prepared, advance, compose, prepare
+from app.work import Prepared, advance, bare, compose, prepare, run_key, thin
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.inference.state import Step
 
 TITLE = "vsep: objects out of interference"
 SIDE_PERIOD_S = 0.3
+SIDE_PICTURES = 4
 SHOWN_LINES = 60
 
 
@@ -71,16 +72,28 @@ class Dashboard:
         self._shared_iteration = SharedIteration()
         self._side_drawn = 0.0
         self._beside: Picture | None = None
+        self._shown_run = 0
         self._make_views()
         self.controls = Controls(self.settings, self.load)
         self.guide = Guide(visit.experiments, here=LIVE, take=self.take_experiment, opened=opened)
         if self._trial is not None:
             self._take(self._trial.frame)
             self.settings.choose_preset(LOADED_FRAME)
-        self.session: RunSession[Plan, Prepared, Step] = RunSession()
+        self.session: RunSession[Plan, Prepared, Step] = RunSession(
+            thin, bare, most_kept=visit.most_kept
+        )
         self.loop = FrameLoop(
             self.session,
-            Crew(prepare=self._prepare, advance=advance, compose=self._compose),
+            Crew(
+                prepare=prepare,
+                advance=advance,
+                compose=compose,
+                given=lambda: (self._frame,),
+                view=lambda: (self.settings.ramp, self.settings.fast_time),
+                key=run_key,
+                thin=thin,
+                bare=bare,
+            ),
             Stage(
                 post=visit.post,
                 show=self.show,
@@ -89,7 +102,9 @@ class Dashboard:
                 watched=visit.watched,
             ),
             visit.pool,
+            visit.commons,
         )
+        self._pace = visit.commons.pace
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self.share = Share(
             self._snapshot,
@@ -266,7 +281,10 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self._map_row.visible = self._strip.visible = several
             self.delay.update(picture)
             if several:
-                self.maps.update(picture)
+                running = self.session.phase is Phase.RUNNING and picture.iteration > 0
+                self.maps.update(
+                    picture, with_image=not running or self._pace.sends_map(picture.iteration)
+                )
                 self.ramps.update(picture)
             if self._is_time_for_the_side(picture):
                 self._beside = picture
@@ -278,8 +296,9 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
                 if self.session.opening is not None:
                     self.controls.show_threshold(self.session.opening.estimator.threshold_db)
                 self.transport.show(picture, self.loop.rate)
-            elif picture.iteration == 0:
+            elif picture.run_number != self._shown_run:
                 self.transport.refresh(self.loop.rate, picture)
+            self._shown_run = picture.run_number
             self.fast_time.update(picture)
         self._shared_iteration.write(self.session.phase, picture.iteration)
 
@@ -289,8 +308,9 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
         A halted run has it always. The first picture of a run has it not: that one is to come soon.
         """
         now = time.monotonic()
+        period_s = max(SIDE_PERIOD_S, SIDE_PICTURES * self._pace.period_s)
         if self.session.phase is Phase.RUNNING and (
-            picture.iteration == 0 or now - self._side_drawn < SIDE_PERIOD_S
+            picture.run_number != self._shown_run or now - self._side_drawn < period_s
         ):
             return False
         self._side_drawn = now
@@ -315,15 +335,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             frame=self._kept if loaded and not trial else None,
             fast_time=self.settings.fast_time,
         )
-        return partial(
-            make_snapshot, key, shown, snapshot_recipe(shown, recipe, self.settings.ramp)
-        )
-
-    def _prepare(self, plan: Plan) -> Prepared:
-        return prepare(plan, self._frame)
-
-    def _compose(self, snapshot: Any) -> Picture:
-        return compose(snapshot, self.settings.ramp, self.settings.fast_time)
+        return partial(make_snapshot, key, snapshot_recipe(shown, recipe, self.settings.ramp))
 
     def _scene_changed(self, *_: Any) -> None:
         if self.settings.preset != LOADED_FRAME:

@@ -3,7 +3,8 @@
 `RunSession` computes nothing and knows no clock, thread or browser. It hands out one `Job` at a
 time and takes its outcome back under the number of the run that asked for it; an outcome of an
 older run is dropped. All steps of a run are kept, so that stepping back and scrubbing only move a
-cursor, and running on from an earlier iteration first shows the steps that are there.
+cursor, and running on from an earlier iteration first shows the steps that are there. Of a very
+long run some are kept without what it takes to show them.
 """
 
 import enum
@@ -11,7 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
+from app.thinning import Once
 from vsep.inference.state import Termination
+
+MOST_KEPT = 128
 
 
 class Phase(enum.Enum):
@@ -75,6 +79,10 @@ class Job(Generic[PlanT, OpeningT]):
         The prepared run; None while it is to be prepared.
     state : object or None
         The state to advance from; None while the run is to be prepared.
+    iteration : int
+        The iteration that an advance leads to.
+    is_exact : bool
+        Whether `state` is as it was computed, not what is kept of it for the display.
     """
 
     run_number: int
@@ -82,6 +90,8 @@ class Job(Generic[PlanT, OpeningT]):
     plan: PlanT
     opening: OpeningT | None = None
     state: Any = None
+    iteration: int = 0
+    is_exact: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,12 +110,25 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
 
     Parameters
     ----------
-    thin : callable or None
+    thin : Once or None
         Makes of a step what is kept of it once the next one is there; None keeps all.
+    bare : callable or None
+        Makes of a step what is kept of it where a run is too long to keep all its steps: enough to
+        go on with the log, not enough to show it.
+    most_kept : int
+        So many steps of a run can be shown, evenly spread; the others are bare.
     """
 
-    def __init__(self, thin: Callable[[StepT], StepT] | None = None) -> None:
-        self._thin = thin
+    def __init__(
+        self,
+        thin: Once[StepT] | None = None,
+        bare: Callable[[StepT], StepT] | None = None,
+        *,
+        most_kept: int = MOST_KEPT,
+    ) -> None:
+        self._thin, self._bare = thin, bare
+        self.most_kept = most_kept
+        self._stride, self._hidden = 1, set[int]()
         self.phase = Phase.IDLE
         self.run_number = 0
         self.cursor = 0
@@ -169,12 +192,17 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
 
     def step_back(self) -> None:
         """Show the iteration before the one shown."""
-        self.scrub(self.cursor - 1)
+        before = self.cursor - 1
+        while before in self._hidden:
+            before -= 1
+        self.scrub(before)
 
     def scrub(self, iteration: int) -> None:
-        """Show any iteration so far; 0 is the state before the first one."""
+        """Show any iteration so far, or the next one that is kept; 0 is before the first one."""
         self._single_step = False
         self.cursor = min(max(iteration, 0), len(self._steps))
+        while self.cursor in self._hidden:
+            self.cursor += 1
         self._settle()
 
     def next_job(self) -> Job[PlanT, OpeningT] | None:
@@ -193,6 +221,8 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
             plan=self._plan,
             opening=self._opening,
             state=state,
+            iteration=len(self._steps) + 1,
+            is_exact=not (self._thin and self._steps and self._thin.made(self._steps[-1])),
         )
 
     def prepared(self, job: Job[PlanT, OpeningT], opening: OpeningT) -> bool:
@@ -216,6 +246,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self._steps.append(step)
         if at_end and (self._single_step or self.phase is Phase.RUNNING):
             self._move_on()
+        self._hide_some()
         return True
 
     def replayed(self, job: Job[PlanT, OpeningT]) -> bool:
@@ -253,16 +284,32 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self.run_number += 1
         self.cursor = 0
         self._steps = []
+        self._stride, self._hidden = 1, set()
         self._single_step = False
         self._stop_at = None
         self.phase = phase
 
     def _move_on(self) -> None:
         self.cursor += 1
+        while self.cursor in self._hidden:
+            self.cursor += 1
         if self._single_step or self._ended() or self.cursor == self._stop_at:
             self._single_step = False
             self._stop_at = None
             self._settle()
+
+    def _hide_some(self) -> None:
+        """Keep only every second, fourth, ... step whole, so that a long run stays small."""
+        if self._bare is None:
+            return
+        last = len(self._steps)
+        while last // self._stride > self.most_kept:
+            self._stride *= 2
+        for iteration in range(1, last):
+            shown = iteration % self._stride == 0 or iteration == self.cursor
+            if not shown and iteration not in self._hidden:
+                self._hidden.add(iteration)
+                self._steps[iteration - 1] = self._bare(self._steps[iteration - 1])
 
     def _settle(self) -> None:
         self.phase = Phase.FINISHED if self._ended() else Phase.PAUSED

@@ -8,8 +8,11 @@ from typing import Any, Protocol
 import panel as pn
 import panel_material_ui as pmu
 from bokeh.models import CustomJS
+from panel.util.parameters import edit_readonly
 
+from app.commons import Commons
 from app.layout import stylesheet, theme
+from app.session import MOST_KEPT
 from app.teaching.experiment import Experiment, shipped_experiments
 from app.teaching.help import Help
 
@@ -38,7 +41,7 @@ class Visit:
     Parameters
     ----------
     pool : Executor
-        Does the work of all sessions.
+        Does the work: functions of modules, in other processes.
     query : dict
         Decoded query of the page's address.
     post : callable
@@ -49,6 +52,12 @@ class Visit:
         Whether the visitor sits at this machine and may name folders on its disk.
     experiments : sequence of Experiment
         Guided experiments to choose from.
+    commons : Commons
+        What all sessions share.
+    most_kept : int
+        So many iterations of a run can be shown.
+    most_studies : int or None
+        So many studies run at once on this server; None sets no limit.
     """
 
     pool: Executor
@@ -57,6 +66,9 @@ class Visit:
     watched: Callable[[], bool]
     own_folder: bool = True
     experiments: Sequence[Experiment] = field(default_factory=shipped_experiments)
+    commons: Commons = field(default_factory=Commons)
+    most_kept: int = MOST_KEPT
+    most_studies: int | None = None
 
 
 class VisitedPage(Protocol):
@@ -113,7 +125,7 @@ def page_frame(
     document = pn.state.curdoc
     if document is not None:
         document.js_on_event("document_ready", CustomJS(code=_CLOSE_SIDE_BAR))
-    return pmu.Page(
+    page = pmu.Page(
         title=title,
         sidebar_width=292,
         sidebar_resizable=False,
@@ -125,3 +137,8 @@ def page_frame(
         theme_config=theme(),
         meta_description=description,
     )
+    # Every page is told whenever anybody's event is at work, and looks through all its models each
+    # time: tens of milliseconds a page. Nothing here shows it.
+    with edit_readonly(page):
+        page.busy = False
+    return page

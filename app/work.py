@@ -4,9 +4,9 @@
 `compose` makes the picture of a snapshot.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from app.backdrop import Backdrop, make_backdrop
 from app.picture import Picture, make_picture
 from app.session import Snapshot
 from app.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Plan
+from app.thinning import Once
 from vsep._arrays import BoolArray, InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.inference import estimators
@@ -165,6 +166,44 @@ def compose(snapshot: Snapshot[Prepared, Step], ramp: int, fast_time_mode: str) 
         run_number=snapshot.run_number,
         num_iterations=snapshot.num_steps,
     )
+
+
+def run_key(plan: Plan) -> Plan | None:
+    """Return the name of the run of a plan; that of a loaded frame is nobody else's."""
+    return None if plan.preset == LOADED_FRAME else plan
+
+
+def _thin(step: Step) -> Step:
+    state = step.state
+    return replace(
+        step,
+        state=_with_short_numbers(
+            replace(state, bursts=tuple(_with_short_numbers(burst) for burst in state.bursts)),
+        ),
+    )
+
+
+def _with_short_numbers(record: Any) -> Any:
+    """Return a record with complex arrays of half the size: too short to go on, fine to show."""
+    arrays = {each.name: getattr(record, each.name) for each in fields(record)}
+    return replace(
+        record,
+        **{
+            name: value.astype(np.complex64)
+            for name, value in arrays.items()
+            if isinstance(value, np.ndarray) and value.dtype == np.complex128
+        },
+    )
+
+
+def _bare(step: Step) -> Step:
+    nothing = np.zeros((0, 0), dtype=np.complex128)
+    state = replace(step.state, bursts=(), object_signal=nothing, interference_signal=nothing)
+    return replace(step, state=state)
+
+
+# What is kept of a step for the display, and what the picture of a later one needs of it.
+thin, bare = Once(_thin), Once(_bare)
 
 
 def make_filter(kind: str, cutoff_mhz: float, rolloff: float, order: int) -> AntiAliasingFilter:

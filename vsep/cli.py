@@ -35,7 +35,7 @@ _COMMANDS = """\
 _SERVE_EXAMPLES = """\
 examples:
   vsep serve --show
-  vsep serve --port 8080 --address 0.0.0.0     for the whole classroom
+  vsep serve --port 8080 --classroom           for everybody in the room, up to 40 pages
   vsep serve --experiments lecture-3           with guided experiments of your own
 """
 _SIMULATE_EXAMPLES = """\
@@ -153,9 +153,15 @@ def _add_serve(commands: "argparse._SubParsersAction[_Parser]") -> None:
     )
     parser.add_argument(
         "--address",
-        default="127.0.0.1",
         metavar="A",
-        help="address to listen on (default: 127.0.0.1, this machine only)",
+        help="address to listen on (default: 127.0.0.1, this machine only; 0.0.0.0, its network, "
+        "with --classroom)",
+    )
+    parser.add_argument(
+        "--classroom",
+        action="store_true",
+        help="share the machine among many: at most 40 pages, one study, 32 iterations kept of a "
+        "run; /health tells how it goes",
     )
     parser.add_argument("--show", action="store_true", help="open the dashboard in the browser")
     parser.add_argument(
@@ -305,16 +311,18 @@ def _whole_number(lowest: int, highest: int) -> Callable[[str], int]:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    from app.main import serve
+    from app.main import CLASSROOM, serve
     from vsep.first_use import compile_everything
 
     sys.stderr.write("vsep: getting ready; the very first time takes half a minute.\n")
     compile_everything()
+    own = "0.0.0.0" if options.classroom else "127.0.0.1"
     serve(
         port=options.port,
-        address=options.address,
+        address=options.address or own,
         show=options.show,
         experiments=options.experiments,
+        rules=CLASSROOM if options.classroom else None,
     )
     return 0
 

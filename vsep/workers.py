@@ -30,7 +30,7 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     pool = ProcessPoolExecutor(
         workers, mp_context=context, initializer=_start_worker, initargs=(lifeline,)
     )
-    with _single_threaded():
+    with single_threaded():
         try:
             yield pool
         finally:
@@ -51,7 +51,7 @@ def _end_with_parent(lifeline: Connection) -> None:
 
 
 @contextmanager
-def _single_threaded() -> Iterator[None]:
+def single_threaded() -> Iterator[None]:
     """Have processes that start meanwhile load their libraries with one thread."""
     before = {name: os.environ.get(name) for name in _SINGLE_THREAD}
     os.environ.update(dict.fromkeys(_SINGLE_THREAD, "1"))

@@ -26,10 +26,12 @@ from app.compare.work import (
     CompareStep,
     Comparison,
     advance,
+    bare,
     compose,
     has_next_frame,
     next_plan,
     prepare,
+    run_key,
     thin,
 )
 from app.controls import Controls
@@ -76,10 +78,20 @@ class ComparePage:
         )
         self.maps, self.results = CompareMaps(MOST_METHODS), CompareResults(MOST_METHODS)
         self._make_acknowledgement()
-        self.session: RunSession[ComparePlan, Comparison, CompareStep] = RunSession(thin)
+        self.session: RunSession[ComparePlan, Comparison, CompareStep] = RunSession(
+            thin, bare, most_kept=visit.most_kept
+        )
         self.loop = FrameLoop(
             self.session,
-            Crew(prepare=self._prepare, advance=advance, compose=compose),
+            Crew(
+                prepare=prepare,
+                advance=advance,
+                compose=compose,
+                given=lambda: (self._frame,),
+                key=run_key,
+                thin=thin,
+                bare=bare,
+            ),
             Stage(
                 post=visit.post,
                 show=self.show,
@@ -88,6 +100,7 @@ class ComparePage:
                 watched=visit.watched,
             ),
             visit.pool,
+            visit.commons,
         )
         self.transport = CompareTransport(
             self.settings,
@@ -218,9 +231,6 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
     def _tell(self, sentence: str) -> None:
         if pn.state.notifications is not None:
             pn.state.notifications.info(sentence, duration=8000)
-
-    def _prepare(self, plan: ComparePlan) -> Comparison:
-        return prepare(plan, self._frame)
 
     def _choice_changed(self, *_: Any) -> None:
         self._write_address()

@@ -13,7 +13,9 @@ from app.compare.picture import ComparePicture, LaneView, view_lane
 from app.compare.settings import LAST_FRAME, ComparePlan
 from app.marks import Marks, true_marks
 from app.session import Snapshot
+from app.thinning import Once
 from app.work import MadeScene, is_simulated, make_estimator, make_scene
+from app.work import run_key as run_key_of_scene
 from vsep._arrays import BoolArray, InputError
 from vsep.files.frame import Frame
 from vsep.files.frame_mask import TRUTH, frame_mask
@@ -73,9 +75,16 @@ class CompareStep:
     termination: Termination
 
 
-def thin(step: CompareStep) -> CompareStep:
-    """Return a step without what only its next one needs."""
-    return replace(step, state=())
+def run_key(plan: ComparePlan) -> tuple[object, ...] | None:
+    """Return the name of the run of a plan; None where it is one session's own."""
+    if run_key_of_scene(plan.scene) is None or plan.frame_number or plan.past:
+        return None
+    return "compare", plan.scene, plan.methods, plan.mask, plan.debias
+
+
+# What is kept of a step for the display, and what the picture of a later one needs of it.
+thin = Once[CompareStep](lambda step: replace(step, state=()))
+bare = Once[CompareStep](lambda step: replace(step, state=(), views=()))
 
 
 def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:

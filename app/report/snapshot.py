@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from app.report.recipe import Recipe
-from app.report.run import of_steps
+from app.report.run import carry_out
 from app.report.write import report_bytes
 from app.session import Snapshot
 from app.work import Prepared
@@ -56,17 +56,17 @@ def snapshot_recipe(shown: Snapshot[Prepared, Step], recipe: Recipe, ramp: int) 
     )
 
 
-def make_snapshot(key: str, shown: Snapshot[Prepared, Step], recipe: Recipe) -> SnapshotFile:
-    """Make one of the files of `KINDS` from the steps that are there; nothing is run again.
+def make_snapshot(key: str, recipe: Recipe) -> SnapshotFile:
+    """Make one of the files of `KINDS`; the run is done again, for a page keeps it shortened.
 
     Raises
     ------
     InputError
         If the recipe does not fit.
     """
-    run = of_steps(recipe, shown.steps)
+    run = carry_out(recipe)
     plan = recipe.plan
-    stem = f"{plan.preset}-{plan.seed}-iteration-{len(shown.steps)}"
+    stem = f"{plan.preset}-{plan.seed}-iteration-{len(run.steps)}"
     if key == "npz":
         named = replace(run.frame, anti_aliasing_filter=run.assumed_filter)
         content = recipe.frame.content if recipe.frame is not None else _frame_bytes(named)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 import panel as pn
 import panel_material_ui as pmu
@@ -24,7 +25,7 @@ from app.layout import panel, stylesheet, unseen_title
 from app.studies.curves import StudyCurves
 from app.studies.form import StudyForm
 from app.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
-from app.studies.session import StudyPhase, StudySession, StudySnapshot
+from app.studies.session import StudySession, StudySnapshot
 from app.studies.transport import StudyTransport
 from app.visit import Visit, page_frame
 from vsep._arrays import InputError
@@ -46,6 +47,9 @@ SHORTEST_PERIOD_S = 1.0
 LARGEST_SHARE = 0.25
 _UPLOADED = "uploaded"
 _Result = TypeVar("_Result")
+
+
+_SESSIONS: WeakSet[StudySession] = WeakSet()
 
 
 @cache
@@ -72,7 +76,7 @@ class StudyPage:
     """
 
     def __init__(self, visit: Visit) -> None:
-        self._post = visit.post
+        self._post, self._most_studies = visit.post, visit.most_studies
         self._folder = tempfile.TemporaryDirectory(prefix="vsep-studies-")
         # Rows that are opened get a folder of their own: they must not mix with those made here.
         self._home = Path(self._folder.name)
@@ -193,26 +197,30 @@ class StudyPage:
         except (InputError, OSError) as error:
             self.complain(str(error))
             return
-        if session is not None:
-            session.start()
-            self._show(session.snapshot(), None)
+        if session is None:
+            return
+        if self._most_studies is not None and _num_running() >= self._most_studies:
+            self.complain("Another study runs on this server; start yours when it has ended.")
+            return
+        session.start()
+        self._show(session.snapshot(), None)
 
     async def _open(self, study: Study, path: Path) -> StudySession | None:
         """Make the session of a study and its file, and show it; None if another one runs."""
-        make = partial(StudySession, study, path, workers=self.form.workers.value)
-        session = await _in_thread(make)
+        workers = self.form.workers.value if self._most_studies is None else 1
+        session = await _in_thread(partial(StudySession, study, path, workers=workers))
         if self._closed or self._is_busy():
             return None
         panels = [name for name in self.form.panels.options if name in self.form.panels.value]
         kept = self.panel.value if self.panel.value in panels else panels[0]
+        _SESSIONS.add(session)
         self.session, self._seen, self._name, self._told = session, None, study.name, ""
         self.panel.param.update(options=panels, value=kept)
         self._show(session.snapshot(), None)
         return session
 
     def _is_busy(self) -> bool:
-        busy = (StudyPhase.RUNNING, StudyPhase.STOPPING)
-        return self.session is not None and self.session.snapshot().phase in busy
+        return self.session is not None and self.session.is_busy
 
     def _halt(self, _: Any) -> None:
         if self.session is not None:
@@ -284,6 +292,11 @@ class StudyPage:
         own = [plan.panel for plan in PLANS.get(self._name, ()) if plan.title == event.new]
         if own and self.panel.value not in own and own[0] in self.panel.options:
             self.panel.value = own[0]
+
+
+def _num_running() -> int:
+    """Return how many studies run on this server."""
+    return sum(session.is_busy for session in tuple(_SESSIONS))
 
 
 def compose(rows: Sequence[Row], choice: ScatterChoice) -> StudyPicture:

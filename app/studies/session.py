@@ -113,6 +113,11 @@ class StudySession:
         if self._thread is not None:
             self._thread.join(timeout_s)
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether it runs or is about to stop."""
+        return self._phase in (StudyPhase.RUNNING, StudyPhase.STOPPING)
+
     def snapshot(self) -> StudySnapshot:
         """Return how far it is now."""
         with self._lock:

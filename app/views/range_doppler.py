@@ -177,7 +177,7 @@ class RangeDopplerView:
             line_alpha="opacity",
         )
 
-    def update(self, picture: Picture) -> None:
+    def update(self, picture: Picture, *, with_image: bool = True) -> None:
         """Draw another picture; the map before cancellation is sent once a scene."""
         backdrop = picture.backdrop
         box = image_box(backdrop.map_ranges_m, backdrop.map_velocities_mps)
@@ -188,7 +188,8 @@ class RangeDopplerView:
             low, high = backdrop.map_limits_db
             self._scale.update(low=low, high=high)
             self._images["before"].data = {"image": [backdrop.map_before], **box}
-        self._images["after"].data = {"image": [picture.map_after], **box}
+        if with_image:
+            self._images["after"].data = {"image": [picture.map_after], **box}
         for name, source in self._marks.items():
             put(source, mark_columns(getattr(picture, name)))
 

@@ -21,7 +21,7 @@ def test_a_snapshot_is_the_report_of_what_is_shown(shown):
     assert (recipe.iteration, recipe.ramp) == (2, 0)
     again = carry_out(recipe)
     for key in ("html", "png", "json"):
-        made = make_snapshot(key, shown, recipe)
+        made = make_snapshot(key, recipe)
         assert made.name == f"vsep-simulation-1-7-iteration-2.{key}"
         assert made.content == report_bytes(again, f".{key}")
     assert set(KINDS) == {"html", "png", "json", "npz"}
@@ -34,15 +34,15 @@ def test_a_run_that_has_ended_is_shown_to_its_end(one_ramp):
 
 def test_the_frame_file_is_the_frame_with_the_assumed_filter(shown):
     recipe = snapshot_recipe(shown, Recipe(plan=shown.opening.plan), 0)
-    made = make_snapshot("npz", shown, recipe)
+    made = make_snapshot("npz", recipe)
     frame = read_frame(io.BytesIO(made.content), name=made.name)
     assert np.array_equal(frame.received, shown.opening.observation.received)
     assert frame.anti_aliasing_filter == shown.opening.estimator.model.anti_aliasing_filter
-    assert make_snapshot("npz", shown, recipe).content == made.content
+    assert make_snapshot("npz", recipe).content == made.content
 
 
 def test_a_loaded_frame_comes_back_as_it_was(shown):
     recipe = snapshot_recipe(shown, Recipe(plan=shown.opening.plan), 0)
-    content = make_snapshot("npz", shown, recipe).content
+    content = make_snapshot("npz", recipe).content
     loaded = Recipe(plan=recipe.plan, frame=KeptFrame(name="a.npz", content=content))
     assert make_snapshot("npz", shown, loaded).content is content

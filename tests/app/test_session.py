@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from app.session import JobKind, Phase, RunSession
+from app.thinning import Once
 from vsep.inference.state import (
     IterationInfo,
     ObjectComponents,
@@ -258,3 +259,46 @@ def test_restart_runs_even_if_the_last_run_was_paused(session):
     session.pause()
     session.restart("next")
     assert _do_all(session) == [JobKind.PREPARE, *[JobKind.ADVANCE] * LAST_ITERATION]
+
+
+def test_of_a_long_run_some_steps_are_kept_without_what_shows_them():
+    bare = []
+
+    def strip(step):
+        bare.append(step.state.iteration)
+        return replace(step, seconds=-1.0)
+
+    session = RunSession(None, strip, most_kept=2)
+    session.restart("plan")
+    _do(session)
+    for _ in range(LAST_ITERATION - 1):
+        _do(session)
+    session.pause()
+    assert bare == []
+    session.run()
+    _do(session)
+    # Three steps, two may be shown: every second one and the last.
+    assert bare == [1]
+    session.scrub(1)
+    assert session.cursor == 2
+    session.step_back()
+    assert session.cursor == 0
+    session.step()
+    _do(session)
+    assert session.cursor == 2
+    assert [step.seconds for step in session.snapshot().steps] == [-1.0, 0.01]
+
+
+def test_a_job_says_whether_its_state_is_exact():
+    session = RunSession(Once(replace))
+    session.restart("plan")
+    _do(session)
+    job = session.next_job()
+    assert (job.iteration, job.is_exact) == (1, True)
+    shared = Once(replace)
+    session = RunSession(shared)
+    session.restart("plan")
+    _do(session)
+    session.advanced(session.next_job(), shared(_step(_state(0))))
+    job = session.next_job()
+    assert (job.iteration, job.is_exact) == (2, False)

@@ -1,5 +1,6 @@
 """The page of studies in a headless browser: it grows, stops, goes on and opens a trial."""
 
+import multiprocessing
 import re
 import time
 
@@ -18,6 +19,9 @@ pytestmark = [
     pytest.mark.ui,
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
 ]
+# The server forgets a page 4 s after its tab is closed and looks every 2 s; then the workers end
+# within a fifth of a second. The rest is room for a busy machine.
+GONE_S = 20.0
 DOT = """() => {
   const m = [...Bokeh.documents[0].all_models]
     .find((m) => m.name === "study-trials" && Bokeh.index.find_one_by_id(m.id))
@@ -183,3 +187,20 @@ def test_the_pages_lead_to_each_other_by_keyboard(studies):
     page.keyboard.press("Enter")
     page.get_by_role("button", name=re.compile("^Run")).wait_for(timeout=PATIENCE_MS)
     assert page.url.endswith("/studies")
+
+
+def test_closing_the_tab_ends_the_workers(studies):
+    before = set(multiprocessing.active_children())
+
+    def workers():
+        return set(multiprocessing.active_children()) - before
+
+    # All methods on sixteen ramps: a trial takes seconds.
+    studies.choose("Study", "fig-5")
+    studies.press("Run")
+    studies.wait(workers, "a worker is there")
+    studies.page.close()
+    deadline = time.monotonic() + GONE_S
+    while workers():
+        assert time.monotonic() < deadline, "the workers outlive their page"
+        time.sleep(0.05)

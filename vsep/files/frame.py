@@ -37,7 +37,7 @@ _SPACING_RANGE = 1e-3, 1e3  # wavelengths
 _SETTINGS: dict[str, type] = {"preset": str, "snr_db": float, "sir_db": float, "seed": int}
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@dataclass(frozen=True, kw_only=True, slots=True, weakref_slot=True, eq=False)
 class Frame:
     """A received frame and what is known about it.
 

@@ -166,7 +166,7 @@ NO_CORRECTION: Final = FilterCorrection(
 )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@dataclass(frozen=True, kw_only=True, slots=True, weakref_slot=True, eq=False)
 class SeparationState:
     """Everything the next step needs.
 
@@ -309,7 +309,7 @@ class Termination(enum.Enum):
     NONFINITE = "stopped: a value became infinite or undefined; the last good state is kept"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@dataclass(frozen=True, kw_only=True, slots=True, weakref_slot=True, eq=False)
 class Step:
     """One iteration as the runner yields it; its seconds are measured outside of the algorithm."""
 

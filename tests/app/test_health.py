@@ -1,0 +1,20 @@
+import json
+import os
+
+from app.health import cpu_s, figures, memory_mb
+from app.lobby import Lobby, Rules
+
+
+def test_figures_are_plain_numbers_of_the_server():
+    told = json.loads(json.dumps(figures(Lobby(Rules(most_pages=7), own_folder=False))))
+    assert told["pages_at_most"] == 7
+    assert told["pages"] == told["jobs_waiting"] == 0
+    assert len(told["workers_mb"]) == told["workers"]
+
+
+def test_memory_and_time_of_a_process():
+    # This one has loaded numpy, and used some time for that.
+    assert memory_mb(os.getpid()) > 20.0
+    assert cpu_s(os.getpid()) > 0.05
+    assert memory_mb(2**22 + 1) is None
+    assert cpu_s(2**22 + 1) is None

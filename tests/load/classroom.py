@@ -1,0 +1,336 @@
+"""A class in front of the served dashboard: many sessions that move sliders and read pictures.
+
+Each session speaks the server's own protocol: it opens the page, draws nothing, and says that it
+has drawn as the browser does. Run it by hand:
+
+    python tests/load/classroom.py --sessions 30 --minutes 10 --browsers 2
+"""
+
+import argparse
+import asyncio
+import contextlib
+import json
+import random
+import re
+import shutil
+import socket
+import statistics
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import websocket_connect
+
+PRESETS = ("simulation-1", "simulation-2-a", "simulation-2-b", "simulation-2-c")
+SLIDERS = {"SNR [dB, total]": (20, 70), "SIR [dB, total]": (-30, 0)}
+# A run is over when no picture has come for so long.
+RUN_GAP_S = 1.0
+# A machine that others use, too, takes its time to build a page.
+PATIENCE_S = 180.0
+SERVE = "from vsep.cli import main; main()"
+FIRST = re.compile(r"iteration ([0-2]) of")
+
+
+@dataclass
+class Student:
+    """One session and what it has seen."""
+
+    url: str
+    preset: str
+    number: int
+    opened_s: float = 0.0
+    pictures: list[float] = field(default_factory=list)
+    latencies: list[float] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+    num_moves: int = 0
+    received_bytes: int = 0
+    _moved_at: float | None = None
+
+    async def attend(self, until: float, first_at: float, pause_s: tuple[float, float]) -> None:
+        """Open the page, look at it and move sliders until the lesson is over."""
+        chance = random.Random(self.number)
+        await asyncio.sleep(max(0.0, first_at - time.monotonic()))
+        started = time.monotonic()
+        self._socket = await self._open()
+        reader = asyncio.create_task(self._read())
+        self.opened_s = time.monotonic() - started
+        try:
+            while time.monotonic() < until:
+                await asyncio.sleep(chance.uniform(*pause_s))
+                label, (lowest, highest) = chance.choice(list(SLIDERS.items()))
+                # Where the slider is already, nothing would happen.
+                others = set(range(lowest, highest + 1)) - {self._places[label]}
+                await self._move(label, chance.choice(sorted(others)))
+            await asyncio.sleep(pause_s[0])
+            if self._moved_at is not None:
+                self.errors.append("the last move was not answered by a picture")
+        except Exception as error:
+            self.errors.append(repr(error))
+        finally:
+            reader.cancel()
+            self._socket.close()
+
+    async def _open(self):
+        query = f"?preset={self.preset}&seed={self.number % 5}"
+        page = await asyncio.to_thread(_get, self.url + query)
+        token = re.search(r'"token":"([^"]+)"', page).group(1)
+        where = self.url.replace("http", "ws") + "ws"
+        request = HTTPRequest(where, connect_timeout=PATIENCE_S, request_timeout=PATIENCE_S)
+        connection = await websocket_connect(
+            request, subprotocols=["bokeh", token], max_message_size=2**26
+        )
+        await self._message(connection)  # the server's greeting
+        await self._send(connection, "PULL-DOC-REQ", {})
+        document = await self._message(connection)
+        self._find_models(json.loads(document))
+        ready = {"type": "event", "name": "document_ready", "values": {"type": "map"}}
+        event = {"kind": "MessageSent", "msg_type": "bokeh_event", "msg_data": ready}
+        await self._send(connection, "PATCH-DOC", {"events": [event]})
+        return connection
+
+    def _find_models(self, document) -> None:
+        """Note the numbers of the sliders and of the two sources that pictures go through."""
+        self._sliders, self._places = {}, {}
+        for model in _models(document):
+            attributes = model.get("attributes", {})
+            if attributes.get("label") in SLIDERS and "value_throttled" in attributes:
+                self._sliders[attributes["label"]] = model["id"]
+                self._places[attributes["label"]] = attributes.get("value")
+            if attributes.get("name") == "fast-time":
+                source = attributes["renderers"][0]["attributes"]["data_source"]["id"]
+            if attributes.get("name") == "drawn":
+                self._drawn = model["id"]
+        self._picture = re.compile(rf'"model":\s*{{"id":\s*"{source}"}}')
+
+    async def _read(self) -> None:
+        """Take pictures and say that they are drawn."""
+        try:
+            while True:
+                content = await self._message(self._socket)
+                if self._picture.search(content) is None:
+                    continue
+                now = time.monotonic()
+                self.pictures.append(now)
+                if self._moved_at is not None and FIRST.search(content):
+                    self.latencies.append(now - self._moved_at)
+                    self._moved_at = None
+                number = {"type": "map", "entries": [["number", [len(self.pictures)]]]}
+                await self._change(self._drawn, "data", number)
+        except asyncio.CancelledError:
+            raise
+        except Exception as error:
+            self.errors.append(f"reading: {error!r}")
+
+    async def _move(self, label: str, value: int) -> None:
+        if self._moved_at is not None:
+            self.errors.append(f"no picture {time.monotonic() - self._moved_at:.1f} s after a move")
+        self.num_moves += 1
+        self._places[label] = value
+        self._moved_at = time.monotonic()
+        for attribute in ("value", "value_throttled"):
+            await self._change(self._sliders[label], attribute, value)
+
+    async def _change(self, model: str, attribute: str, value) -> None:
+        event = {"kind": "ModelChanged", "model": {"id": model}, "attr": attribute, "new": value}
+        await self._send(self._socket, "PATCH-DOC", {"events": [event]})
+
+    async def _send(self, connection, kind: str, content) -> None:
+        header = {"msgid": f"{self.number}-{time.monotonic_ns()}", "msgtype": kind}
+        for part in (header, {}, content):
+            await connection.write_message(json.dumps(part))
+
+    async def _message(self, connection) -> str:
+        """Return the content of the next message; what is sent with it is only counted."""
+        header, _, content = [await self._fragment(connection) for _ in range(3)]
+        for _ in range(2 * json.loads(header).get("num_buffers", 0)):
+            await self._fragment(connection)
+        if '"ERROR"' in header:
+            self.errors.append(content[:300])
+        return content
+
+    async def _fragment(self, connection):
+        fragment = await connection.read_message()
+        if fragment is None:
+            raise ConnectionError("the server has closed the connection")
+        self.received_bytes += len(fragment)
+        return fragment
+
+    @property
+    def rate(self) -> float:
+        """Pictures a second while a run went on, from the first to the last picture of each."""
+        gaps = [b - a for a, b in zip(self.pictures, self.pictures[1:], strict=False)]
+        gaps = [gap for gap in gaps if gap < RUN_GAP_S]
+        return len(gaps) / sum(gaps) if gaps else 0.0
+
+
+def _models(value) -> Iterator[dict]:
+    if isinstance(value, dict):
+        if "id" in value and "attributes" in value:
+            yield value
+        value = list(value.values())
+    if isinstance(value, list):
+        for one in value:
+            yield from _models(one)
+
+
+def _get(url: str) -> str:
+    with urllib.request.urlopen(url, timeout=PATIENCE_S) as answer:
+        return answer.read().decode()
+
+
+def health(url: str) -> dict:
+    """Return what the server says of itself."""
+    return json.loads(_get(url + "health"))
+
+
+def memory_mb(figures: dict) -> float:
+    """Return the memory of the server and its workers."""
+    return figures["server_mb"] + sum(figures["workers_mb"])
+
+
+@contextlib.contextmanager
+def served(*options: str) -> Iterator[str]:
+    """Serve the dashboard in a process of its own; yield its address."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    command = [sys.executable, "-c", SERVE, "serve", "--classroom", "--address", "127.0.0.1"]
+    with subprocess.Popen([*command, "--port", str(port), *options]) as process:
+        url = f"http://127.0.0.1:{port}/"
+        try:
+            for _ in range(600):
+                with contextlib.suppress(OSError):
+                    health(url)
+                    break
+                time.sleep(0.2)
+            yield url
+        finally:
+            process.terminate()
+            process.wait(20)
+
+
+async def lesson(
+    url: str, *, sessions: int, seconds: float, pause_s: tuple[float, float] = (5.0, 15.0)
+) -> tuple[list[Student], list[dict]]:
+    """Let a class attend; return the students and the server's health every five seconds."""
+    now = time.monotonic()
+    # Pages are opened one a second; the lesson is counted from when all are there.
+    until = now + sessions + seconds
+    students = [Student(url, PRESETS[i % len(PRESETS)], i) for i in range(sessions)]
+    attending = asyncio.gather(
+        *(each.attend(until, now + i, pause_s) for i, each in enumerate(students))
+    )
+    healths = []
+    while not attending.done():
+        healths.append(await asyncio.to_thread(health, url))
+        await asyncio.wait([attending], timeout=5.0)
+    await attending
+    return students, healths
+
+
+def summary(students: list[Student], healths: list[dict], empty_mb: float) -> dict:
+    """Return the figures of a lesson."""
+    latencies = sorted(one for each in students for one in each.latencies)
+    memory = [memory_mb(one) for one in healths]
+    num_pictures = sum(len(each.pictures) for each in students)
+
+    def cpu_ms(who) -> float:
+        """Return processor time a picture."""
+        begin = next(one for one in healths if one["pages_opened"] == healths[-1]["pages_opened"])
+        return round(1e3 * (who(healths[-1]) - who(begin)) / num_pictures, 1)
+
+    third = max(1, len(memory) // 3)
+    seconds = max(each.pictures[-1] for each in students) - min(s.pictures[0] for s in students)
+    return {
+        "sessions": len(students),
+        "seconds": round(seconds),
+        "errors": [error for each in students for error in each.errors],
+        "moves": sum(each.num_moves for each in students),
+        "pictures": num_pictures,
+        "processor time a picture, server, ms": cpu_ms(lambda one: one["server_cpu_s"]),
+        "processor time a picture, workers, ms": cpu_ms(lambda one: sum(one["workers_cpu_s"])),
+        "lowest updates/s of a session": round(min(each.rate for each in students), 2),
+        "median updates/s of a session": round(statistics.median(s.rate for s in students), 2),
+        "slider to first picture, median s": round(statistics.median(latencies), 3),
+        "slider to first picture, 95th percentile s": round(
+            latencies[min(len(latencies) - 1, int(0.95 * len(latencies)))], 3
+        ),
+        "slider to first picture, longest s": round(latencies[-1], 3),
+        "opening, longest s": round(max(each.opened_s for each in students), 2),
+        "kB/s a session": round(
+            statistics.mean(each.received_bytes for each in students) / seconds / 1e3, 1
+        ),
+        "memory without a page, MB": round(empty_mb),
+        "memory at two thirds, MB": round(memory[2 * third - 1]),
+        "memory at the end, MB": round(memory[-1]),
+        "memory a session, MB": round((max(memory) - empty_mb) / len(students), 1),
+    }
+
+
+def watch(url: str, seconds: float) -> list[float]:
+    """Open the page in a real browser and move a slider; return the times to the first picture."""
+    from playwright.sync_api import sync_playwright
+
+    first_drawn = """async () => {
+      const model = [...Bokeh.documents[0].all_models].find((m) => m.name === "drawn")
+      const begun = performance.now()
+      const drawn = new Promise((done) => model.properties.data.change.connect(done))
+      await drawn
+      return (performance.now() - begun) / 1000
+    }"""
+    latencies = []
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
+        )
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page.goto(url + "?preset=simulation-2-b")
+        page.locator("[role=status]", has_text="converged").wait_for(timeout=120_000)
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            page.wait_for_timeout(8000)
+            page.get_by_role("slider", name=re.compile("^SNR")).focus()
+            waiting = page.evaluate_handle(f"window.first = ({first_drawn})()")
+            page.keyboard.press("ArrowRight" if len(latencies) % 2 else "ArrowLeft")
+            latencies.append(page.evaluate("window.first"))
+            waiting.dispose()
+        browser.close()
+    return latencies
+
+
+async def _main(options: argparse.Namespace) -> None:
+    with served() as url:
+        # The first page loads what all others share.
+        await lesson(url, sessions=1, seconds=5.0, pause_s=(1.0, 2.0))
+        await asyncio.sleep(8.0)
+        empty_mb = memory_mb(health(url))
+        seconds = 60.0 * options.minutes
+        browsers = [
+            asyncio.to_thread(watch, url, seconds + options.sessions)
+            for _ in range(options.browsers)
+        ]
+        watching = asyncio.gather(*browsers)
+        students, healths = await lesson(
+            url, sessions=options.sessions, seconds=seconds, pause_s=tuple(options.pause)
+        )
+        figures = summary(students, healths, empty_mb)
+        for latencies in await watching:
+            figures.setdefault("real browsers, median and longest s", []).append(
+                (round(statistics.median(latencies), 2), round(max(latencies), 2))
+            )
+        await asyncio.sleep(10.0)
+        figures["health after all have left"] = health(url)
+        sys.stdout.write(json.dumps(figures, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sessions", type=int, default=30)
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--browsers", type=int, default=0)
+    parser.add_argument("--pause", type=float, nargs=2, default=(5.0, 15.0))
+    asyncio.run(_main(parser.parse_args()))

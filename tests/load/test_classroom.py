@@ -1,0 +1,20 @@
+"""A few sessions for a few seconds; the whole class is sent by hand, see README.md."""
+
+import asyncio
+
+import pytest
+
+from tests.load.classroom import health, lesson, served, summary
+
+pytestmark = pytest.mark.ui
+
+
+def test_a_small_class_gets_its_pictures_and_leaves_nothing_running():
+    with served() as url:
+        students, healths = asyncio.run(lesson(url, sessions=4, seconds=12.0, pause_s=(3.0, 5.0)))
+        figures = summary(students, healths, 0.0)
+        after = health(url)
+    assert figures["errors"] == []
+    assert all(each.latencies and each.rate > 0.0 for each in students)
+    assert after["jobs_waiting"] == 0
+    assert after["workers_replaced"] == 0
