@@ -186,7 +186,8 @@ def test_the_pages_lead_to_each_other_by_keyboard(studies):
     page.get_by_role("link", name="Studies").focus()
     page.keyboard.press("Enter")
     page.get_by_role("button", name=re.compile("^Run")).wait_for(timeout=PATIENCE_MS)
-    assert page.url.endswith("/studies")
+    # The link takes the settings along.
+    assert "/studies?preset=simulation-1" in page.url
 
 
 def test_closing_the_tab_ends_the_workers(studies):
