@@ -52,7 +52,7 @@ def recipe_of(options: argparse.Namespace) -> Any:
         If the source cannot be used, or the options do not go together.
     """
     from app.report import sources
-    from app.report.film import require_room
+    from app.report.names import require_room
 
     if options.preset is not None:
         recipe = sources.of_preset(options.preset)
@@ -113,8 +113,11 @@ def _require_one_source(options: argparse.Namespace) -> None:
 
 def _require_outputs(options: argparse.Namespace) -> None:
     """Refuse outputs that cannot be written before anything is computed."""
-    from app.report.animation import require_animation_name
-    from app.report.write import require_record_name, require_report_name
+    from app.report.names import (
+        require_animation_name,
+        require_record_name,
+        require_report_name,
+    )
 
     given = {name: getattr(options, name) for name in _OUTPUTS}
     outs = [out for out in given.values() if out is not None]

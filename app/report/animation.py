@@ -1,6 +1,5 @@
 """A run as a moving picture: GIF, WebP or, with ffmpeg, MP4."""
 
-import shutil
 import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from app.picture import Picture
+from app.report.names import require_animation_name
 from app.report.record import status
 from app.report.run import ReportRun, account
 from app.report.sheet import draw_delay, draw_fast_time, draw_map
@@ -43,18 +43,6 @@ def write_animation(run: ReportRun, out: Path) -> None:
     images = [draw_image(run.picture(i), len(run.steps)) for i in shown_iterations(len(run.steps))]
     times_ms = [FIRST_MS, *[EACH_MS] * (len(images) - 2), LAST_MS][: len(images)]
     _WRITERS[out.suffix.lower()](out, images, times_ms, as_json(account(run)).encode())
-
-
-def require_animation_name(out: str) -> None:
-    """Refuse a name that no animation has, and one that cannot be made on this machine."""
-    suffix = Path(out).suffix.lower()
-    if suffix not in _WRITERS:
-        raise InputError(f"The animation {Path(out).name!r} must end in .gif, .webp or .mp4.")
-    if suffix == ".mp4" and shutil.which("ffmpeg") is None:
-        raise InputError(
-            f"{Path(out).name} needs the program ffmpeg, which is not installed; choose .gif or "
-            ".webp."
-        )
 
 
 def shown_iterations(last: int) -> list[int]:

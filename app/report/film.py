@@ -6,18 +6,6 @@ from matplotlib.figure import Figure
 
 from app.picture import Picture
 from app.report.sheet import add_words, draw_delay, draw_fast_time, draw_map, empty_sheet
-from vsep._arrays import InputError
-
-MOST_FRAMES = 6
-
-
-def require_room(iterations: Sequence[int]) -> None:
-    """Refuse a film strip with more frames than can be read."""
-    if len(iterations) > MOST_FRAMES:
-        raise InputError(
-            f"A film strip of {len(iterations)} iterations is asked for; it has room for at most "
-            f"{MOST_FRAMES}."
-        )
 
 
 def draw_film(pictures: Sequence[Picture], settings: Mapping[str, str]) -> Figure:

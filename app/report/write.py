@@ -1,25 +1,13 @@
 """A report as a file: what it is follows from its name."""
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 
-from matplotlib.backends.backend_pdf import PdfPages
-
-from app.report.carrier import PNG_KEY, for_pdf
-from app.report.film import draw_film
+from app.report.names import require_record_name, require_report_name
 from app.report.page import report_html
 from app.report.record import record_html
-from app.report.run import ReportRun, account, listed_settings
-from app.report.sheet import draw_sheet
-from vsep._arrays import InputError
+from app.report.run import ReportRun, account
 from vsep.files.results import as_json
-
-
-def require_report_name(out: str) -> None:
-    """Refuse a name that no report has."""
-    if Path(out).suffix.lower() not in _MAKERS:
-        raise InputError(f"The report {Path(out).name!r} must end in .html, .png, .pdf or .json.")
 
 
 def write_report(run: ReportRun, out: Path) -> None:
@@ -71,12 +59,6 @@ def write_record(run: ReportRun, out: Path) -> None:
     out.write_text(record_html(run), encoding="utf-8")
 
 
-def require_record_name(out: str) -> None:
-    """Refuse a name that no recorded run has."""
-    if Path(out).suffix.lower() != ".html":
-        raise InputError(f"The recorded run {Path(out).name!r} must end in .html.")
-
-
 def _html(run: ReportRun) -> bytes:
     return report_html(run).encode()
 
@@ -86,21 +68,15 @@ def _json(run: ReportRun) -> bytes:
 
 
 def _png(run: ReportRun) -> bytes:
-    settings, film, file = listed_settings(run), run.film(), io.BytesIO()
-    sheet = draw_film(film, settings) if film else draw_sheet(run.picture(), settings)
-    sheet.savefig(file, format="png", metadata={PNG_KEY: as_json(account(run))})
-    return file.getvalue()
+    from app.report.printed import png
+
+    return png(run)
 
 
 def _pdf(run: ReportRun) -> bytes:
-    settings, film, file = listed_settings(run), run.film(), io.BytesIO()
-    # Without the date: the same run gives the same file.
-    told = {"Title": f"vsep: {run.frame.name}", "Keywords": for_pdf(account(run))}
-    with PdfPages(file, metadata={**told, "CreationDate": None}) as pages:
-        pages.savefig(draw_sheet(run.picture(), settings))
-        if film:
-            pages.savefig(draw_film(film, settings))
-    return file.getvalue()
+    from app.report.printed import pdf
+
+    return pdf(run)
 
 
 _MAKERS: dict[str, Callable[[ReportRun], bytes]] = {

@@ -148,7 +148,8 @@ def test_another_suffix_is_one_sentence(one_ramp, tmp_path):
 
 def test_the_report_needs_no_panel_and_no_display():
     code = (
-        "import sys; sys.modules['tkinter'] = None; import app.report.write; "
+        "import sys; sys.modules['tkinter'] = None; "
+        "import app.report.write, app.report.printed, app.report.animation; "
         "loaded = {'panel', 'panel_material_ui', 'holoviews', 'matplotlib.pyplot'} "
         "& set(sys.modules); assert not loaded, loaded"
     )

@@ -10,11 +10,11 @@ from PIL import Image
 from app.report.animation import (
     LAST_MS,
     animation_palette,
-    require_animation_name,
     shown_iterations,
     write_animation,
 )
 from app.report.carrier import read_account
+from app.report.names import require_animation_name
 from app.report.run import account
 from app.views.style import COLOURS
 from tests.app.test_report import report_of

@@ -112,7 +112,7 @@ def test_the_link_is_copied(dashboard, context):  # noqa: F811
     context.grant_permissions(["clipboard-read", "clipboard-write"])
     dashboard.open("?seed=11").until_status("converged")
     dashboard.page.get_by_role("button", name="Copy link").click()
-    dashboard.page.get_by_role("button", name="Link copied").wait_for(timeout=PATIENCE_MS)
+    dashboard.page.get_by_text("Link copied").wait_for(timeout=PATIENCE_MS)
     copied = dashboard.page.evaluate("navigator.clipboard.readText()")
     assert copied == dashboard.page.url
     assert "seed=11" in copied
