@@ -9,7 +9,10 @@ from typing import Any
 
 import panel_material_ui as pmu
 
+from app.download import Download
 from vsep.files.results import as_json
+
+_MEDIA_TYPES = {"csv": "text/csv", "json": "application/json"}
 
 
 def table_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
@@ -27,7 +30,9 @@ def table_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
     return out.getvalue()
 
 
-def download_buttons(name: str, kind: type, rows: Callable[[], Sequence[Any]]) -> list[Any]:
+def download_buttons(
+    name: str, kind: type, rows: Callable[[], Sequence[Any]], download: Download
+) -> list[Any]:
     """Return a button for CSV and one for JSON.
 
     Parameters
@@ -38,6 +43,8 @@ def download_buttons(name: str, kind: type, rows: Callable[[], Sequence[Any]]) -
         Dataclass of its rows; the fields are the columns.
     rows : callable
         Returns the rows as they are shown.
+    download : Download
+        Brings the files to the browser.
     """
     columns = [field.name for field in fields(kind)]
     formats: dict[str, Callable[[list[dict[str, Any]]], str]] = {
@@ -46,16 +53,21 @@ def download_buttons(name: str, kind: type, rows: Callable[[], Sequence[Any]]) -
     }
 
     def button(suffix: str, write: Callable[[list[dict[str, Any]]], str]) -> Any:
-        made = pmu.FileDownload(
+        made = pmu.Button(
             label=suffix.upper(),
-            callback=lambda: io.StringIO(write([asdict(row) for row in rows()])),
-            filename=f"vsep-{name}.{suffix}",
+            icon="download",
             description=f"{suffix.upper()}: download the {name} shown, units in the names.",
+            variant="text",
             size="small",
             margin=(0, 1),
         )
-        # Given to the constructor it makes the widget warn of its own default.
-        made.variant = "text"
+
+        def send(_: Any) -> None:
+            content = write([asdict(row) for row in rows()]).encode()
+            download.send(f"vsep-{name}.{suffix}", _MEDIA_TYPES[suffix], content)
+
+        made.on_click(send)
+        download.join(made)
         return made
 
     return [button(suffix, write) for suffix, write in formats.items()]

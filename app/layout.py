@@ -8,6 +8,18 @@ import panel as pn
 from app.assets import path
 from app.views.progress import ProgressView
 
+# Of a button in the header that has no room for its name.
+ICON_ONLY = {
+    "fontSize": 0,
+    "minWidth": 0,
+    "& .MuiIcon-root, & svg": {"fontSize": "20px !important"},
+    "@media (max-width: 599px)": {
+        "paddingInline": "4px",
+        "& .MuiButton-startIcon": {"margin": 0},
+        "& .MuiButton-endIcon": {"display": "none"},
+    },
+}
+
 
 def stylesheet(name: str) -> str:
     """Return a style sheet of ``assets/css``."""
@@ -44,13 +56,18 @@ def card(
     )
 
 
-def panel(title: str, content: Any, *, weight: int, tools: Sequence[Any] = ()) -> Any:
+def panel(title: str, content: Any, *, weight: float, tools: Sequence[Any] = ()) -> Any:
     """Return a framed panel with a heading and, beside it, small buttons."""
     heading: Any = pn.pane.HTML(
-        f'<h2 style="font-size:12px;font-weight:600;margin:0">{title}</h2>', margin=(4, 8, 2, 8)
+        f'<h2 class="panel">{title}</h2>',
+        margin=(4, 8, 2, 8),
+        sizing_mode="stretch_width",
+        # Where there is no room for all, the heading is cut off, not the buttons.
+        styles={"min-width": "0"},
+        stylesheets=[stylesheet("tables")],
     )
     if tools:
-        heading = pn.Row(heading, pn.HSpacer(), *tools, margin=0, sizing_mode="stretch_width")
+        heading = pn.Row(heading, *tools, margin=0, sizing_mode="stretch_width")
     return pn.Column(
         heading,
         content,

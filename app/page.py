@@ -12,6 +12,7 @@ from bokeh.models import ColumnDataSource, CustomJS, Span
 
 from app.address import parse_iteration, parse_query
 from app.controls import Controls
+from app.download import Download
 from app.exports import download_buttons
 from app.layout import (
     card,
@@ -165,20 +166,21 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             sizing_mode="stretch_both",
             styles={"flex": "17 1 0", "min-width": "0", "min-height": "0"},
         )
+        download = Download()
         side = pn.Column(
             panel(
                 "Objects: estimate ± standard deviation, and truth",
                 self.table,
                 weight=10,
-                tools=download_buttons("objects", TableRow, self._table_shown),
+                tools=download_buttons("objects", TableRow, self._table_shown, download),
             ),
             panel(
                 "Events",
                 self.log,
                 weight=6,
-                tools=download_buttons("events", LogLine, self._log_shown),
+                tools=download_buttons("events", LogLine, self._log_shown, download),
             ),
-            panel("Time of an iteration", self.times, weight=2),
+            panel("Time of an iteration", self.times, weight=2.7),
             progress_card(self.progress),
             margin=0,
             stylesheets=[stylesheet("column")],

@@ -1,7 +1,6 @@
 """Two buttons of the live view: a snapshot of the run as a file, and the link to what is shown."""
 
 import asyncio
-import base64
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
 from functools import partial
@@ -9,31 +8,21 @@ from typing import Any
 
 import panel as pn
 import panel_material_ui as pmu
-from bokeh.models import ColumnDataSource, CustomJS
 
+from app.download import Download
+from app.layout import ICON_ONLY
 from app.report.snapshot import KINDS, SnapshotFile
 from vsep._arrays import InputError
 
 LARGEST_FILE = 12 * 2**20
 """What a browser is sent at once; the connection takes messages of 20 MiB, and text is longer."""
 
-# On a narrow screen the header has room for the icons only.
-_NARROW = {"fontSize": 0, "minWidth": 0, "& .MuiIcon-root, & svg": {"fontSize": "20px !important"}}
 _LOOK = {
     "variant": "text",
     "size": "small",
-    "sx": {"color": "white", "@media (max-width: 1199px)": _NARROW},
+    "sx": {"color": "white", "@media (max-width: 1199px)": ICON_ONLY},
     "margin": (0, 2),
 }
-_SAVE = """
-const [name, kind, data] = [file.data.name[0], file.data.kind[0], file.data.data[0]]
-const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0))
-const link = document.createElement("a")
-link.href = URL.createObjectURL(new Blob([bytes], {type: kind}))
-link.download = name
-link.click()
-setTimeout(() => URL.revokeObjectURL(link.href), 10000)
-"""
 _LINK, _LINK_COPIED, _SAID_FOR_S = "Copy link", "Link copied", 2.0
 # The clipboard is for secure pages; a class opens this one by the server's bare address.
 _COPY = """
@@ -93,12 +82,8 @@ class Share:
             **_LOOK,
         )
         self.link.on_click(self._copied)
-        self.file = ColumnDataSource(
-            {"name": [""], "kind": [""], "data": [""]}, name="file", syncable=False
-        )
-        self.file.js_on_change("data", CustomJS(args={"file": self.file}, code=_SAVE))
-        # The source belongs to the page by being an argument.
-        self.link.js_on_click(args={"file": self.file}, code=_COPY)
+        self._download = Download()
+        self._download.join(self.link, _COPY)
 
     def layout(self) -> Any:
         """Return both buttons."""
@@ -148,5 +133,4 @@ class Share:
 
     def _send(self, made: SnapshotFile) -> None:
         self.snapshot.loading = False
-        text = base64.b64encode(made.content).decode()
-        self.file.data = {"name": [made.name], "kind": [made.kind], "data": [text]}
+        self._download.send(made.name, made.kind, made.content)

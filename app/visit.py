@@ -96,7 +96,7 @@ def links(here: str) -> Any:
     )
     return pn.pane.HTML(
         f'<nav aria-label="Pages">{anchors}</nav>',
-        margin=(0, 12),
+        margin=(0, 6),
         align="center",
         stylesheets=[stylesheet("header")],
     )

@@ -9,7 +9,7 @@ import panel_material_ui as pmu
 from panel_material_ui.widgets.base import MaterialWidget
 
 from app.assets import path
-from app.layout import stylesheet
+from app.layout import ICON_ONLY, stylesheet
 
 
 class Help:
@@ -28,8 +28,8 @@ class Help:
             variant="text",
             size="small",
             description="Help: the three views, all controls, and a glossary.",
-            sx={"color": "white", "minWidth": "0"},
-            margin=(0, 6),
+            sx={"color": "white", "minWidth": "0", "@media (max-width: 599px)": ICON_ONLY},
+            margin=(0, 2),
             align="center",
         )
         self.dialog = pmu.Dialog(

@@ -138,7 +138,7 @@ class Dashboard:
         return self.page.evaluate(COUNT_DRAWN)
 
     def choose_preset(self, option):
-        self.page.get_by_role("combobox").first.click()
+        self.page.get_by_role("combobox", name=re.compile("^Preset")).click()
         self.page.get_by_role("menuitem", name=option).click()
 
     def settle(self):

@@ -2,11 +2,7 @@
 
 import asyncio
 
-import pytest
-
 from tests.load.classroom import health, lesson, served, summary
-
-pytestmark = pytest.mark.ui
 
 
 def test_a_small_class_gets_its_pictures_and_leaves_nothing_running():
