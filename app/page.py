@@ -207,7 +207,8 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             here="./",
             title=TITLE,
             description="Variational separation of radar objects and interference, live.",
-            status=pn.Row(self.share.layout(), self.transport.status, margin=0, align="center"),
+            status=self.transport.status,
+            tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
             main=main,
         )

@@ -82,8 +82,8 @@ class Share:
             **_LOOK,
         )
         self.link.on_click(self._copied)
-        self._download = Download()
-        self._download.join(self.link, _COPY)
+        self.download = Download()
+        self.download.join(self.link, _COPY)
 
     def layout(self) -> Any:
         """Return both buttons."""
@@ -133,4 +133,4 @@ class Share:
 
     def _send(self, made: SnapshotFile) -> None:
         self.snapshot.loading = False
-        self._download.send(made.name, made.kind, made.content)
+        self.download.send(made.name, made.kind, made.content)

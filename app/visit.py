@@ -96,14 +96,21 @@ def links(here: str) -> Any:
     )
     return pn.pane.HTML(
         f'<nav aria-label="Pages">{anchors}</nav>',
-        margin=(0, 6),
+        margin=(0, 6, 0, 12),
         align="center",
         stylesheets=[stylesheet("header")],
     )
 
 
 def page_frame(
-    *, here: str, title: str, description: str, status: Any, sidebar: Any, main: Any
+    *,
+    here: str,
+    title: str,
+    description: str,
+    status: Any,
+    sidebar: Any,
+    main: Any,
+    tools: Sequence[Any] = (),
 ) -> Any:
     """Return a page with header, side bar and main part.
 
@@ -119,6 +126,8 @@ def page_frame(
         Controls.
     main : Viewable
         Everything else.
+    tools : sequence of Viewable
+        Buttons of the header, left of the status.
     """
     guidance = Help([*sidebar, main])
     status.param.update(align="center", stylesheets=[stylesheet("header")])
@@ -131,7 +140,7 @@ def page_frame(
         sidebar_resizable=False,
         sidebar_variant="auto",
         busy_indicator=None,
-        header=[links(here), guidance.button, pn.HSpacer(), status],
+        header=[links(here), guidance.button, pn.HSpacer(), *tools, status],
         sidebar=sidebar,
         main=[main, guidance.dialog],
         theme_config=theme(),

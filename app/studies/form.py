@@ -237,13 +237,17 @@ class StudyForm:
 
 
 def _choice(label: str, text: str) -> Any:
-    """Return buttons of which any number may be pressed."""
-    return pmu.CheckButtonGroup(
+    """Return boxes of which any number may be ticked.
+
+    Not a group of toggle buttons: those are reached by the arrow keys only, and these do not work
+    inside the shadow roots in which widgets live.
+    """
+    return pmu.CheckBoxGroup(
         label=label,
         description=text,
         options=[],
         value=[],
-        orientation="vertical",
+        inline=True,
         sizing_mode="stretch_width",
         size="small",
         margin=(4, 16, 4, 16),

@@ -56,7 +56,15 @@ def app_url():
     assert ready.wait(60)
     yield f"http://127.0.0.1:{box['port']}/"
     server = box["server"]
-    server.io_loop.add_callback(server.io_loop.stop)
+
+    async def leave():
+        server.stop()
+        await server._http.close_all_connections()
+        # What the browsers have closed is closed here, too, before the loop ends.
+        await asyncio.sleep(0.2)
+        server.io_loop.stop()
+
+    server.io_loop.add_callback(leave)
     thread.join(10)
 
 

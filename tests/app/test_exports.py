@@ -61,7 +61,7 @@ def test_files_are_named_by_their_table_and_an_empty_one_has_its_headings():
 def test_the_same_content_is_sent_as_often_as_it_is_asked_for():
     download = Download()
     told = []
-    download.source.on_change("data", lambda *change: told.append(change))
+    download.source.on_change("data", lambda _attr, _old, new: told.append(new))
     for _ in range(2):
         download.send("a.csv", "text/csv", b"a")
     assert len(told) == 2

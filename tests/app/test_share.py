@@ -28,7 +28,7 @@ def click(make, complaints):
             while share._tasks:
                 await asyncio.gather(*share._tasks)
             assert not share.snapshot.loading
-            return share.file.data
+            return share.download.source.data
 
     return asyncio.run(run())
 

@@ -34,17 +34,12 @@ NAME = """(element) => {
   const label = element.getAttribute("aria-label") || element.labels?.[0]?.textContent
   return (label || element.textContent || element.tagName).trim()
 }"""
-_INNERMOST = """
+FOCUSED = f"""() => {{
   let element = document.activeElement
-  while (element && element.shadowRoot && element.shadowRoot.activeElement) {
+  while (element && element.shadowRoot && element.shadowRoot.activeElement) {{
     element = element.shadowRoot.activeElement
-  }
-"""
-FOCUSED = f"() => {{ {_INNERMOST} return ({NAME})(element) }}"
-IN_GROUP = f"""() => {{
-  {_INNERMOST}
-  const group = element.closest(".MuiToggleButtonGroup-root")
-  return group ? group.querySelectorAll("button").length - 1 : 0
+  }}
+  return ({NAME})(element)
 }}"""
 PHONE = {"width": 390, "height": 844}
 WIDE = "[document.documentElement.scrollWidth, document.documentElement.clientWidth]"
@@ -74,13 +69,18 @@ def drawn(page, url, query):
     )
     status = page.locator("[role=status]").first
     status.wait_for(timeout=PATIENCE_MS)
+    # The trials of the laboratory go on for minutes; its map stands from the beginning.
+    words = ["finished", "converged", "stopped"] + (
+        ["running"] if query.startswith("laboratory") else []
+    )
     page.wait_for_function(
-        """() => {
+        """(words) => {
           const all = (root) => [...root.querySelectorAll("*")].flatMap(
             (e) => e.shadowRoot ? [e, ...all(e.shadowRoot)] : [e])
           const status = all(document).find((e) => e.getAttribute("role") === "status")
-          return ["finished", "converged", "stopped"].some((w) => status.textContent.startsWith(w))
+          return words.some((w) => status.textContent.startsWith(w))
         }""",
+        arg=words,
         timeout=3 * PATIENCE_MS,
     )
 
@@ -185,7 +185,7 @@ def test_every_figure_can_be_saved(dashboard):  # noqa: F811
 def test_axe_finds_nothing_serious(watched, app_url, query, scheme):  # noqa: F811
     drawn(watched, app_url, f"{query}{'&' if '?' in query else '?'}theme={scheme}")
     assert (watched.locator(".mui-dark").count() > 0) == (scheme == "dark")
-    if "speed" in query:
+    if query.startswith("?"):
         choose(watched, "The dip and its cause")
         watched.get_by_role("button", name=re.compile("Show the answer")).click()
         watched.get_by_text("belongs to the order").wait_for(timeout=PATIENCE_MS)
@@ -211,10 +211,6 @@ def test_the_tab_key_reaches_every_control(watched, app_url, query):  # noqa: F8
     watched.locator("body").press("Tab")
     for _ in range(3 * len(wanted)):
         reached.add(watched.evaluate(FOCUSED))
-        # A group of toggle buttons is one stop; the arrow keys lead through it.
-        for _ in range(watched.evaluate(IN_GROUP)):
-            watched.keyboard.press("ArrowRight")
-            reached.add(watched.evaluate(FOCUSED))
         watched.keyboard.press("Tab")
     assert set(wanted) - reached == set()
 
@@ -232,8 +228,8 @@ def test_a_phone_held_upright_shows_all(watched, app_url, query):  # noqa: F811
         assert watched.get_by_role("button", name=re.compile(name)).is_visible()
     assert watched.get_by_role("navigation", name="Pages").get_by_role("link").count() >= 2
     watched.get_by_role("button", name="Open drawer").click()
-    last = watched.locator("input[type=file]").first
-    last.wait_for(state="attached", timeout=PATIENCE_MS)
+    control = watched.get_by_role("combobox").first
+    control.wait_for(timeout=PATIENCE_MS)
     # The drawer takes its time to leave.
     watched.wait_for_function(f"() => ({CUT_OFF})().length === 0", timeout=PATIENCE_MS)
     watched.keyboard.press("Escape")
