@@ -67,9 +67,8 @@ class Studies:
 
     def quick(self, realizations):
         """Choose two methods that take little time."""
-        self.press("factorised")
-        self.press("joint")
-        self.press("masked")
+        for method in ("factorised", "joint", "masked"):
+            self.page.get_by_role("checkbox", name=method).click()
         self.type("Realizations", str(realizations))
 
     @property

@@ -1,4 +1,4 @@
-"""A few sessions for a few seconds; the whole class is sent by hand, see README.md."""
+"""A few sessions for a few seconds; the whole class is sent by hand, see classroom.py."""
 
 import asyncio
 
