@@ -85,6 +85,21 @@ def test_a_second_interferer_puts_a_second_burst_into_every_interfered_ramp(real
     assert max(apart) < 0.46
 
 
+def test_two_chirps_of_the_second_interferer_make_three_bursts_on_both_sides_of_the_first():
+    one = draw_bench(trial(scene="simulation-2"))
+    point = {"num_interferers": 2, "num_second_crossings": 2}
+    three = draw_bench(trial(scene="simulation-2", **point))
+    first = {burst.ramp: burst for burst in one.truth.bursts}
+    assert [burst.ramp for burst in three.truth.bursts] == sorted([*first] * 3)
+    for ramp, alone in first.items():
+        bursts = [burst for burst in three.truth.bursts if burst.ramp == ramp]
+        crossings_s = [-burst.start_frequency_hz / burst.slope_hz_per_s for burst in bursts]
+        own_s = -alone.start_frequency_hz / alone.slope_hz_per_s
+        assert min(crossings_s) < own_s < max(crossings_s)
+        # The two chirps of the second have one slope.
+        assert len({round(burst.slope_hz_per_s) for burst in bursts}) == 2
+
+
 def test_noise_frames_hold_noise_alone():
     small, large = draw_bench(trial(scene="noise-1")), draw_bench(trial(scene="noise-2"))
     assert small.interfered.received.shape == (1, 256)

@@ -43,6 +43,7 @@ def test_figure_5_covers_the_levels_and_variants_that_are_asked_for():
     edges = [p for p in points if p.panel == "5-edges"]
     assert {p.interference_model for p in edges} == {"convolution-with-edges"}
     assert {p.num_interferers for p in points if p.panel == "5-two-bursts"} == {2}
+    assert {p.num_second_crossings for p in points if p.panel == "5-three-bursts"} == {2}
 
 
 def test_noise_alone_is_not_run_without_interference():

@@ -61,6 +61,7 @@ def test_a_selection_changes_what_is_run_and_not_what_a_trial_is():
         (lambda: point(scene="nowhere"), "scene is 'nowhere'"),
         (lambda: point(interference_model="none"), "interference_model is 'none'"),
         (lambda: point(num_interferers=3), "num_interferers is 3"),
+        (lambda: point(num_second_crossings=2), "num_second_crossings is 2"),
         (lambda: point(butterworth_order=-1), "butterworth_order is -1"),
         (lambda: TrialSettings(seed=-1), "seed is -1"),
         (lambda: TrialSettings(schedule="mine"), "schedule"),

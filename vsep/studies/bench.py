@@ -197,7 +197,7 @@ def _noise_bench(trial: Trial) -> Bench:
 def _with_second_interferer(
     name: str, scenario: Scenario, trial: Trial
 ) -> tuple[Scenario, Observation]:
-    """Put a second burst into every interfered ramp; objects, first burst and noise stay."""
+    """Put one or two more bursts into every interfered ramp; objects, first burst, noise stay."""
     _, noise_seed, other_seed = trial.seed_sequence.spawn(3)
     rng = np.random.default_rng(other_seed)
     radar = scenario.radar
@@ -205,16 +205,27 @@ def _with_second_interferer(
     difference = first.sequence.slope_hz_per_s - radar.slope_hz_per_s
     slope = radar.slope_hz_per_s + difference * rng.uniform(*_SLOPE_FACTORS)
     ramp_s = radar.num_samples / radar.sample_rate_hz
-    shift_s = rng.choice([-1.0, 1.0]) * rng.uniform(*_CROSSING_SHIFTS) * ramp_s
+    side = rng.choice([-1.0, 1.0])
+    shift_s = side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s
+    other = preset(name, snr_db=0.0, sir_db=0.0, rng=rng).scene.interferers[0]
+    shifts_s = [shift_s]
+    if trial.point.num_second_crossings == 2:
+        # The other chirp crosses on the other side of the first interferer's burst.
+        shifts_s.append(-side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s)
     # The course is k_I (T_p p - offset) + (k_I - k) t' + const.: this offset moves its crossing of
     # zero by the wanted time.
-    offset_s = shift_s * (slope - radar.slope_hz_per_s) / slope
-    other = preset(name, snr_db=0.0, sir_db=0.0, rng=rng).scene.interferers[0]
-    second = Interferer(
-        sequence=interferer_sequence(name, slope_hz_per_s=slope, time_offset_s=offset_s),
-        channel=other.channel,
+    more = tuple(
+        Interferer(
+            sequence=interferer_sequence(
+                name,
+                slope_hz_per_s=slope,
+                time_offset_s=wanted_s * (slope - radar.slope_hz_per_s) / slope,
+            ),
+            channel=other.channel,
+        )
+        for wanted_s in shifts_s
     )
-    moved = replace(scenario, scene=replace(scenario.scene, interferers=(first, second)))
+    moved = replace(scenario, scene=replace(scenario.scene, interferers=(first, *more)))
     observation = simulate(
         radar,
         moved.scene,

@@ -113,6 +113,12 @@ def _figure_5() -> tuple[Point, ...]:
             _simulation_2("5-two-bursts", sir_db=sir_db, num_interferers=2)
             for sir_db in _levels(-40, 40, 10)
         ],
+        *[
+            _simulation_2(
+                "5-three-bursts", sir_db=sir_db, num_interferers=2, num_second_crossings=2
+            )
+            for sir_db in _levels(-40, 40, 20)
+        ],
     )
 
 

@@ -47,7 +47,9 @@ class Point:
     interference_model : str
         How the simulator makes the bursts.
     num_interferers : int
-        1, or 2 for two bursts in every interfered ramp.
+        1, or 2 for a burst of each in every interfered ramp.
+    num_second_crossings : int
+        1, or 2 if two chirps of the second interferer cross in every interfered ramp.
     interferer_slope_hz_per_s : float, optional
         Another slope k_I than that of Table I.
     num_interfered_ramps : int, optional
@@ -72,6 +74,7 @@ class Point:
     butterworth_order: int = 0
     interference_model: InterferenceModel = "multiplicative"
     num_interferers: int = 1
+    num_second_crossings: int = 1
     interferer_slope_hz_per_s: float | None = None
     num_interfered_ramps: int | None = None
     num_objects: int | None = None
@@ -90,6 +93,7 @@ class Point:
                 f"interference_model is {self.interference_model!r}; it must be one of {allowed}."
             )
         require_range("num_interferers", self.num_interferers, 1, 2)
+        require_range("num_second_crossings", self.num_second_crossings, 1, self.num_interferers)
         require_range("butterworth_order", self.butterworth_order, 0, 16)
         require_range("filter_mismatch", self.filter_mismatch, -0.9, 9.0)
 
