@@ -206,6 +206,9 @@ class WorkerPool:
         """Hand jobs to one worker, one after the other; a thread's body."""
         while (job := self._next_job()) is not None:
             try:
+                if not worker.alive:
+                    # It ended while it had nothing to do: the job is not to blame.
+                    self._restart(worker)
                 self._settle(job, *worker.do(job))
             except _WorkerEndedError:
                 self._replace(worker, job)
@@ -261,13 +264,16 @@ class WorkerPool:
         else:
             job.set_exception(result)
 
-    def _replace(self, worker: "_Worker", job: Job) -> None:
+    def _restart(self, worker: "_Worker") -> None:
         with self._changed:
             if self._closed:
                 return
             self._num_replaced += 1
         worker.start()
-        if job.unwanted_since is None:
+
+    def _replace(self, worker: "_Worker", job: Job) -> None:
+        self._restart(worker)
+        if job.unwanted_since is None and not self._closed:
             _LOG.warning("a worker process ended abruptly and was replaced")
             job.set_exception(
                 InputError("A worker process ended abruptly, perhaps for lack of memory.")
@@ -289,6 +295,11 @@ class _Worker:
     def process_id(self) -> int:
         """Of the process."""
         return self._process.pid or 0
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process is there."""
+        return self._process.is_alive()
 
     def start(self) -> None:
         """Start the process, or another one after it has ended."""

@@ -152,6 +152,26 @@ def test_the_recording_ships_with_its_licence() -> None:
     assert "Version 2.0, January 2004" in (folder / "LICENSE-APACHE").read_text()
 
 
+def test_the_command_does_linear_algebra_in_one_thread_unless_told_otherwise() -> None:
+    code = (
+        "import sys, vsep.__main__\nassert 'numpy' not in sys.modules\n"
+        "sys.argv = ['vsep', '--version']\n"
+        "try:\n    vsep.__main__.main()\nexcept SystemExit:\n    pass\n"
+        "import os; assert 'numpy' in sys.modules; print(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    free = {name: text for name, text in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    for given, wanted in (({}, "1"), ({"OPENBLAS_NUM_THREADS": "2"}, "2")):
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=ROOT,
+            env={**free, **given},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout.split()[-1] == wanted
+
+
 def test_help_loads_no_dashboard_and_no_plotting() -> None:
     heavy = ("panel", "bokeh", "holoviews", "matplotlib", "param", "pandas", "app", "scipy.signal")
     code = (

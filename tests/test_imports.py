@@ -48,6 +48,7 @@ FLOORS = {
     "vsep.study_options": 9,
     "vsep.separability_options": 9,
     "vsep.cli": 11,
+    "vsep.__main__": 12,
 }
 COMMAND_LINE = (
     "vsep.commands",

@@ -6,10 +6,10 @@ Names are loaded when they are first used: importing the package alone costs nex
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from vsep._arrays import InputError
 from vsep._version import __version__
 
 if TYPE_CHECKING:
+    from vsep._arrays import InputError
     from vsep.files.frame import Frame, read_frame, write_frame
     from vsep.inference.object_only import ObjectOnlySeparator
     from vsep.inference.run import iterate, run
@@ -58,6 +58,7 @@ _HOMES = {
     "FactorisedSeparator": "vsep.inference.separator",
     "Frame": "vsep.files.frame",
     "GroundTruth": "vsep.signal.scene",
+    "InputError": "vsep._arrays",
     "Interferer": "vsep.signal.scene",
     "InterfererSequence": "vsep.signal.radar",
     "MeasuredFilter": "vsep.signal.filters",

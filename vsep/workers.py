@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
 # One linear-algebra thread a worker: more would fight over the cores, and could round otherwise.
-_SINGLE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+SINGLE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def available_cores() -> int:
@@ -53,8 +53,8 @@ def _end_with_parent(lifeline: Connection) -> None:
 @contextmanager
 def single_threaded() -> Iterator[None]:
     """Have processes that start meanwhile load their libraries with one thread."""
-    before = {name: os.environ.get(name) for name in _SINGLE_THREAD}
-    os.environ.update(dict.fromkeys(_SINGLE_THREAD, "1"))
+    before = {name: os.environ.get(name) for name in SINGLE_THREAD}
+    os.environ.update(dict.fromkeys(SINGLE_THREAD, "1"))
     try:
         yield
     finally:

@@ -1,4 +1,5 @@
 import os
+import signal
 import threading
 import time
 from concurrent.futures import wait
@@ -139,6 +140,16 @@ def test_a_worker_that_breaks_is_told_and_replaced(pool, caplog):
         pool.desk().submit(_end).result(20)
     assert "was replaced" in caplog.text
     assert pool.desk().submit(_where).result(20) in pool.figures().process_ids
+
+
+def test_a_worker_that_ended_while_it_had_nothing_to_do_fails_no_job(pool, caplog):
+    for number in pool.figures().process_ids:
+        os.kill(number, signal.SIGKILL)
+    _until(lambda: not any(worker.alive for worker in pool._workers))
+    desks = [pool.desk() for _ in range(4)]
+    places = {job.result(20) for job in [desk.submit(_where) for desk in desks]}
+    assert places <= set(pool.figures().process_ids)
+    assert caplog.text == ""
 
 
 def test_a_closed_desk_takes_no_jobs(pool):

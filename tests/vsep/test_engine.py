@@ -146,12 +146,13 @@ def test_workers_use_one_thread_and_the_environment_comes_back(monkeypatch):
 def test_a_trial_that_takes_its_process_down_is_a_failed_row_and_the_others_finish():
     study = quick_study(2)
     trials = list(pending_trials(study, ()))
+    others = set(multiprocessing.active_children())
     running = run_on_processes(trials, workers=2)
     stop = threading.Event()
 
     def kill_all():
         while not stop.is_set():
-            for child in multiprocessing.active_children():
+            for child in set(multiprocessing.active_children()) - others:
                 child.kill()
             time.sleep(0.01)
 

@@ -16,6 +16,13 @@ RELAXED = {"reassoc", "contract", "nsz"}
 
 
 def compiled(function: Function) -> Function:
-    """Compile a function of arrays and numbers; it must not allocate more than it returns."""
-    machine_code = njit(cache=True, fastmath=RELAXED, error_model="numpy")(function)
+    """Compile a function of arrays and numbers; it must not allocate more than it returns.
+
+    What it calls becomes part of it. Otherwise a callee would have several machine codes, its own
+    and one in each caller's file, which round differently; which of them is called would depend on
+    what the process has loaded or compiled before, and with it the last bit of every result.
+    """
+    machine_code = njit(cache=True, fastmath=RELAXED, error_model="numpy", forceinline=True)(
+        function
+    )
     return cast(Function, machine_code)
