@@ -79,6 +79,7 @@ _FIGURE_5_PANELS = (
     ("5d-f", "sir_db", "over SIR at SNR 60 dB"),
     ("5-edges", "sir_db", "exact convolution with the interferer's ramp edges"),
     ("5-two-bursts", "sir_db", "two bursts in every interfered ramp"),
+    ("5-three-bursts", "sir_db", "three bursts of two interferers in every interfered ramp"),
 )
 
 
