@@ -61,8 +61,8 @@ class ObjectWorkspace:
     ----------
     components : ObjectComponents
         Where the step starts from.
-    residual : (P, N) or (A, P, N) complex
-        r_alpha: received signal minus the interference estimate, of one antenna or several.
+    residual : (P, N) or, of several antennas, (A P, N) complex
+        r_alpha: received signal minus the interference estimate.
     noise_precision : float
         lambda.
     threshold : float
@@ -71,6 +71,8 @@ class ObjectWorkspace:
         Identity of the next new component.
     background : Background, optional
         Columns of another source that share the joint posterior, in place of being subtracted.
+    num_antennas : int
+        A.
     """
 
     def __init__(
@@ -82,7 +84,10 @@ class ObjectWorkspace:
         threshold: float,
         next_id: int,
         background: Background | None = None,
+        num_antennas: int = 1,
     ) -> None:
+        if num_antennas > 1:
+            residual = residual.reshape(num_antennas, -1, residual.shape[1])
         # A writable copy: for read-only arrays the kernels would be compiled a second time.
         self.residual = residual.copy()
         self.threshold = threshold
@@ -110,8 +115,9 @@ class ObjectWorkspace:
 
     @property
     def signal(self) -> ComplexArray:
-        """(P, N) or (A, P, N) estimate Phi alpha."""
-        return self._synthesize(len(self.ids))
+        """(P, N) or (A P, N) estimate Phi alpha."""
+        signal = self._synthesize(len(self.ids))
+        return signal if signal.ndim == 2 else signal.reshape(-1, signal.shape[2])
 
     def _unexplained(self) -> ComplexArray:
         """(P, N) or (A, P, N) residual minus everything among the columns."""
@@ -309,13 +315,14 @@ class ObjectWorkspace:
         )
 
 
-def no_objects() -> ObjectComponents:
+def no_objects(num_antennas: int = 1) -> ObjectComponents:
     """Return an empty object channel."""
+    shape = (0,) if num_antennas == 1 else (0, num_antennas)
     return ObjectComponents(
         component_ids=np.zeros(0, dtype=np.int64),
         beats=np.zeros(0),
         dopplers=np.zeros(0),
-        amplitudes=np.zeros(0, dtype=np.complex128),
+        amplitudes=np.zeros(shape, dtype=np.complex128),
         covariance=np.zeros((0, 0), dtype=np.complex128),
         precisions=np.zeros(0),
     )
