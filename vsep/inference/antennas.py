@@ -34,7 +34,7 @@ class SharedSet(ActiveSet):
     @property
     def num_antennas(self) -> int:
         """Number of antennas A."""
-        return self.projections.shape[1]
+        return int(self.projections.shape[1])
 
     def refresh(self) -> None:
         """Recompute covariance and means, (58)-(59)."""
@@ -68,7 +68,7 @@ def project_all(signals: ComplexArray, factors: Factors) -> ComplexArray:
 
 
 def synthesize_all(amplitudes: ComplexArray, factors: Factors) -> ComplexArray:
-    """(A, P, N) object signals of the weights (L, A)."""
+    """Object signals (A, P, N) of the weights (L, A)."""
     return np.stack([synthesize(weights, *factors) for weights in amplitudes.T])
 
 

@@ -93,7 +93,9 @@ class SharedCosts:
         """(T,) costs of T chosen bursts with other templates (T, N)."""
         rows, places = self._rows(chosen)
         values = self.costs.values(rows, templates[places])
-        return np.bincount(places, weights=values, minlength=len(chosen))
+        total = np.zeros(len(chosen))
+        np.add.at(total, places, values)
+        return total
 
     def slopes(
         self, chosen: IntArray, templates: ComplexArray, derivatives: ComplexArray
