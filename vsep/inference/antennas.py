@@ -11,7 +11,7 @@ import numpy as np
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray
 from vsep.inference.sbl import ActiveSet, converged_precision
-from vsep.kernels.antennas import shared_cost_jet
+from vsep.kernels.shared_cost import shared_cost_jet
 from vsep.kernels.climbing import NO_GAIN, TRIALS, newton_or_gradient_step
 from vsep.kernels.lines import LEAST_SCHUR, Columns, CostJet
 from vsep.signal.atoms import (

@@ -14,7 +14,7 @@ from vsep._arrays import (
     require_range,
     wrap_frequency,
 )
-from vsep.signal.antennas import AntennaScene
+from vsep.signal.antenna_line import AntennaScene
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
 from vsep.signal.filters import AntiAliasingFilter
