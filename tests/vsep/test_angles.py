@@ -17,9 +17,9 @@ def weights_of(angles_deg, num_antennas, spacing):
 @pytest.mark.parametrize("spacing", [0.25, 0.5])
 def test_plane_waves_without_noise_come_from_where_they_come(num_antennas, spacing):
     angles = np.array([-89.0, -60.0, -13.7, 0.0, 1e-3, 45.0, 89.0])
-    turned = weights_of(angles, num_antennas, spacing) * np.array([3.0, 1j, -1.0, 2.0, 1, 1, 1])[
-        :, None
-    ]
+    turned = (
+        weights_of(angles, num_antennas, spacing) * np.array([3.0, 1j, -1.0, 2.0, 1, 1, 1])[:, None]
+    )
     found = object_angles(turned, np.full(7, 1e-6), spacing)
     # Newton's method ends at rounding, 1e-8 of a cell; at 89 degrees a sine is 57 times steeper.
     np.testing.assert_allclose(found.angles_deg, angles, atol=1e-4)
@@ -44,7 +44,9 @@ def test_a_wide_line_gives_the_direction_nearest_to_broadside():
     found = object_angles(weights_of(np.array([40.0]), 4, 2.0), np.ones(1), 2.0)
     aliased = np.degrees(np.arcsin((np.sin(np.radians(40.0)) + 0.25) % 0.5 - 0.25))
     assert found.angles_deg[0] == pytest.approx(aliased, abs=1e-6)
-    assert abs(found.angles_deg[0]) <= unambiguous_angle_deg(2.0) == pytest.approx(14.4775, abs=1e-4)
+    assert (
+        abs(found.angles_deg[0]) <= unambiguous_angle_deg(2.0) == pytest.approx(14.4775, abs=1e-4)
+    )
 
 
 def test_noise_beyond_the_ends_of_a_narrow_line_is_put_at_its_end():

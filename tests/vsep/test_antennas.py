@@ -21,8 +21,8 @@ from vsep.inference.elbo import weights_bound
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
 from vsep.inference.sbl import ActiveSet, threshold_from_false_alarm_rate, threshold_of_sum
-from vsep.kernels.shared_cost import shared_cost_jet
 from vsep.kernels.lines import Columns, cost_jet
+from vsep.kernels.shared_cost import shared_cost_jet
 from vsep.signal.atoms import gram, synthesize
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel

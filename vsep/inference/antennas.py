@@ -148,16 +148,17 @@ def update_shared(
     shape = residual.shape[1:]
     points, precisions = points.copy(), active.precisions.copy()
     kept, ratios = np.ones(len(points), dtype=np.bool_), np.zeros(len(points))
+    beat_lines, doppler_lines = frame_factors(points, shape)
+    correlations, products = active.gram.copy(), active.projections.copy()
     for index in range(len(points)):
         others = np.flatnonzero(kept & (np.arange(len(points)) != index))
-        factors = frame_factors(points[others], shape)
         posterior = SharedSet(
-            gram(*factors),
-            project_all(residual, factors),
+            correlations[np.ix_(others, others)],
+            products[others],
             precisions[others],
             active.noise_precision,
         )
-        columns = as_shared_columns(posterior, factors)
+        columns = as_shared_columns(posterior, (beat_lines[others], doppler_lines[others]))
         moved, jet = climb_shared(
             points[index], float(precisions[index]), residual, columns, max_steps=1
         )
@@ -169,6 +170,11 @@ def update_shared(
         rho = 1.0 / jet.inverse_rho
         points[index] = moved
         precisions[index] = converged_precision(rho, ratios[index] * rho / active.num_antennas)
+        own = frame_factors(points[index : index + 1], shape)
+        beat_lines[index], doppler_lines[index] = own[0][0], own[1][0]
+        correlations[:, index] = gram_between((beat_lines, doppler_lines), own)[:, 0]
+        correlations[index] = correlations[:, index].conj()
+        products[index] = project_all(residual, own)[0]
     return points, precisions, kept, ratios
 
 
