@@ -11,9 +11,9 @@ import numpy as np
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray
 from vsep.inference.sbl import ActiveSet, converged_precision
-from vsep.kernels.shared_cost import shared_cost_jet
 from vsep.kernels.climbing import NO_GAIN, TRIALS, newton_or_gradient_step
 from vsep.kernels.lines import LEAST_SCHUR, Columns, CostJet
+from vsep.kernels.shared_cost import shared_cost_jet
 from vsep.signal.atoms import (
     Factors,
     gram,

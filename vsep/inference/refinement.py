@@ -15,9 +15,9 @@ from vsep.inference.antennas import (
 )
 from vsep.inference.sbl import ActiveSet
 from vsep.kernels import climbing, lines
-from vsep.kernels.shared_cost import shared_cost_jet
 from vsep.kernels.climbing import MAX_STEP_CELLS, NO_GAIN
 from vsep.kernels.lines import Columns, CostJet
+from vsep.kernels.shared_cost import shared_cost_jet
 from vsep.signal.atoms import (
     Factors,
     gram,
