@@ -69,7 +69,7 @@ def object_angles(
     >>> weights = 10.0 * np.exp(2j * np.pi * 0.25 * np.arange(4))
     >>> found = object_angles(weights[None], np.ones(1), 0.5)
     >>> np.round(found.angles_deg, 6), np.round(found.stds_deg, 2)
-    (array([30.]), array([3.33]))
+    (array([30.]), array([0.67]))
     """
     if amplitudes.ndim != 2 or amplitudes.shape[1] < 2:
         raise InputError(
