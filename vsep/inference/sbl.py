@@ -308,7 +308,7 @@ def threshold_of_sum(threshold: float, num_antennas: int) -> float:
     Examples
     --------
     >>> round(threshold_of_sum(20.0, 1), 6), round(threshold_of_sum(20.0, 4), 1)
-    (20.0, 29.1)
+    (20.0, 28.3)
     """
     if num_antennas == 1:
         return threshold
