@@ -23,6 +23,7 @@ from app.layout import (
 )
 from app.location import SharedIteration, set_query, synchronise
 from app.loop import Crew, FrameLoop, Stage
+from app.notices import tell_of_antennas
 from app.picture import Picture
 from app.report.recipe import KeptFrame, Recipe
 from app.report.snapshot import SnapshotFile, make_snapshot, snapshot_recipe
@@ -237,10 +238,12 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
     def load(self, name: str, content: bytes) -> None:
         """Take a frame file; a bad one becomes a notification and nothing else changes."""
         try:
-            self._take(read_frame(io.BytesIO(content), name=name))
+            frame = read_frame(io.BytesIO(content), name=name)
         except InputError as error:
             self.complain(str(error))
             return
+        self._take(frame)
+        tell_of_antennas(frame)
         self._kept = KeptFrame(name=name, content=content)
         self._leave_trial()
         if self.settings.preset == LOADED_FRAME:

@@ -220,7 +220,9 @@ def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
         help="folder, made if need be, for DIR/<frame>.npz with object_signal, "
         "interference_signal and cleaned",
     )
-    add_antenna_option(parser)
+    add_antenna_option(
+        parser, "all together, with angles of arrival; joint and masked take one, antenna 0"
+    )
     parser.add_argument(
         "--response",
         metavar="FILE",

@@ -31,6 +31,7 @@ from vsep.signal.template import SignalModel
 from vsep.workers import available_cores, worker_pool
 
 _EXIT_INPUT = 2
+_SEVERAL_ANTENNAS = ("factorised", "object-only")
 _FRAMES_AT_A_TIME = 4  # handed to a process, so that handing over costs little
 _FRAMES_WORTH_A_PROCESS = 16  # starting one takes as long as some frames
 
@@ -85,7 +86,7 @@ def separate_frames(options: argparse.Namespace) -> int:
             if "error" in line:
                 tqdm.write(f"vsep: {line['error']}", file=sys.stderr)
             used += "error" not in line
-            if options.antenna is None and line.get("num_antennas", 1) > 1:
+            if options.antenna is None and "antenna" in line:
                 tqdm.write(f"vsep: {_which_antenna(line)}", file=sys.stderr)
             profile.update(line.get("profile", {}))
             results.write(as_json(line) + "\n")
@@ -99,8 +100,8 @@ def separate_frames(options: argparse.Namespace) -> int:
 
 def _which_antenna(line: Mapping[str, Any]) -> str:
     return (
-        f"{line['file']} holds {line['num_antennas']} antennas; antenna 0 is separated, --antenna "
-        "chooses another."
+        f"{line['file']} holds {line['num_antennas']} antennas, of which this estimator takes one: "
+        "antenna 0 is separated, --antenna chooses another."
     )
 
 
@@ -146,7 +147,10 @@ def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
     """Make the result line of one frame; one with ``error`` if it could not be used."""
     try:
         frame = _read_frame(path, options)
-        received = _moving(frame) if options.clutter == "remove" else frame.received
+        together = _is_together(frame, options)
+        received = frame.antennas if together and frame.antennas is not None else frame.received
+        if options.clutter == "remove":
+            received = _moving(frame, received)
         solution = run(_separator_of(options, frame), received)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
@@ -156,11 +160,13 @@ def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
             "file": path,
             "error": str(error) or f"{path} needs more memory than this machine has.",
         }
-    line = result_line(path, solution, frame.radar)
+    line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
     if parallel := np.flatnonzero(parallel_ramps(frame.received)).tolist():
         line["parallel_ramps"] = parallel
     if frame.num_antennas > 1:
-        line |= {"antenna": frame.antenna, "num_antennas": frame.num_antennas}
+        line |= {"num_antennas": frame.num_antennas}
+    if frame.num_antennas > 1 and not together:
+        line |= {"antenna": frame.antenna}
     return line | ({"profile": profile_entry(solution)} if options.profile else {})
 
 
@@ -171,14 +177,20 @@ def _read_frame(path: str, options: argparse.Namespace) -> Frame:
     return frame if response is None else replace(frame, anti_aliasing_filter=response)
 
 
-def _moving(frame: Frame) -> ComplexArray:
-    """Return the frame without what stands still; `InputError` if it has too few ramps for that."""
+def _is_together(frame: Frame, options: argparse.Namespace) -> bool:
+    """Whether all antennas of a frame are separated together: unless one of them is asked for."""
+    several = frame.num_antennas > 1 and options.antenna is None
+    return several and options.estimator in _SEVERAL_ANTENNAS
+
+
+def _moving(frame: Frame, received: ComplexArray) -> ComplexArray:
+    """Return the signal without what stands still; `InputError` if ramps are too few for that."""
     if frame.radar.num_ramps < FEWEST_RAMPS:
         raise InputError(
             f"{frame.name} has {frame.radar.num_ramps} ramps; --clutter remove needs at least "
             f"{FEWEST_RAMPS}."
         )
-    return frame.received - static_part(frame.received)
+    return received - static_part(received)
 
 
 def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
@@ -205,7 +217,8 @@ def _require_usable(options: argparse.Namespace) -> None:
 def _separator_of(options: argparse.Namespace, frame: Frame) -> Estimator:
     masked = options.estimator == "masked"
     mask = frame_mask(frame, options.mask) if masked else None
-    model = SignalModel.of_radar(frame.radar, frame.assumed_filter)
+    num_antennas = frame.num_antennas if _is_together(frame, options) else 1
+    model = SignalModel.of_radar(frame.radar, frame.assumed_filter, num_antennas)
     return make_separator(options, model, mask)
 
 

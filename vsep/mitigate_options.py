@@ -60,13 +60,13 @@ def add_mask_option(parser: Any) -> None:
     )
 
 
-def add_antenna_option(parser: Any) -> None:
+def add_antenna_option(parser: Any, default: str = "0") -> None:
     """Add ``--antenna``, for frame files that hold several."""
     parser.add_argument(
         "--antenna",
         type=int,
         metavar="N",
-        help="which antenna of a frame file that holds several, from 0 (default: 0)",
+        help=f"which antenna of a frame file that holds several, from 0 (default: {default})",
     )
 
 

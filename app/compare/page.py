@@ -38,6 +38,7 @@ from app.controls import Controls
 from app.layout import stylesheet, unseen_title
 from app.location import SharedIteration, set_query, synchronise
 from app.loop import Crew, FrameLoop, Stage
+from app.notices import tell_of_antennas
 from app.session import Phase, RunSession
 from app.settings import LOADED_FRAME, PLAN_NAMES, Settings
 from app.teaching.experiment import COMPARE, Experiment, open_experiment
@@ -174,6 +175,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self.complain(str(error))
             return
         self._frame = frame
+        tell_of_antennas(frame)
         brought = frame.anti_aliasing_filter
         with param.parameterized.discard_events(self.settings):
             self.controls.fit_frame(

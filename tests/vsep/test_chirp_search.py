@@ -57,3 +57,26 @@ def test_bank_is_made_once_for_equal_models():
         anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25),
     )
     assert slope_bank(again) is slope_bank(MODEL)
+
+
+def test_antennas_are_searched_together():
+    rng = np.random.default_rng(3)
+    start, slope = 0.6, -0.01
+    burst = MODEL.template(np.array([start]), np.array([slope]))[0]
+    shape = (4, 2, MODEL.num_samples)
+    noise = rng.standard_normal((2, *shape)) * np.sqrt(0.5)
+    rows = noise[0] + 1j * noise[1]
+    # 9 dB at each antenna is lost in noise, whose best chirp has 10; 15 dB at all four is not.
+    level = np.sqrt(10**0.9 / np.sum(np.abs(burst) ** 2))
+    rows[:, 1] += level * np.exp(2j * np.pi * rng.random((4, 1))) * burst
+    found = find_single_chirps(rows, MODEL)
+    assert -found.start_frequency[1] / found.slope[1] == pytest.approx(start / -slope, abs=4.0)
+    assert found.slope[1] == pytest.approx(slope, rel=0.15)
+    alone = [find_single_chirps(rows[a], MODEL) for a in range(4)]
+    best = np.sum([each.score for each in alone], axis=0)
+    assert np.all(found.score <= best * (1 + 1e-5))  # each antenna alone takes its own best place
+    assert found.score[1] > max(each.score[1] for each in alone)
+    # One antenna of a list is one antenna.
+    single = find_single_chirps(rows[:1], MODEL)
+    np.testing.assert_allclose(single.score, alone[0].score, rtol=1e-4)  # single precision
+    np.testing.assert_array_equal(single.tone_score, alone[0].tone_score)

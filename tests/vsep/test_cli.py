@@ -183,26 +183,69 @@ def test_separate_finds_the_burst_and_the_object_of_simulation_1(tmp_path: Path)
     assert burst["slope_hz_per_s"] == pytest.approx(truth.bursts[0].slope_hz_per_s, rel=0.01)
 
 
-def test_separate_takes_the_first_antenna_and_says_so_or_the_one_asked_for(
+def test_separate_takes_all_antennas_together_or_the_one_asked_for(
+    tmp_path: Path, frame_file: Callable[..., str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    noise = np.random.default_rng(6).normal(scale=0.05, size=(2, 4, 4, 32))
+    angle = np.exp(2j * np.pi * 0.5 * np.sin(np.radians(-20.0)) * np.arange(4))
+    clean = np.exp(-2j * np.pi * (0.2 * np.arange(32) + 0.1 * np.arange(4)[:, None]))
+    frame = frame_file(
+        received=angle[:, None, None] * clean + noise[0] + 1j * noise[1],
+        antenna_spacing_wavelengths=0.5,
+    )
+    out = tmp_path / "results.jsonl"
+    assert cli.main(["separate", frame, "--out", str(out), "--signals", str(tmp_path / "s")]) == 0
+    assert capsys.readouterr().err == ""
+    line = lines_of(out)[0]
+    assert line["num_antennas"] == 4
+    assert "antenna" not in line
+    (entry,) = line["objects"]
+    assert entry["beat"] == pytest.approx(0.2, abs=0.01 / 32)
+    assert abs(entry["angle_deg"] + 20.0) < 4.0 * entry["angle_std_deg"] < 2.0
+    with np.load(tmp_path / "s" / "frame.npz", allow_pickle=False) as signals:
+        assert signals["cleaned"].shape == (4, 4, 32)
+    assert cli.main(["separate", frame, "--antenna", "1", "--out", str(out)]) == 0
+    assert capsys.readouterr().err == ""
+    one = lines_of(out)[0]
+    assert (one["antenna"], one["num_antennas"]) == (1, 4)
+    assert "angle_deg" not in one["objects"][0]
+    assert cli.main(["separate", frame, "--antenna", "4", "--out", str(out)]) == 2
+    assert "antenna is 4; it must lie between 0 and 3" in capsys.readouterr().err
+
+
+def test_an_estimator_for_one_antenna_takes_the_first_and_says_so(
     tmp_path: Path,
     frame_arrays: FrameArrays,
     frame_file: Callable[..., str],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     one = frame_arrays()["received"]
-    turned = one * np.exp(-2j * np.pi * 0.15 * np.arange(32))
-    frame = frame_file(received=np.stack([one, turned]))
+    frame = frame_file(received=np.stack([one, one.conj()]))
     out = tmp_path / "results.jsonl"
-    assert cli.main(["separate", frame, "--out", str(out)]) == 0
-    assert "holds 2 antennas; antenna 0 is separated" in capsys.readouterr().err
+    assert cli.main(["separate", frame, "--estimator", "joint", "--out", str(out)]) == 0
+    said = capsys.readouterr().err
+    assert "holds 2 antennas, of which this estimator takes one: antenna 0 is separated" in said
     first = lines_of(out)[0]
     assert (first["antenna"], first["num_antennas"]) == (0, 2)
     assert first["objects"][0]["beat"] == pytest.approx(0.2, abs=0.01 / 32)
-    assert cli.main(["separate", frame, "--antenna", "1", "--out", str(out)]) == 0
-    assert capsys.readouterr().err == ""
-    assert lines_of(out)[0]["objects"][0]["beat"] == pytest.approx(0.35, abs=0.01 / 32)
-    assert cli.main(["separate", frame, "--antenna", "2", "--out", str(out)]) == 2
-    assert "antenna is 2; it must lie between 0 and 1" in capsys.readouterr().err
+
+
+def test_what_stands_still_is_removed_at_every_antenna(
+    tmp_path: Path, frame_file: Callable[..., str]
+) -> None:
+    rng = np.random.default_rng(8)
+    sample, ramp = np.arange(32), np.arange(8)[:, None]
+    still, moving = (
+        np.exp(-2j * np.pi * 0.3 * sample),
+        np.exp(-2j * np.pi * (0.1 * sample + ramp / 4)),
+    )
+    noise = rng.normal(scale=0.02, size=(2, 2, 8, 32))
+    frame = frame_file(received=10.0 * still + moving + noise[0] + 1j * noise[1])
+    out = tmp_path / "results.jsonl"
+    assert cli.main(["separate", frame, "--clutter", "remove", "--out", str(out)]) == 0
+    beats = [entry["beat"] for entry in lines_of(out)[0]["objects"]]
+    assert any(beat == pytest.approx(0.1, abs=0.01 / 32) for beat in beats)
+    assert not any(beat == pytest.approx(0.3, abs=0.5 / 32) for beat in beats)
 
 
 @pytest.mark.parametrize("beat_sign", [-1, 1])

@@ -5,7 +5,7 @@ import pytest
 
 from vsep import InputError
 from vsep.analysis.burst_model import burst_signal, model_bursts
-from vsep.analysis.crlb import dispersion_bound, single_line_bound
+from vsep.analysis.crlb import dispersion_bound, shared_dispersion_bound, single_line_bound
 from vsep.inference.uncertainty import fisher_information
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.presets import simulate_preset
@@ -143,3 +143,39 @@ def test_nothing_to_bound():
     assert np.isnan(bound.root_mean_crlb)
     with pytest.raises(InputError, match="noise_precision"):
         dispersion_bound(replace(truth, noise_precision=float("nan")), model)
+
+
+@pytest.mark.parametrize("name", ["simulation-1", "simulation-2-a"])
+def test_antennas_halve_the_bound_where_there_are_four_of_them(name):
+    truth, model, _ = scene(name)
+    one = dispersion_bound(truth, model)
+    amplitudes = np.repeat(truth.amplitudes[:, None], 4, axis=1)
+    four = shared_dispersion_bound(replace(truth, amplitudes=amplitudes), model)
+    np.testing.assert_allclose(four.beats, one.beats / 2, rtol=1e-6)
+    np.testing.assert_allclose(four.dopplers, one.dopplers / 2, rtol=1e-6)
+
+
+def test_the_shared_bound_is_the_inverse_of_the_summed_information():
+    truth, model, _ = scene("simulation-2-a", seed=3)
+    rng = np.random.default_rng(5)
+    turned = truth.amplitudes[:, None] * np.exp(2j * np.pi * rng.random((len(truth.beats), 3)))
+    bound = shared_dispersion_bound(replace(truth, amplitudes=turned), model)
+    none = np.zeros(len(truth.beats))
+    fisher = sum(
+        fisher_information(
+            truth.beats, truth.dopplers, weights, none, truth.noise_precision, model.shape
+        )
+        for weights in turned.T
+    )
+    expected = np.sqrt(np.diagonal(np.linalg.inv(fisher)))
+    np.testing.assert_allclose(np.append(bound.beats, bound.dopplers), expected, rtol=1e-6)
+
+
+def test_the_shared_bound_of_nothing_is_empty_and_needs_a_noise_level():
+    truth, model, _ = scene("simulation-1")
+    nothing = replace(
+        truth, beats=np.zeros(0), dopplers=np.zeros(0), amplitudes=np.zeros((0, 4), dtype=complex)
+    )
+    assert len(shared_dispersion_bound(nothing, model).beats) == 0
+    with pytest.raises(InputError, match="noise_precision"):
+        shared_dispersion_bound(replace(truth, noise_precision=float("nan")), model)

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -166,3 +167,56 @@ def test_signals_add_up_in_the_sign_of_the_file(
         assert set(signals) == {"object_signal", "interference_signal", "cleaned"}
         assert np.array_equal(signals["cleaned"], stored - signals["interference_signal"])
         assert np.array_equal(signals["object_signal"], np.full((4, 32), -1.0j * beat_sign))
+
+
+def solution_of_antennas(shape: tuple[int, int], num_antennas: int) -> Solution:
+    """One object at 30 degrees for half a wavelength, and one burst that all antennas receive."""
+    one = example_solution(shape, [0.1])
+    amplitudes = 5.0 * np.exp(2j * np.pi * 0.25 * np.arange(num_antennas))[None]
+    bursts = tuple(replace(one.state.bursts[0], antenna=a) for a in range(num_antennas))
+    rows = np.tile(one.state.interference_signal, (num_antennas, 1))
+    state = replace(
+        one.state,
+        objects=replace(one.state.objects, amplitudes=amplitudes),
+        bursts=bursts,
+        object_signal=np.ones_like(rows),
+        interference_signal=rows,
+    )
+    return replace(one, state=state)
+
+
+def test_an_object_of_several_antennas_has_an_angle_where_their_spacing_is_known(
+    small_radar: ChirpSequence,
+) -> None:
+    solution = solution_of_antennas(small_radar.shape, 4)
+    entry = result_line("a", solution, small_radar, 0.5)["objects"][0]
+    assert set(entry) == OBJECT_KEYS | {"angle_deg", "angle_std_deg"}
+    assert entry["angle_deg"] == pytest.approx(30.0, abs=1e-6)
+    # sqrt(6 / (snr A (A^2 - 1))) / (2 pi d cos(theta)) at snr = 25 / 0.25.
+    turns = np.sqrt(6.0 / (100.0 * 60.0)) / (2 * np.pi * 0.5 * np.cos(np.pi / 6))
+    assert entry["angle_std_deg"] == pytest.approx(np.degrees(turns))
+    assert np.shape(entry["amplitude"]) == (4, 2)
+    assert entry["component_snr_db"] == pytest.approx(10 * np.log10(25.0 / 0.25 - 1.0))
+    alone = result_line("a", example_solution(small_radar.shape, [0.1]), small_radar)["objects"][0]
+    assert entry["beat_std"] == pytest.approx(alone["beat_std"] / 2.0)
+    assert set(result_line("a", solution, small_radar)["objects"][0]) == OBJECT_KEYS
+
+
+def test_a_burst_of_several_antennas_is_one_entry(small_radar: ChirpSequence) -> None:
+    solution = solution_of_antennas(small_radar.shape, 3)
+    (entry,) = result_line("a", solution, small_radar)["interference"]
+    assert (entry["ramp"], entry["num_components"], entry["energy"]) == (3, 9, 75.0)
+
+
+def test_signals_of_several_antennas_come_back_in_the_shape_of_the_file(
+    small_radar: ChirpSequence,
+) -> None:
+    antennas = np.arange(2 * 4 * 32).reshape(2, 4, 32) + 1j
+    frame = Frame(received=antennas[0], radar=small_radar, antennas=antennas)
+    signals = separated_signals(frame, solution_of_antennas(small_radar.shape, 2))
+    interference = signals["interference_signal"]
+    assert interference.shape == signals["object_signal"].shape == (2, 4, 32)
+    np.testing.assert_array_equal(signals["cleaned"], antennas - interference)
+    # Of one antenna that was separated alone.
+    one = separated_signals(frame, example_solution(small_radar.shape, [0.1]))
+    np.testing.assert_array_equal(one["cleaned"], antennas[0] - one["interference_signal"])

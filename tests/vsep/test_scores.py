@@ -18,14 +18,15 @@ def test_best_centres_take_negative_lags_from_the_end():
 def test_polishing_finds_the_best_of_the_surroundings_and_stops_at_the_edges():
     rng = np.random.default_rng(3)
     kernels = (rng.standard_normal((5, 40)) + 1j * rng.standard_normal((5, 40))).astype("c8")
-    residual = (rng.standard_normal(12) + 1j * rng.standard_normal(12)).astype("c8")
+    residual = (rng.standard_normal((2, 12)) + 1j * rng.standard_normal((2, 12))).astype("c8")
     inverse_energy = rng.uniform(0.5, 2.0, (5, 17))
     first, samples = -2, np.arange(12)
     score = np.empty((5, 17))
     for s in range(5):
         for c in range(17):
             shifted = kernels[s, samples + 20 - first - c].astype(complex)
-            score[s, c] = np.abs(np.vdot(shifted, residual)) ** 2 * inverse_energy[s, c]
+            power = np.sum(np.abs(residual @ shifted.conj()) ** 2)
+            score[s, c] = power * inverse_energy[s, c]
     places = np.array([0, 4]), np.array([0, 16])
     found = polish(residual, kernels, inverse_energy, first, *places, (1, 2))
     tried = np.full(score.shape, -1.0)

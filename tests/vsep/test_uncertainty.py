@@ -52,3 +52,15 @@ def test_fisher_information_equals_the_numerical_one(shape):
 def test_no_object_has_no_deviation():
     std = dispersion_std(no_objects(), 1.0, (4, 16))
     assert len(std.beats) == len(std.dopplers) == 0
+
+
+@pytest.mark.parametrize("shape", [(1, 64), (8, 32)])
+def test_what_antennas_tell_adds_up(shape):
+    rng = np.random.default_rng(7)
+    beats, dopplers = np.array([0.1, 0.125, -0.3]), np.array([0.2, 0.15, -0.4])
+    amplitudes = rng.standard_normal((3, 4)) + 1j * rng.standard_normal((3, 4))
+    precisions = np.array([0.1, 0.2, 0.3])
+    common = precisions, 100.0, shape
+    together = fisher_information(beats, dopplers, amplitudes, *common)
+    alone = [fisher_information(beats, dopplers, weights, *common) for weights in amplitudes.T]
+    np.testing.assert_allclose(together, np.sum(alone, axis=0), rtol=1e-9, atol=1e-6)

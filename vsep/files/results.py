@@ -5,20 +5,23 @@ Beat and Doppler frequencies are in the paper's sign, whatever the sign of the f
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from vsep._arrays import to_db
+from vsep.analysis.angles import object_angles
 from vsep.files.frame import Frame
 from vsep.inference.state import BurstComponents, Solution
 from vsep.inference.uncertainty import dispersion_std
 from vsep.signal.radar import ChirpSequence
 
 
-def result_line(file: str, solution: Solution, radar: ChirpSequence) -> dict[str, Any]:
+def result_line(
+    file: str, solution: Solution, radar: ChirpSequence, spacing_wavelengths: float | None = None
+) -> dict[str, Any]:
     """Describe one frame's solution by numbers, texts, lists and dictionaries.
 
     Parameters
@@ -29,19 +32,21 @@ def result_line(file: str, solution: Solution, radar: ChirpSequence) -> dict[str
         Outcome of a run.
     radar : ChirpSequence
         The victim radar, which gives the units.
+    spacing_wavelengths : float, optional
+        Of a uniform line of antennas that were separated together: objects have angles.
 
     Returns
     -------
     dict
-        ``file``; ``radar``; ``objects``; ``interference``, one entry per burst;
+        ``file``; ``radar``; ``objects``; ``interference``, one entry per burst of all antennas;
         ``noise_precision`` in 1/power; ``iterations``; ``termination``; ``seconds``.
     """
     state = solution.state
     return {
         "file": file,
         "radar": asdict(radar),
-        "objects": _object_entries(solution, radar),
-        "interference": [_burst_entry(burst, radar) for burst in state.bursts],
+        "objects": _object_entries(solution, radar, spacing_wavelengths),
+        "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
         "noise_precision": state.noise_precision,
         "iterations": solution.iterations,
         "termination": solution.termination.name.lower(),
@@ -81,15 +86,21 @@ def separated_signals(frame: Frame, solution: Solution) -> dict[str, Any]:
         ``object_signal``, ``interference_signal`` and ``cleaned``: received less interference.
     """
     interference = solution.state.interference_signal
+    together = frame.antennas is not None and interference.size == frame.antennas.size
+    received = frame.antennas if frame.antennas is not None and together else frame.received
     signals = {
         "object_signal": solution.state.object_signal,
         "interference_signal": interference,
-        "cleaned": frame.received - interference,
+        "cleaned": received.reshape(interference.shape) - interference,
     }
-    return {key: frame.in_file_sign(signal) for key, signal in signals.items()}
+    return {
+        key: frame.in_file_sign(signal.reshape(received.shape)) for key, signal in signals.items()
+    }
 
 
-def _object_entries(solution: Solution, radar: ChirpSequence) -> list[dict[str, Any]]:
+def _object_entries(
+    solution: Solution, radar: ChirpSequence, spacing_wavelengths: float | None
+) -> list[dict[str, Any]]:
     objects = solution.objects
     std = dispersion_std(objects, solution.state.effective_precision, radar.shape)
     columns = {
@@ -104,20 +115,33 @@ def _object_entries(solution: Solution, radar: ChirpSequence) -> list[dict[str, 
         "amplitude": np.stack([objects.amplitudes.real, objects.amplitudes.imag], axis=-1),
         "component_snr_db": to_db(objects.component_snr),
     }
+    if spacing_wavelengths is not None and objects.amplitudes.ndim == 2:
+        variances = np.diagonal(objects.covariance).real
+        angles = object_angles(objects.amplitudes, variances, spacing_wavelengths)
+        columns |= {"angle_deg": angles.angles_deg, "angle_std_deg": angles.stds_deg}
     return [
         {key: column[index].tolist() for key, column in columns.items()}
         for index in range(objects.num_components)
     ]
 
 
-def _burst_entry(burst: BurstComponents, radar: ChirpSequence) -> dict[str, Any]:
-    rate = radar.sample_rate_hz
+def _of_antennas(bursts: Iterable[BurstComponents]) -> list[list[BurstComponents]]:
+    """Bursts that are one and the same at several antennas, together."""
+    together: dict[tuple[int, float, float], list[BurstComponents]] = {}
+    for burst in bursts:
+        place = burst.ramp, burst.start_frequency, burst.slope
+        together.setdefault(place, []).append(burst)
+    return list(together.values())
+
+
+def _burst_entry(every: list[BurstComponents], radar: ChirpSequence) -> dict[str, Any]:
+    rate, burst = radar.sample_rate_hz, every[0]
     return {
         "ramp": burst.ramp,
         "start_frequency_hz": burst.start_frequency * rate,
         "slope_hz_per_s": burst.slope * rate**2,
-        "num_components": burst.num_components,
-        "energy": burst.energy,
+        "num_components": sum(own.num_components for own in every),
+        "energy": sum(own.energy for own in every),
     }
 
 

@@ -1,6 +1,6 @@
 """Where bursts start, stay, restart and end: the modelled ones against an exhaustive search."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy import fft
@@ -15,7 +15,7 @@ from vsep.inference.chirp_search import (
 )
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.ramp_work import RampWork
-from vsep.inference.sbl import converged_precision
+from vsep.inference.sbl import activation_ratio, converged_precision, threshold_of_sum
 from vsep.inference.state import EventKind
 
 START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
@@ -26,11 +26,14 @@ SURE = 0.5  # share of a modelled chirp's score that a search reaches for sure, 
 class BurstSearch:
     """A search for one chirp in every ramp, and what it means for the bursts modelled there.
 
+    What several antennas received of a ramp is searched together: energies and scores are sums over
+    the antennas, and thresholds are those of sums.
+
     Parameters
     ----------
     work : InterferenceWorkspace
         The bursts; changed in place.
-    residual : (P, N) complex
+    residual : (P, N) or, of several antennas, (A P, N) complex
         Received signal minus the objects.
     noise_precision : float
         lambda.
@@ -52,7 +55,8 @@ class BurstSearch:
         self.weakest_share = weakest_share
         first = work.schedule.first_threshold_db
         self.literal = first is None
-        self.threshold = work.threshold if first is None else float(from_db(first))
+        threshold = work.threshold if first is None else float(from_db(first))
+        self.threshold = threshold_of_sum(threshold, work.model.num_antennas)
 
     def run(self) -> None:
         """Check every burst on what the others leave, then look for one more in the quiet ramps."""
@@ -64,19 +68,22 @@ class BurstSearch:
         # From the back, so that an index stays valid while bursts are removed behind it.
         held = [
             (ramp, index)
-            for ramp in self.work.ramps.values()
+            for ramp in self.work.first_antenna()
             for index in reversed(range(len(ramp.chirps)))
         ]
         if not held:
             return set()
-        rows = np.array(
-            [self.residual[ramp.ramp] - ramp.signal + ramp.signals[index] for ramp, index in held]
+        rows = self._of_antennas(
+            [
+                [self.residual[each.ramp] - each.signal + each.signals[index] for each in together]
+                for together, index in self._together(held)
+            ]
         )
         scores = self._scores(held, rows)
         doubtful = np.flatnonzero(self._doubtful(scores, rows))
         if len(doubtful) == 0:
             return set()
-        found = self._find(rows[doubtful])
+        found = self._find(rows[..., doubtful, :])
         changed = set()
         for number, place in enumerate(doubtful.tolist()):
             ramp, index = held[place]
@@ -84,11 +91,22 @@ class BurstSearch:
             if kind is None:
                 continue
             changed.add(ramp.ramp)
-            self._remove(ramp, index)
+            self.work.remove_burst(ramp, index)
             if kind is EventKind.CHIRP_RESTARTED:
                 self._start(ramp.ramp, found, number)
             self._record(kind, ramp.ramp, found, number)
         return changed
+
+    def _together(
+        self, held: Sequence[tuple[RampWork, int]]
+    ) -> Iterator[tuple[list[RampWork], int]]:
+        """Yield the ramp of each burst as every antenna received it."""
+        return ((self.work.same_ramp(ramp), index) for ramp, index in held)
+
+    @staticmethod
+    def _of_antennas(rows: Sequence[Sequence[ComplexArray]]) -> ComplexArray:
+        """(B, N) rows of B ramps at one antenna, or (A, B, N) at several."""
+        return np.swapaxes(np.array(rows), 0, 1) if len(rows[0]) > 1 else np.array(rows)[:, 0]
 
     def _scores(self, held: Sequence[tuple[RampWork, int]], rows: ComplexArray) -> FloatArray:
         """(2, B) best single-component score of modelled bursts, and what all of each explains.
@@ -96,11 +114,14 @@ class BurstSearch:
         The score is ``|a^H r|^2 / ||a||^2`` over the channel grid.
         """
         templates = np.array([ramp.chirps[index].template for ramp, index in held])
-        rest = rows - np.array([ramp.signals[index] for ramp, index in held])
+        rest = rows - self._of_antennas(
+            [[each.signals[index] for each in together] for together, index in self._together(held)]
+        )
         num_bins = self.work.grid.num_bins
-        products = fft.ifft(templates.conj() * rows, num_bins, axis=1, norm="forward")
-        single = np.max(np.abs(products) ** 2, axis=1) / squared_norms(templates)
-        return np.array([single, squared_norms(rows) - squared_norms(rest)])
+        products = fft.ifft(templates.conj() * rows, num_bins, axis=-1, norm="forward")
+        power = _sum_of_antennas(np.abs(products) ** 2)
+        single = np.max(power, axis=1) / squared_norms(templates)
+        return np.array([single, row_energies(rows) - row_energies(rest)])
 
     def _doubtful(self, scores: FloatArray, rows: ComplexArray) -> BoolArray:
         """(B,) whether a search can say anything of a burst but that it stays as it is.
@@ -110,13 +131,8 @@ class BurstSearch:
         """
         single, explained = scores
         needed = np.maximum(tone_scores(rows), self.threshold / self.noise_precision)
-        certain = (CLEARLY_BETTER * explained > squared_norms(rows)) & (SURE * single > needed)
+        certain = (CLEARLY_BETTER * explained > row_energies(rows)) & (SURE * single > needed)
         return np.asarray(~certain | self.literal)
-
-    def _remove(self, ramp: RampWork, index: int) -> None:
-        ramp.remove_burst(index)
-        if not ramp.chirps:
-            del self.work.ramps[ramp.ramp]
 
     def _verdict(self, found: ChirpCandidates, number: int, score: float) -> EventKind | None:
         """Tell what a search means for a burst; None if it stays as it is.
@@ -135,17 +151,19 @@ class BurstSearch:
         """Begin a burst in every ramp whose rest holds a chirp."""
         work = self.work
         rest = self.residual - work.signal
+        if work.model.num_antennas > 1:
+            rest = rest.reshape(-1, *work.model.shape)
         ramps = [
             p
             for p in range(work.model.num_ramps)
             if p not in changed
             and self._num_bursts(p) < work.schedule.bursts_per_ramp
             # No chirp scores more than the energy there is.
-            and self._strong(p, float(np.vdot(rest[p], rest[p]).real))
+            and self._strong(p, float(np.vdot(rest[..., p, :], rest[..., p, :]).real))
         ]
         if not ramps:
             return
-        found = self._find(rest[ramps])
+        found = self._find(rest[..., ramps, :])
         for number, p in enumerate(ramps):
             if self.literal or (
                 self._confirmed(found, number) and self._strong(p, found.score[number])
@@ -169,7 +187,8 @@ class BurstSearch:
         """Whether a further burst is not just what the fit of the others has not reached yet."""
         if p not in self.work.ramps:
             return True
-        energy = np.sum(np.abs(self.work.ramps[p].signals) ** 2, axis=1)
+        together = self.work.same_ramp(self.work.ramps[p])
+        energy = sum(np.sum(np.abs(each.signals) ** 2, axis=1) for each in together)
         return bool(score >= self.weakest_share * energy.max())
 
     def _record(self, kind: EventKind, p: int, found: ChirpCandidates, number: int) -> None:
@@ -178,23 +197,50 @@ class BurstSearch:
 
     def _start(self, p: int, found: ChirpCandidates, number: int) -> None:
         """Begin with one component at zero delay, polished from the search grid."""
-        work = self.work
-        ramp = work.ramps.setdefault(p, RampWork(p))
-        index = len(ramp.chirps)
-        ramp.chirps.append(
-            place_chirp(
-                float(found.start_frequency[number]), float(found.slope[number]), work.model
-            )
+        work, num_ramps = self.work, self.work.model.num_ramps
+        chirp = place_chirp(
+            float(found.start_frequency[number]), float(found.slope[number]), work.model
         )
-        residual, noise_precision = self.residual[p], self.noise_precision
+        rows = [a * num_ramps + p for a in range(work.model.num_antennas)]
+        together = [work.ramps.setdefault(row, RampWork(row)) for row in rows]
+        index, noise_precision = len(together[0].chirps), self.noise_precision
+        for ramp in together:
+            ramp.chirps.append(chirp)
+            if self.literal:
+                active = work.posterior(ramp, self.residual[ramp.ramp], noise_precision)
+                work.take_over(ramp, active)
+                continue
+            ramp.owners, ramp.bins = np.append(ramp.owners, index), np.append(ramp.bins, 0)
+            ramp.precisions = np.append(ramp.precisions, 0.0)
         if self.literal:
-            work.take_over(ramp, work.posterior(ramp, residual, noise_precision))
             return
-        ramp.owners, ramp.bins = np.append(ramp.owners, index), np.append(ramp.bins, 0)
-        ramp.precisions = np.append(ramp.precisions, 0.0)
-        work.refine_burst([ramp], index, self.residual, noise_precision, max_steps=START_STEPS)
-        active = work.posterior(ramp, residual, noise_precision)
+        work.refine_burst(together, index, self.residual, noise_precision, max_steps=START_STEPS)
+        for ramp in together:
+            self._weigh_new(ramp)
+
+    def _weigh_new(self, ramp: RampWork) -> None:
+        """Give the last column of a ramp its prior precision, or take it out.
+
+        An antenna may receive next to nothing of a burst that the others show.
+        """
+        work, residual = self.work, self.residual[ramp.ramp]
+        active = work.posterior(ramp, residual, self.noise_precision)
         last = len(active) - 1
         rho, omega_sq = active.flat_prior_moments(last)
-        active.set_precision(last, converged_precision(rho, omega_sq))
+        if work.model.num_antennas > 1 and activation_ratio(rho, omega_sq) <= work.threshold:
+            ramp.owners, ramp.bins = ramp.owners[:last], ramp.bins[:last]
+            ramp.precisions = ramp.precisions[:last]
+            active = work.posterior(ramp, residual, self.noise_precision)
+        else:
+            active.set_precision(last, converged_precision(rho, omega_sq))
         work.take_over(ramp, active)
+
+
+def row_energies(rows: ComplexArray) -> FloatArray:
+    """(B,) energies of the rows of B ramps, (B, N) or, summed over antennas, (A, B, N)."""
+    return _sum_of_antennas(squared_norms(rows)[..., None])[:, 0]
+
+
+def _sum_of_antennas(powers: FloatArray) -> FloatArray:
+    """(B, N) of powers (B, N) or (A, B, N)."""
+    return np.asarray(powers.sum(axis=0)) if powers.ndim == 3 else powers

@@ -74,6 +74,50 @@ class ChannelCosts:
         )
 
 
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class SharedCosts:
+    """Sums of costs over the rows that share a template: one burst as several antennas see it.
+
+    Parameters
+    ----------
+    costs : ChirpCosts
+        Of every row.
+    owners : (R,) int
+        Which of the shared templates each row has.
+    """
+
+    costs: ChirpCosts
+    owners: IntArray
+
+    def values(self, chosen: IntArray, templates: ComplexArray) -> FloatArray:
+        """(T,) costs of T chosen bursts with other templates (T, N)."""
+        rows, places = self._rows(chosen)
+        values = self.costs.values(rows, templates[places])
+        total = np.zeros(len(chosen))
+        np.add.at(total, places, values)
+        return total
+
+    def slopes(
+        self, chosen: IntArray, templates: ComplexArray, derivatives: ComplexArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Costs, gradients and curvatures, each a sum."""
+        rows, places = self._rows(chosen)
+        values, gradients, curvatures = self.costs.slopes(
+            rows, templates[places], derivatives[places]
+        )
+        totals = np.zeros(len(chosen)), np.zeros((len(chosen), 2)), np.zeros((len(chosen), 2, 2))
+        for total, each in zip(totals, (values, gradients, curvatures), strict=True):
+            np.add.at(total, places, each)
+        return totals
+
+    def _rows(self, chosen: IntArray) -> tuple[IntArray, IntArray]:
+        """Rows of the chosen bursts, and which of them each belongs to."""
+        places = np.full(int(self.owners.max()) + 1, -1)
+        places[chosen] = np.arange(len(chosen))
+        rows = np.flatnonzero(places[self.owners] >= 0)
+        return rows, places[self.owners[rows]]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedChirp:
     """Start frequency and slope (normalised) with what they imply.

@@ -121,21 +121,35 @@ def slope_bank(model: SignalModel) -> SlopeBank:
 def _correlations(
     spectra: SingleComplexArray, kernels: SingleComplexArray
 ) -> Iterator[SingleComplexArray]:
-    """Yield the circular correlations (M, F) of every ramp's spectrum with all coarse kernels."""
+    """Yield the circular correlations (M, F) of every ramp's spectrum with all coarse kernels.
+
+    Of several antennas, spectra (A, P, F), the root of the sum of their powers is yielded.
+    """
+    if spectra.ndim == 3:
+        for p in range(spectra.shape[1]):
+            every = fft.ifft(spectra[:, p, None] * kernels, axis=2, overwrite_x=True)
+            power = np.sum(every.real**2 + every.imag**2, axis=0)
+            yield np.sqrt(power).astype(np.complex64)
+        return
     for first in range(0, len(spectra), RAMPS_AT_A_TIME):
         products = spectra[first : first + RAMPS_AT_A_TIME, None] * kernels
         yield from fft.ifft(products, axis=2, overwrite_x=True)
 
 
 def squared_norms(rows: ComplexArray) -> FloatArray:
-    """(P,) energies of the rows of a (P, N) array."""
-    return np.asarray(np.sum(rows.real**2 + rows.imag**2, axis=1))
+    """(P,) energies of the rows of a (P, N) array, or (A, P) of an (A, P, N) array."""
+    return np.asarray(np.sum(rows.real**2 + rows.imag**2, axis=-1))
 
 
 def tone_scores(rows: ComplexArray) -> FloatArray:
-    """(P,) what the best single tone of every row scores, on a grid of half a cell."""
-    num_samples = rows.shape[1]
-    tones = np.abs(fft.fft(rows, 2 * num_samples, axis=1)) ** 2 / num_samples
+    """(P,) what the best single tone of every row scores, on a grid of half a cell.
+
+    Of several antennas, rows (A, P, N), their sum.
+    """
+    num_samples = rows.shape[-1]
+    tones = np.abs(fft.fft(rows, 2 * num_samples, axis=-1)) ** 2 / num_samples
+    if tones.ndim == 3:
+        tones = tones.sum(axis=0)
     return np.asarray(tones.max(axis=1))
 
 
@@ -149,8 +163,9 @@ def find_single_chirps(
 
     Parameters
     ----------
-    residual : (P, N) complex
-        Received signal minus what is modelled already.
+    residual : (P, N) or (A, P, N) complex
+        Received signal minus what is modelled already. What several antennas received of a ramp is
+        searched for one chirp with a weight for each; scores are sums over the antennas.
     model : SignalModel
         Size, sampling and assumed filter.
     least_score : float
@@ -163,8 +178,9 @@ def find_single_chirps(
     tone_score = tone_scores(residual)
     worthwhile = COARSE_SHARE * np.maximum(least_score, tone_score) * (least_score > 0.0)
     rows = residual.astype(np.complex64)
-    spectra = fft.fft(rows, size, axis=1)
-    found = np.empty((3, len(residual)))
+    spectra = fft.fft(rows, size, axis=-1)
+    every = rows if rows.ndim == 3 else rows[None]
+    found = np.empty((3, every.shape[1]))
     for p, correlations in enumerate(_correlations(spectra, bank.spectra)):
         columns, scores = best_centres(correlations, first, coarse_inverse_energy)
         row, best = int(np.argmax(scores)), float(scores.max())
@@ -172,7 +188,7 @@ def find_single_chirps(
         if best >= worthwhile[p]:
             close = scores >= CLOSE_SHARE * best
             place = polish(
-                rows[p],
+                every[:, p],
                 bank.kernels,
                 bank.inverse_energy,
                 first,

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from vsep._arrays import ComplexArray
+from vsep._arrays import ComplexArray, InputError
 from vsep.inference.state import EventKind, IterationInfo, SeparationState, Termination
 from vsep.signal.template import SignalModel
 
@@ -33,6 +33,15 @@ class Estimator(Protocol):
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Whether a run goes on after this step."""
+
+
+def require_one_antenna(model: SignalModel, name: str) -> None:
+    """Raise `InputError` where an estimator is asked to take several antennas together."""
+    if model.num_antennas > 1:
+        raise InputError(
+            f"The {name} estimator is given {model.num_antennas} antennas; it takes 1, factorised "
+            "and object-only take several."
+        )
 
 
 def is_quiet(info: IterationInfo) -> bool:

@@ -9,7 +9,12 @@ from scipy.linalg import LinAlgError
 
 from vsep._arrays import ComplexArray, from_db, to_db
 from vsep.inference.channel import ChannelGrid, channel_posterior
-from vsep.inference.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
+from vsep.inference.chirp_refinement import (
+    ChannelCosts,
+    SharedCosts,
+    place_chirps,
+    refine_chirps,
+)
 from vsep.inference.ramp_work import RampWork, flat_ramps
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import Schedule
@@ -34,6 +39,9 @@ from vsep.signal.template import SignalModel
 
 class InterferenceWorkspace:
     """The interference estimate of all ramps while one step changes it.
+
+    Of several antennas every row of the frame is a ramp with a channel of its own; the bursts of a
+    ramp have the same places in all of its rows.
 
     Parameters
     ----------
@@ -81,7 +89,8 @@ class InterferenceWorkspace:
             self.model,
         )
         for burst, chirp in zip(bursts, chirps, strict=True):
-            work = self.ramps.setdefault(burst.ramp, RampWork(burst.ramp))
+            row = burst.antenna * self.model.num_ramps + burst.ramp
+            work = self.ramps.setdefault(row, RampWork(row))
             owner = np.full(burst.num_components, len(work.chirps))
             work.chirps.append(chirp)
             work.owners = np.concatenate([work.owners, owner])
@@ -97,8 +106,8 @@ class InterferenceWorkspace:
 
     @property
     def signal(self) -> ComplexArray:
-        """(P, N) sum of all bursts."""
-        total = np.zeros(self.model.shape, dtype=np.complex128)
+        """(P, N) or, of several antennas, (A P, N) sum of all bursts."""
+        total = np.zeros(self.model.rows_shape, dtype=np.complex128)
         for p, ramp in self.ramps.items():
             total[p] = ramp.signal
         return total
@@ -130,22 +139,39 @@ class InterferenceWorkspace:
         self._revise(residual, noise_precision)
         if not self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
-        for ramp in list(self.ramps.values()):
+        for ramp in self.first_antenna():
             self.drop_empty(ramp)
         self.refine_bursts(residual, noise_precision, max_steps=steps)
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
 
+    def first_antenna(self) -> list[RampWork]:
+        """Return the interfered ramps of the first antenna; the others have bursts where it has."""
+        return [ramp for row, ramp in self.ramps.items() if row < self.model.num_ramps]
+
+    def same_ramp(self, ramp: RampWork) -> list[RampWork]:
+        """Return one ramp as every antenna received it."""
+        if self.model.num_antennas == 1:
+            return [ramp]
+        p, num_ramps = ramp.ramp % self.model.num_ramps, self.model.num_ramps
+        return [self.ramps[a * num_ramps + p] for a in range(self.model.num_antennas)]
+
     def drop_empty(self, ramp: RampWork) -> None:
         """Drop bursts that lost all their components; the literal schedule keeps the template."""
         if self.schedule.first_threshold_db is None:
             return
+        together = self.same_ramp(ramp)
         for index in reversed(range(len(ramp.chirps))):
-            if len(ramp.own(index)) == 0:
-                ramp.remove_burst(index)
+            if all(len(each.own(index)) == 0 for each in together):
+                self.remove_burst(ramp, index)
                 self.record(EventKind.CHIRP_DROPPED, ramp.ramp, 0.0, self.prune_threshold)
-        if not ramp.chirps:
-            del self.ramps[ramp.ramp]
+
+    def remove_burst(self, ramp: RampWork, index: int) -> None:
+        """Take one burst of a ramp out, at every antenna."""
+        for each in self.same_ramp(ramp):
+            each.remove_burst(index)
+            if not each.chirps:
+                del self.ramps[each.ramp]
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
         """Covariance and mean (61)-(62) at the present parameters."""
@@ -237,10 +263,26 @@ class InterferenceWorkspace:
             residual=_rows(residual, moved),
             noise_precision=noise_precision,
         )
+        if self.model.num_antennas > 1:
+            self._refine_together(moved, index, costs, max_steps)
+            return
         chirps = [ramp.chirps[index] for ramp in moved]
         refined = refine_chirps(chirps, self.model, costs, max_steps=max_steps)
         for ramp, chirp in zip(moved, refined, strict=True):
             ramp.chirps[index] = chirp
+
+    def _refine_together(
+        self, moved: Sequence[RampWork], index: int, costs: ChannelCosts, max_steps: int
+    ) -> None:
+        """Climb the sum over the antennas; a burst has one place at all of them."""
+        own = [ramp.ramp % self.model.num_ramps for ramp in moved]
+        _, first, owners = np.unique(own, return_index=True, return_inverse=True)
+        shared = SharedCosts(costs=costs, owners=owners)
+        chirps = [moved[place].chirps[index] for place in first]
+        refined = refine_chirps(chirps, self.model, shared, max_steps=max_steps)
+        for place, chirp in zip(first, refined, strict=True):
+            for ramp in self.same_ramp(moved[place]):
+                ramp.chirps[index] = chirp
 
     def _revise(self, residual: ComplexArray, noise_precision: float) -> None:
         """Add, re-weigh and prune the columns of all ramps, Algorithm 4."""
@@ -281,7 +323,7 @@ class InterferenceWorkspace:
                 kind=kind,
                 snr_db=float(to_db(ratio)),
                 threshold_db=float(to_db(threshold)),
-                ramp=ramp,
+                ramp=ramp % self.model.num_ramps if ramp >= 0 else ramp,
             )
         )
 
@@ -293,7 +335,7 @@ class InterferenceWorkspace:
                 kind=kind,
                 snr_db=float(to_db(ratio)),
                 threshold_db=float(to_db(self.threshold if added else self.prune_threshold)),
-                ramp=ramp,
+                ramp=ramp % self.model.num_ramps,
                 bin=channel_bin,
             )
         )
@@ -307,7 +349,8 @@ class InterferenceWorkspace:
                 own, signal = ramp.own(index), ramp.signals[index]
                 bursts.append(
                     BurstComponents(
-                        ramp=p,
+                        ramp=p % self.model.num_ramps,
+                        antenna=p // self.model.num_ramps,
                         start_frequency=chirp.start_frequency,
                         slope=chirp.slope,
                         active_bins=ramp.bins[own],

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from vsep._arrays import ComplexArray, from_db
 from vsep.inference.elbo import noise_bound, weights_bound
+from vsep.inference.estimator import require_one_antenna
 from vsep.inference.joint_columns import JointColumns
 from vsep.inference.objects import ObjectWorkspace
 from vsep.inference.separator import FactorisedSeparator
@@ -18,7 +19,15 @@ from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class JointSeparator(FactorisedSeparator):
-    """Algorithm 1 with the joint posterior q(alpha, beta); settings as `FactorisedSeparator`."""
+    """Algorithm 1 with the joint posterior q(alpha, beta); settings as `FactorisedSeparator`.
+
+    It takes one antenna.
+    """
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        FactorisedSeparator.__post_init__(self)
+        require_one_antenna(self.model, "joint")
 
     def step(
         self, received: ComplexArray, state: SeparationState

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._arrays import BoolArray, ComplexArray, InputError, frozen
-from vsep.inference.estimator import is_quiet, settle
+from vsep.inference.estimator import is_quiet, require_one_antenna, settle
 from vsep.inference.object_only import (
     ObjectOnlySeparator,
     conclude_objects,
@@ -55,6 +55,7 @@ class MaskedSeparator:
 
     def __post_init__(self) -> None:
         """Check the settings."""
+        require_one_antenna(self.model, "masked")
         self._object_only()
         mask = np.zeros(self.model.shape, np.bool_) if self.mask is None else np.array(self.mask)
         if mask.shape != self.model.shape or mask.dtype != np.bool_:

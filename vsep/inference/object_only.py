@@ -48,8 +48,8 @@ class ObjectOnlySeparator:
         """Object threshold T_alpha in force, dB."""
         if self.object_threshold_db is not None:
             return self.object_threshold_db
-        shape = self.model.shape
-        return float(to_db(threshold_from_false_alarm_rate(self.false_alarm_rate, *shape)))
+        size = *self.model.shape, self.model.num_antennas
+        return float(to_db(threshold_from_false_alarm_rate(self.false_alarm_rate, *size)))
 
     def init(self, received: ComplexArray) -> SeparationState:
         """State before the first step: no component, lambda = 2 (NP - 1) / ||r||^2.
@@ -62,11 +62,11 @@ class ObjectOnlySeparator:
         received = self.model.check(received)
         return SeparationState(
             iteration=0,
-            objects=no_objects(),
+            objects=no_objects(self.model.num_antennas),
             bursts=(),
             noise_precision=2.0 * (received.size - 1) / float(np.sum(np.abs(received) ** 2)),
-            object_signal=np.zeros(self.model.shape, dtype=np.complex128),
-            interference_signal=np.zeros(self.model.shape, dtype=np.complex128),
+            object_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
+            interference_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
             next_component_id=0,
         )
 
@@ -76,7 +76,11 @@ class ObjectOnlySeparator:
         """One iteration of Algorithm 3 on the received signal itself."""
         with part(OBJECTS):
             objects = update_objects(
-                received, state, self.threshold_db, ROBUST.object_additions(state.iteration)
+                received,
+                state,
+                self.threshold_db,
+                ROBUST.object_additions(state.iteration),
+                self.model.num_antennas,
             )
         object_signal = objects.signal
         error = expected_error(received - object_signal, objects.active.trace())
@@ -88,15 +92,34 @@ class ObjectOnlySeparator:
 
 
 def update_objects(
-    residual: ComplexArray, state: SeparationState, threshold_db: float, max_additions: int
+    residual: ComplexArray,
+    state: SeparationState,
+    threshold_db: float,
+    max_additions: int,
+    num_antennas: int = 1,
 ) -> ObjectWorkspace:
-    """Run Algorithm 3 on a residual: new components first, then every component in turn."""
+    """Run Algorithm 3 on a residual: new components first, then every component in turn.
+
+    Parameters
+    ----------
+    residual : (A P, N) complex
+        Received signal minus the interference estimate.
+    state : SeparationState
+        Where the step starts from.
+    threshold_db : float
+        T_alpha.
+    max_additions : int
+        New components at most.
+    num_antennas : int
+        A.
+    """
     workspace = ObjectWorkspace(
         state.objects,
         residual,
         state.noise_precision,
         threshold=float(from_db(threshold_db)),
         next_id=state.next_component_id,
+        num_antennas=num_antennas,
     )
     workspace.add_components(max_additions)
     workspace.update_components()

@@ -5,7 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import fft
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray, to_db, wrap_frequency
+from vsep._arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    to_db,
+    wrap_frequency,
+)
+from vsep.inference.antennas import SharedSet, synthesize_all, update_shared
 from vsep.inference.refinement import (
     PlacedComponents,
     cost_jet,
@@ -53,16 +61,18 @@ class ObjectWorkspace:
     ----------
     components : ObjectComponents
         Where the step starts from.
-    residual : (P, N) complex
+    residual : (P, N) or, of several antennas, (A P, N) complex
         r_alpha: received signal minus the interference estimate.
     noise_precision : float
         lambda.
     threshold : float
-        T_alpha, linear.
+        T_alpha, linear; the sum of the antennas' ratios is compared with it.
     next_id : int
         Identity of the next new component.
     background : Background, optional
         Columns of another source that share the joint posterior, in place of being subtracted.
+    num_antennas : int
+        A.
     """
 
     def __init__(
@@ -74,7 +84,10 @@ class ObjectWorkspace:
         threshold: float,
         next_id: int,
         background: Background | None = None,
+        num_antennas: int = 1,
     ) -> None:
+        if num_antennas > 1:
+            residual = residual.reshape(num_antennas, -1, residual.shape[1])
         # A writable copy: for read-only arrays the kernels would be compiled a second time.
         self.residual = residual.copy()
         self.threshold = threshold
@@ -102,17 +115,26 @@ class ObjectWorkspace:
 
     @property
     def signal(self) -> ComplexArray:
-        """(P, N) estimate Phi alpha."""
-        count = len(self.ids)
-        return synthesize(
-            self.active.amplitudes[:count], self.beat_factors[:count], self.doppler_factors[:count]
-        )
+        """(P, N) or (A P, N) estimate Phi alpha."""
+        signal = self._synthesize(len(self.ids))
+        return signal if signal.ndim == 2 else signal.reshape(-1, signal.shape[2])
 
     def _unexplained(self) -> ComplexArray:
-        """(P, N) residual minus everything among the columns."""
-        return self.residual - synthesize(
-            self.active.amplitudes, self.beat_factors, self.doppler_factors
-        )
+        """(P, N) or (A, P, N) residual minus everything among the columns."""
+        return self.residual - self._synthesize(len(self.active))
+
+    def _synthesize(self, count: int) -> ComplexArray:
+        """Sum of the first columns."""
+        amplitudes = self.active.amplitudes[:count]
+        factors = self.beat_factors[:count], self.doppler_factors[:count]
+        if isinstance(self.active, SharedSet):
+            return synthesize_all(amplitudes, factors)
+        return synthesize(amplitudes, *factors)
+
+    @property
+    def num_antennas(self) -> int:
+        """Number of antennas, each with weights of its own."""
+        return len(self.residual) if self.residual.ndim == 3 else 1
 
     def add_components(self, max_additions: int) -> None:
         """Add up to `max_additions` new components, the strongest candidate first.
@@ -155,16 +177,19 @@ class ObjectWorkspace:
             return Candidate(point, 0.0, np.inf, absorbed=True)
         rho = 1.0 / jet.inverse_rho
         ratio = jet.power * rho
-        precision = converged_precision(rho, ratio * rho) if ratio > 1.0 else np.inf
+        mean = ratio / self.num_antennas
+        precision = converged_precision(rho, mean * rho) if mean > 1.0 else np.inf
         return Candidate(wrap_frequency(point), ratio, precision, absorbed=absorbed)
 
     def _grid_peaks(self) -> list[FloatArray]:
         """Highest local maxima of |q|^2 on a grid of half a cell."""
-        num_ramps, num_samples = self.residual.shape
+        num_ramps, num_samples = self.residual.shape[-2:]
         size = (2 * num_ramps if num_ramps > 1 else 1, 2 * num_samples)
         # Single precision: the peaks are starting points of a climb.
         transform = fft.ifft2(self._unexplained().astype(np.complex64), s=size)
         spectrum = transform.real**2 + transform.imag**2
+        if spectrum.ndim == 3:
+            spectrum = spectrum.sum(axis=0)
         peaks = []
         for _ in range(CANDIDATE_PEAKS):
             row, column = np.unravel_index(int(np.argmax(spectrum)), size)
@@ -175,7 +200,7 @@ class ObjectWorkspace:
         return peaks
 
     def _atom_factors(self, point: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-        num_ramps, num_samples = self.residual.shape
+        num_ramps, num_samples = self.residual.shape[-2:]
         return line_factors(point[:1], num_samples), line_factors(point[1:], num_ramps)
 
     def _correlations(self, beat: ComplexArray, doppler: ComplexArray) -> ComplexArray:
@@ -184,6 +209,12 @@ class ObjectWorkspace:
         )
 
     def _insert(self, index: int, point: FloatArray, precision: float) -> None:
+        if isinstance(self.active, SharedSet):
+            points = np.insert(self.points, index, point, axis=0)
+            precisions = np.insert(self.active.precisions, index, precision)
+            noise_precision = self.active.noise_precision
+            self._place(place_components(points, precisions, self.residual, noise_precision))
+            return
         beat, doppler = self._atom_factors(point)
         self.active = self.active.inserted(
             index,
@@ -203,21 +234,7 @@ class ObjectWorkspace:
         the place of tens of rounds where components share a resolution cell.
         """
         start = dict(zip(self.ids.tolist(), self.points, strict=True))
-        points = self.points.copy()
-        precisions = self.active.precisions.copy()
-        kept, ratios = update_lines(
-            points,
-            precisions,
-            self.residual,
-            Columns(
-                self.beat_factors.copy(),
-                self.doppler_factors.copy(),
-                self.active.covariance.copy(),
-                self.active.amplitudes.copy(),
-                self.active.noise_precision,
-            ),
-            self.threshold,
-        )
+        points, precisions, kept, ratios = self._update_each()
         for index in np.flatnonzero(~kept):
             ratio, component_id = float(ratios[index]), int(self.ids[index])
             self._record(EventKind.OBJECT_PRUNED, ratio, component_id, self.points[index])
@@ -234,16 +251,39 @@ class ObjectWorkspace:
         self._measure_change(start, placed)
         self._place(replace(placed, points=wrap_frequency(placed.points)))
 
+    def _update_each(self) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
+        """Points, precisions, which stay, and their ratios, after every component had its turn."""
+        if isinstance(self.active, SharedSet):
+            return update_shared(self.points, self.active, self.residual, self.threshold)
+        points = self.points.copy()
+        precisions = self.active.precisions.copy()
+        kept, ratios = update_lines(
+            points,
+            precisions,
+            self.residual,
+            Columns(
+                self.beat_factors.copy(),
+                self.doppler_factors.copy(),
+                self.active.covariance.copy(),
+                self.active.amplitudes.copy(),
+                self.active.noise_precision,
+            ),
+            self.threshold,
+        )
+        return points, precisions, kept, ratios
+
     def _measure_change(self, start: dict[int, FloatArray], placed: PlacedComponents) -> None:
         """Largest move since the step began, in deviations of isolated lines."""
         if len(self.ids) == 0:
             return
         before = np.array([start[component_id] for component_id in self.ids.tolist()])
-        cells = np.abs(wrap_frequency(placed.points - before)) * self.residual.shape[::-1]
+        cells = np.abs(wrap_frequency(placed.points - before)) * self.residual.shape[:-3:-1]
         active, count = placed.active, len(self.ids)
         variance = np.diagonal(active.covariance)[:count].real
         inverse_rho = 1.0 / variance - active.precisions[:count]
         power = np.abs(active.amplitudes[:count]) ** 2
+        if power.ndim == 2:
+            power = power.sum(axis=1)
         # omega^2 / rho as in `ActiveSet.flat_prior_moments`; 1 where the others explain a weight.
         hidden = inverse_rho <= 0.0
         ratio = power / (variance**2 * np.where(hidden, np.inf, inverse_rho))
@@ -275,13 +315,14 @@ class ObjectWorkspace:
         )
 
 
-def no_objects() -> ObjectComponents:
+def no_objects(num_antennas: int = 1) -> ObjectComponents:
     """Return an empty object channel."""
+    shape = (0,) if num_antennas == 1 else (0, num_antennas)
     return ObjectComponents(
         component_ids=np.zeros(0, dtype=np.int64),
         beats=np.zeros(0),
         dopplers=np.zeros(0),
-        amplitudes=np.zeros(0, dtype=np.complex128),
+        amplitudes=np.zeros(shape, dtype=np.complex128),
         covariance=np.zeros((0, 0), dtype=np.complex128),
         precisions=np.zeros(0),
     )

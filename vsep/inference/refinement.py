@@ -6,10 +6,18 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from vsep._arrays import ComplexArray, FloatArray
+from vsep.inference.antennas import (
+    SharedSet,
+    as_shared_columns,
+    climb_shared,
+    project_all,
+    shared_slopes,
+)
 from vsep.inference.sbl import ActiveSet
 from vsep.kernels import climbing, lines
 from vsep.kernels.climbing import MAX_STEP_CELLS, NO_GAIN
 from vsep.kernels.lines import Columns, CostJet
+from vsep.kernels.shared_cost import shared_cost_jet
 from vsep.signal.atoms import (
     Factors,
     gram,
@@ -35,13 +43,16 @@ def cost_jet(
         Beat and Doppler frequency.
     precision : float
         Prior precision gamma of the component; zero for a new one.
-    residual : (P, N) complex
-        Received signal minus the interference estimate.
+    residual : (P, N) or (A, P, N) complex
+        Received signal minus the interference estimate, of one antenna or several.
     others : ActiveSet
         Posterior of the L other components.
     other_factors : tuple of (L, N) and (L, P) complex
         Their beat and Doppler factors.
     """
+    if isinstance(others, SharedSet):
+        columns = as_shared_columns(others, other_factors)
+        return shared_cost_jet(point[0], point[1], precision, residual, columns)
     return lines.cost_jet(
         point[0], point[1], precision, residual, as_columns(others, other_factors)
     )
@@ -66,6 +77,9 @@ def refine_point(
     Where the Hessian is not negative definite the step follows the gradient, scaled by the
     curvature of an isolated line. Arguments as for `cost_jet`.
     """
+    if isinstance(others, SharedSet):
+        shared = as_shared_columns(others, other_factors)
+        return climb_shared(point, precision, residual, shared, max_steps=max_steps)[0]
     start = cost_jet(point, precision, residual, others, other_factors)
     moved, columns = point.copy(), as_columns(others, other_factors)
     climbing.climb(moved, start, max_steps, precision, residual, columns)
@@ -106,20 +120,24 @@ def place_components(
         Beats and Dopplers.
     precisions : (L + M,) float
         Prior precisions of the objects, then of the background.
-    residual : (P, N) complex
-        Received signal minus what is not among the columns.
+    residual : (P, N) or (A, P, N) complex
+        Received signal minus what is not among the columns, of one antenna or several.
     noise_precision : float
         lambda.
     background : tuple of (M, N) and (M, P) complex, optional
         Separable columns that do not move.
     """
-    num_ramps, num_samples = residual.shape
+    num_ramps, num_samples = residual.shape[-2:]
     factors = line_factors(points[:, 0], num_samples), line_factors(points[:, 1], num_ramps)
     if background is not None:
         factors = (
             np.concatenate([factors[0], background[0]]),
             np.concatenate([factors[1], background[1]]),
         )
+    if residual.ndim == 3:
+        products = project_all(residual, factors)
+        shared = SharedSet(gram(*factors), products, precisions, noise_precision)
+        return PlacedComponents(points, factors, shared)
     active = ActiveSet(gram(*factors), project(residual, *factors), precisions, noise_precision)
     return PlacedComponents(points, factors, active)
 
@@ -132,6 +150,8 @@ def joint_slopes(placed: PlacedComponents, residual: ComplexArray) -> tuple[Floa
     nuisance, ``2 lambda Re{ B^H (I - lambda D C D^H) B }`` with the weighted derivatives B.
     """
     active, count = placed.active, len(placed.points)
+    if isinstance(active, SharedSet):
+        return shared_slopes(active, placed.factors, residual)
     objects = placed.factors[0][:count], placed.factors[1][:count]
     amplitudes = active.amplitudes[:count]
     moved = moved_atoms(objects, amplitudes)
@@ -153,7 +173,7 @@ def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedCompon
     Moving one component at a time converges slowly where several share a resolution cell; the
     Fisher information knows their coupling.
     """
-    shape, active, count = residual.shape, placed.active, len(placed.points)
+    shape, active, count = residual.shape[-2:], placed.active, len(placed.points)
     if count < 2 or not np.all(active.amplitudes):
         return placed
     gradient, curvature = joint_slopes(placed, residual)

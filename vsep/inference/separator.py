@@ -10,6 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from vsep._arrays import ComplexArray, from_db, require_range
+from vsep.inference.antennas import project_all
 from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
@@ -22,7 +23,7 @@ from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import schedule_by_name
 from vsep.inference.state import IterationInfo, SeparationState, Termination
 from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
-from vsep.signal.atoms import gram, project
+from vsep.signal.atoms import gram
 from vsep.signal.template import SignalModel
 
 UNEXPLAINED = 20.0  # times the noise power: what one in 5e8 noise samples exceeds is set aside ...
@@ -37,7 +38,8 @@ class FactorisedSeparator:
     Parameters
     ----------
     model : SignalModel
-        Size, sampling and assumed filter.
+        Size, sampling and assumed filter; with several antennas their frames are taken apart
+        together, see `vsep.inference.antennas`.
     false_alarm_rate : float
         Expected false alarms in a noise-only frame; sets the object threshold.
     object_threshold_db : float or None
@@ -107,7 +109,7 @@ class FactorisedSeparator:
             if self.correction_due(state, searched=searched):
                 update_correction(interference, residual, state.noise_precision)
 
-        traces = _object_trace(state) + interference.trace
+        traces = self._object_trace(state) + interference.trace
         error = expected_error(residual - interference.signal, traces)
         with part(OBJECTS):
             objects = update_objects(
@@ -115,6 +117,7 @@ class FactorisedSeparator:
                 replace(state, noise_precision=num_used / error),
                 self.threshold_db,
                 interference.schedule.object_additions(state.iteration),
+                self.model.num_antennas,
             )
         residual = received - objects.signal
         traces = objects.active.trace() + interference.trace
@@ -124,6 +127,12 @@ class FactorisedSeparator:
             interference.recompute(residual, noise_precision)
         bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
         return self.conclude(state, objects, interference, noise_precision, bound, searched)
+
+    def _object_trace(self, state: SeparationState) -> float:
+        """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
+        factors = object_factors(state.objects, self.model.shape)
+        own = float(np.sum(state.objects.covariance * gram(*factors).T).real)
+        return self.model.num_antennas * own
 
     def interference_workspace(self, state: SeparationState) -> InterferenceWorkspace:
         """Working copy of the interference estimate, with this separator's thresholds."""
@@ -232,13 +241,6 @@ class FactorisedSeparator:
         return settle(state, self.max_iterations, converged=confirmed and is_quiet(info))
 
 
-def _object_trace(state: SeparationState) -> float:
-    """tr(Phi C Phi^H) of the state the step starts from."""
-    objects = state.objects
-    factors = object_factors(objects, state.object_signal.shape)
-    return float(np.sum(objects.covariance * gram(*factors).T).real)
-
-
 def _separation_bound(
     residual: ComplexArray,
     objects: ObjectWorkspace,
@@ -269,7 +271,8 @@ def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray)
     active = objects.active
     own = np.linalg.norm(active.gram[:count, :count] @ active.amplitudes[:count])
     factors = objects.beat_factors[:count], objects.doppler_factors[:count]
-    other = np.linalg.norm(project(interference, *factors))
+    frames = interference.reshape(objects.num_antennas, -1, interference.shape[1])
+    other = np.linalg.norm(project_all(frames, factors))
     if own == 0.0 or other == 0.0:
         return float("nan")
     return float(20.0 * np.log10(own / other))

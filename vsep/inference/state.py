@@ -34,10 +34,10 @@ class ObjectComponents:
         Normalised beat frequency in [-1/2, 1/2), cycles per sample.
     dopplers : (L,) float
         Normalised Doppler frequency in [-1/2, 1/2), cycles per ramp; zero for a single ramp.
-    amplitudes : (L,) complex
+    amplitudes : (L,) or, of several antennas, (L, A) complex
         Posterior mean (58), weight of a unit-norm atom.
     covariance : (L, L) complex
-        Posterior covariance (59), Hermitian.
+        Posterior covariance (59), Hermitian; at every antenna.
     precisions : (L,) float
         Prior precisions gamma_alpha.
     """
@@ -60,10 +60,13 @@ class ObjectComponents:
 
     @property
     def component_snr(self) -> FloatArray:
-        """(L,) estimated component SNR omega^2/rho - 1, linear."""
+        """(L,) estimated component SNR omega^2/rho - 1, linear; the antennas' mean."""
         variance = np.real(np.diagonal(self.covariance))
         rho = 1.0 / (1.0 / variance - self.precisions)
-        omega = rho * np.abs(self.amplitudes) / variance
+        magnitudes = np.abs(self.amplitudes)
+        if magnitudes.ndim == 2:
+            magnitudes = np.sqrt(np.mean(magnitudes**2, axis=1))
+        omega = rho * magnitudes / variance
         snr: FloatArray = omega**2 / rho - 1.0
         return snr
 
@@ -90,6 +93,8 @@ class BurstComponents:
         Prior precisions gamma_beta.
     energy : float
         Of the burst's samples, the sum of their squared magnitudes.
+    antenna : int
+        Where it was received; its start frequency and slope are those at the other antennas.
     """
 
     ramp: int
@@ -100,6 +105,7 @@ class BurstComponents:
     covariance: ComplexArray
     precisions: FloatArray
     energy: float
+    antenna: int = 0
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -177,10 +183,10 @@ class SeparationState:
     objects : ObjectComponents
         The object channel.
     bursts : tuple of BurstComponents
-        In the order of their ramps; several in a ramp in the order in which they were found.
+        In the order of antennas and ramps; several in a ramp in the order in which they were found.
     noise_precision : float
         lambda, mean of q(lambda).
-    object_signal, interference_signal : (P, N) complex
+    object_signal, interference_signal : (P, N) or, of several antennas, (A P, N) complex
         Phi alpha and U Psi beta, cached because the residuals need them.
     next_component_id : int
         Identity of the next object component.

@@ -47,7 +47,7 @@ def fisher_information(
     ----------
     beats, dopplers : (L,) float
         Normalised frequencies.
-    amplitudes : (L,) complex
+    amplitudes : (L,) or, of several antennas, (L, A) complex
         Weights of unit-norm atoms.
     precisions : (L,) float
         Prior precisions of the weights; zeros give the deterministic bound.
@@ -72,11 +72,18 @@ def fisher_information(
     """
     num_ramps, num_samples = shape
     factors = line_factors(beats, num_samples), line_factors(dopplers, num_ramps)
-    moved = moved_atoms(factors, amplitudes)
+    shared = amplitudes.ndim == 2
+    weights = np.ones(len(beats), dtype=np.complex128) if shared else amplitudes
+    moved = moved_atoms(factors, weights)
     crossed = gram_between(factors, moved)
     posterior = cho_factor(noise_precision * gram(*factors) + np.diag(precisions), lower=True)
     explained = noise_precision * crossed.conj().T @ cho_solve(posterior, crossed)
-    fisher: FloatArray = 2.0 * noise_precision * (gram(*moved) - explained).real
+    seen = gram(*moved) - explained
+    if shared:
+        # What is learnt at each antenna adds up.
+        every = np.tile(amplitudes, (len(seen) // len(beats), 1))
+        seen = seen * (every.conj() @ every.T)
+    fisher: FloatArray = 2.0 * noise_precision * seen.real
     return fisher
 
 

@@ -12,7 +12,7 @@ TRIALS = 4  # lengths that are tried of one step, each a quarter of the one befo
 
 
 @compiled
-def _step(jet: CostJet, num_samples: int, num_ramps: int) -> tuple[float, float]:
+def newton_or_gradient_step(jet: CostJet, num_samples: int, num_ramps: int) -> tuple[float, float]:
     """Newton step, or one along the gradient where the cost is not concave; never too long.
 
     A single ramp has no Doppler frequency. The curvature of an isolated line scales the gradient.
@@ -53,7 +53,7 @@ def climb(
     num_ramps, num_samples = residual.shape
     current = start
     for _ in range(max_steps):
-        beat, doppler = _step(current, num_samples, num_ramps)
+        beat, doppler = newton_or_gradient_step(current, num_samples, num_ramps)
         if current.by_beat * beat + current.by_doppler * doppler < 2.0 * NO_GAIN:
             return current
         found = False

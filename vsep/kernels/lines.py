@@ -106,11 +106,11 @@ def frame_moments(
 
 
 @compiled
-def _overlaps(
+def overlap_rows(
     beat_line: ComplexArray, doppler_line: ComplexArray, columns: Columns
 ) -> ComplexArray:
     """(6, L) rows ``v^*``, its two first and three second derivatives (bb, bd, dd)."""
-    rows = np.empty((6, len(columns.amplitudes)), dtype=np.complex128)
+    rows = np.empty((6, len(columns.beat_factors)), dtype=np.complex128)
     for k in range(rows.shape[1]):
         b0, b1, b2 = _line_moments(columns.beat_factors[k], beat_line)
         d0, d1, d2 = _line_moments(columns.doppler_factors[k], doppler_line)
@@ -151,7 +151,7 @@ def cost_jet(
     fill_line(beat, -0.5 * (num_samples - 1), beat_line)
     fill_line(doppler, -0.5 * (num_ramps - 1), doppler_line)
     moments = frame_moments(residual, beat_line, doppler_line)
-    rows = _overlaps(beat_line, doppler_line, others)
+    rows = overlap_rows(beat_line, doppler_line, others)
     size = rows.shape[1]
     q, q_b, q_d = moments[0, 0], moments[1, 0], moments[0, 1]
     q_bb, q_bd, q_dd = moments[2, 0], moments[1, 1], moments[0, 2]

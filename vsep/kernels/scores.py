@@ -59,8 +59,8 @@ def polish(
 
     Parameters
     ----------
-    residual : (N,) complex
-        One ramp.
+    residual : (A, N) complex
+        One ramp as every antenna received it.
     kernels : (S, 2 R) complex
         Kernel of every slope around its centre, the centre at R.
     inverse_energy : (S, C) float
@@ -87,12 +87,15 @@ def polish(
                 if not 0 <= c < inverse_energy.shape[1]:
                     continue
                 offset = middle - first - c
-                real = imag = 0.0
-                for n in range(len(residual)):
-                    a, b = residual[n], kernels[s, n + offset]
-                    real += a.real * b.real + a.imag * b.imag
-                    imag += a.imag * b.real - a.real * b.imag
-                score = (real * real + imag * imag) * inverse_energy[s, c]
+                power = 0.0
+                for antenna in range(len(residual)):
+                    real = imag = 0.0
+                    for n in range(residual.shape[1]):
+                        a, b = residual[antenna, n], kernels[s, n + offset]
+                        real += a.real * b.real + a.imag * b.imag
+                        imag += a.imag * b.real - a.real * b.imag
+                    power += real * real + imag * imag
+                score = power * inverse_energy[s, c]
                 if score > best:
                     best_slope, best_column, best = s, c, score
     return best_slope, best_column, best

@@ -109,9 +109,9 @@ class GroundTruth:
     ----------
     beats, dopplers : (L,) float
         Normalised frequencies in [-1/2, 1/2), cycles per sample and per ramp.
-    amplitudes : (L,) complex
+    amplitudes : (L,) or, of several antennas, (L, A) complex
         Weights of unit-norm atoms (10). Empty arrays where the objects are not known.
-    object_signal, interference_signal : (P, N) complex
+    object_signal, interference_signal : (P, N) or (A, P, N) complex
         The two sources. Of a real frame the object signal is the frame itself, noise included.
     bursts : tuple of TrueBurst
         Every crossing of the pass band.
@@ -154,7 +154,7 @@ class Observation:
 
     Parameters
     ----------
-    received : (P, N) complex
+    received : (P, N) or, of several antennas, (A, P, N) complex
         r(n, p) in the paper's sign, slow time first.
     truth : GroundTruth or None
         Known for simulated frames only.

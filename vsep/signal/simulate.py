@@ -1,6 +1,7 @@
 """Simulated frames: objects (5), interference (7) or (40), noise; levels by (25) and (26)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -13,6 +14,7 @@ from vsep._arrays import (
     require_range,
     wrap_frequency,
 )
+from vsep.signal.antenna_line import AntennaScene
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
 from vsep.signal.filters import AntiAliasingFilter
@@ -83,6 +85,64 @@ def simulate(
         interference_signal=frozen(interference),
         bursts=_true_bursts(radar, scene.interferers, anti_aliasing_filter),
         noise_precision=noise_precision,
+    )
+    return Observation(received=frozen(object_signal + interference + noise), truth=truth)
+
+
+def simulate_antennas(
+    radar: ChirpSequence,
+    antenna_scene: AntennaScene,
+    *,
+    anti_aliasing_filter: AntiAliasingFilter,
+    interference_model: InterferenceModel = "multiplicative",
+    rng: np.random.Generator,
+) -> Observation:
+    """Simulate what several antennas receive; one antenna receives what `simulate` makes.
+
+    Parameters
+    ----------
+    radar : ChirpSequence
+        The victim.
+    antenna_scene : AntennaScene
+        What is there and where, and the antennas.
+    anti_aliasing_filter, interference_model, rng
+        As for `simulate`; the antennas have the same filter and independent noise.
+
+    Returns
+    -------
+    Observation
+        Signals are (A, P, N), the truth's amplitudes (L, A).
+    """
+    scene, antennas = antenna_scene.scene, antenna_scene.antennas
+    first = simulate(
+        radar,
+        scene,
+        anti_aliasing_filter=anti_aliasing_filter,
+        interference_model=interference_model,
+        rng=rng,
+    ).truth
+    assert first is not None  # `simulate` knows it
+    shape = antennas.num_antennas, *radar.shape
+    amplitudes = first.amplitudes[:, None] * antennas.steering(antenna_scene.object_angles_deg)
+    factors = (
+        line_factors(first.beats, radar.num_samples),
+        line_factors(first.dopplers, radar.num_ramps),
+    )
+    object_signal = np.array([synthesize(weights, *factors) for weights in amplitudes.T])
+    interference = np.zeros(shape, dtype=np.complex128)
+    steering = antennas.steering(antenna_scene.interferer_angles_deg)
+    for interferer, weights in zip(scene.interferers, steering, strict=True):
+        bursts = _interference(radar, (interferer,), anti_aliasing_filter, interference_model)
+        interference += weights[:, None, None] * bursts
+    energy = antennas.num_antennas * (_energy(object_signal[0]) if scene.objects.num_paths else 1.0)
+    interference = _with_energy(interference, energy / float(from_db(scene.sir_db)))
+    draws = rng.standard_normal((2, *shape))
+    noise = (draws[0] + 1j * draws[1]) * np.sqrt(0.5 / first.noise_precision)
+    truth = replace(
+        first,
+        amplitudes=frozen(amplitudes),
+        object_signal=frozen(object_signal),
+        interference_signal=frozen(interference),
     )
     return Observation(received=frozen(object_signal + interference + noise), truth=truth)
 

@@ -29,6 +29,10 @@ class SignalModel:
         Complex samples per second.
     anti_aliasing_filter : AntiAliasingFilter
         The assumed filter; the one that shaped the frame may be another.
+    num_antennas : int
+        A, receive antennas of one transmitter. They see the same objects and bursts with weights of
+        their own and equally strong noise. Inside an estimator the frame (A, P, N) is one of A P
+        rows (A P, N), antenna after antenna.
 
     Examples
     --------
@@ -43,16 +47,21 @@ class SignalModel:
     num_samples: int
     sample_rate_hz: float
     anti_aliasing_filter: AntiAliasingFilter
+    num_antennas: int = 1
 
     def __post_init__(self) -> None:
         """Check the size and the sampling rate."""
+        require_range("num_antennas", self.num_antennas, 1, 1024)
         require_range("num_ramps", self.num_ramps, 1, 65536)
         require_range("num_samples", self.num_samples, 8, 65536)
         require_range("sample_rate_hz", self.sample_rate_hz, 1e2, 1e12, "Hz")
 
     @classmethod
     def of_radar(
-        cls, radar: ChirpSequence, anti_aliasing_filter: AntiAliasingFilter
+        cls,
+        radar: ChirpSequence,
+        anti_aliasing_filter: AntiAliasingFilter,
+        num_antennas: int = 1,
     ) -> "SignalModel":
         """Model of the frames of a radar, with the filter to assume."""
         return cls(
@@ -60,12 +69,18 @@ class SignalModel:
             num_samples=radar.num_samples,
             sample_rate_hz=radar.sample_rate_hz,
             anti_aliasing_filter=anti_aliasing_filter,
+            num_antennas=num_antennas,
         )
 
     @property
     def shape(self) -> tuple[int, int]:
         """(P, N)."""
         return self.num_ramps, self.num_samples
+
+    @property
+    def rows_shape(self) -> tuple[int, int]:
+        """(A P, N), the rows of all antennas; that of the frame where there is one."""
+        return self.num_antennas * self.num_ramps, self.num_samples
 
     @property
     def num_grid_bins(self) -> int:
@@ -78,7 +93,12 @@ class SignalModel:
         return min(self.anti_aliasing_filter.cutoff_hz / self.sample_rate_hz, 0.5)
 
     def check(self, received: ComplexArray) -> ComplexArray:
-        """Return `received` as a read-only complex (P, N) array.
+        """Return `received` as a read-only complex array of its rows, (P, N) or (A P, N).
+
+        Parameters
+        ----------
+        received : (P, N) or (A, P, N) complex
+            The frame, or its rows already.
 
         Raises
         ------
@@ -86,8 +106,10 @@ class SignalModel:
             If the shape differs, a sample is not finite, or there is no signal at all.
         """
         array = np.array(received, dtype=np.complex128)
-        if array.shape != self.shape:
-            raise InputError(f"received has shape {array.shape}; it must be {self.shape}.")
+        shape = self.shape if self.num_antennas == 1 else (self.num_antennas, *self.shape)
+        if array.shape not in (shape, self.rows_shape):
+            raise InputError(f"received has shape {array.shape}; it must be {shape}.")
+        array = array.reshape(self.rows_shape)
         bad = np.count_nonzero(~np.isfinite(array))
         if bad:
             raise InputError(
