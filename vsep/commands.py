@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from vsep._arrays import BoolArray, ComplexArray, InputError
+from vsep._arrays import BoolArray, InputError
 from vsep.analysis.parallel import parallel_ramps
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.frame_mask import frame_mask
@@ -24,7 +24,7 @@ from vsep.files.results import as_json, profile_entry, result_line, separated_si
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
-from vsep.signal.clutter import FEWEST_RAMPS, static_part
+from vsep.signal.clutter import moving_part
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
@@ -146,7 +146,9 @@ def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
     """Make the result line of one frame; one with ``error`` if it could not be used."""
     try:
         frame = _read_frame(path, options)
-        received = _moving(frame) if options.clutter == "remove" else frame.received
+        received = frame.received
+        if options.clutter == "remove":
+            received = moving_part(received, frame.name)
         solution = run(_separator_of(options, frame), received)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
@@ -169,16 +171,6 @@ def _read_frame(path: str, options: argparse.Namespace) -> Frame:
     frame = read_frame(path, antenna=options.antenna or 0)
     response = assumed_filter(options)
     return frame if response is None else replace(frame, anti_aliasing_filter=response)
-
-
-def _moving(frame: Frame) -> ComplexArray:
-    """Return the frame without what stands still; `InputError` if it has too few ramps for that."""
-    if frame.radar.num_ramps < FEWEST_RAMPS:
-        raise InputError(
-            f"{frame.name} has {frame.radar.num_ramps} ramps; --clutter remove needs at least "
-            f"{FEWEST_RAMPS}."
-        )
-    return frame.received - static_part(frame.received)
 
 
 def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
