@@ -47,6 +47,10 @@ class FastTimeView:
     """
 
     key = key_html([(role, label, sample) for _, role, label, sample, _ in _LINES])
+    untrue_key = key_html(
+        [(role, label, sample) for _, role, label, sample, _ in _LINES if role != "true"]
+    )
+    """The key where the truth is hardly ever known."""
 
     def __init__(self, *, legend: bool = False) -> None:
         self._x, self._y = Axis(), Axis()
