@@ -182,11 +182,11 @@ class RecordingPage:
         if opening is None:
             return
         with pn.io.hold():
-            if opening is not self._opening:
-                self._take_opening(opening)
             self.view.show(picture, opening)
             self.controls.show_threshold(opening.prepared.estimator.threshold_db)
             self.transport.show(picture, self.loop.rate)
+            if opening is not self._opening:
+                self._take_opening(opening)
 
     def complain(self, sentence: str) -> None:
         """Notify the user of what cannot be done."""
@@ -248,16 +248,20 @@ class RecordingPage:
         try:
             settings = parse_settings(self.form.values())
         except InputError as error:
-            self.view.show_missing(str(error))
-            self.form.show_fault(str(error))
+            self._show_fault(str(error))
             return str(error)
-        self.form.show_fault("")
+        self._show_fault("")
         self._fit_filter(settings)
         self.session.restart(self._plan(self._file, settings))
         # A frame is shown at once; its separation begins when the user wants it.
         self.session.reset()
         self.loop.wake()
         return ""
+
+    def _show_fault(self, sentence: str) -> None:
+        """Say what is wrong with the settings; until it is mended, the last good ones are shown."""
+        self.form.show_fault(sentence)
+        self.view.show_facts(self._opening, sentence)
 
     def _plan(self, file: StoredFile, settings: RecordingSettings) -> RecordingPlan:
         return RecordingPlan(
@@ -282,6 +286,7 @@ class RecordingPage:
     def _take_opening(self, opening: RecordingOpening) -> None:
         """Take note of what has been read."""
         self._opening = opening
+        self.view.show_facts(opening, "")
         self.form.show_opening(opening)
         self.form.show_ready(True)
         if opening.reference_fault:
@@ -295,7 +300,9 @@ class RecordingPage:
         """Say what cannot be shown; called with the document locked."""
         self.complain(sentence)
         if self.session.opening is None:
-            self.view.show_missing(sentence)
+            self._opening = None
+            self.form.show_ready(False)
+            self._show_fault(sentence)
         self.transport.refresh(self.loop.rate)
 
     def _deliver(self, use: Callable[[str, bytes], None], *, as_shown: bool) -> None:

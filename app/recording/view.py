@@ -11,7 +11,7 @@ from app.exports import download_buttons
 from app.layout import card, panel, stylesheet, unseen_title
 from app.picture import Picture
 from app.recording.maps import RecordingMaps
-from app.recording.words import facts_html, missing_html
+from app.recording.words import facts_html
 from app.recording.work import RecordingOpening
 from app.transport import Transport
 from app.views.ramps import RampStrip
@@ -48,7 +48,7 @@ class RecordingView:
         self.delay = DelayView(range_axis, crosshair)
         self.maps = RecordingMaps(range_axis, crosshair)
         self.facts = pn.pane.HTML(
-            missing_html("Reading the example ..."),
+            "",
             sizing_mode="stretch_both",
             stylesheets=[stylesheet("facts")],
         )
@@ -69,7 +69,7 @@ class RecordingView:
         self._strip = card(self.ramps.figure, weight=0, height=62, look="strip")
         signals = (
             card(self.fast_time.figure, weight=6, look="strip", key=FastTimeView.untrue_key),
-            card(self.delay.figure, weight=5, look="strip", key=self.delay.key),
+            card(self.delay.figure, weight=5, look="strip", key=DelayView.untrue_key),
         )
         for each in signals:
             each[-1].css_classes = ["narrow"]
@@ -100,14 +100,13 @@ class RecordingView:
             self.maps.view.update(picture)
             self.maps.show_reference(picture.backdrop, opening.reference_map)
         self.delay.update(picture)
-        self.facts.object = facts_html(opening)
         self.table.object = table_html(picture.table, moving=several)
         self.log.object = log_html(picture.log[-SHOWN_LINES:])
         self.fast_time.update(picture)
 
-    def show_missing(self, sentence: str) -> None:
-        """Say why what is set cannot be shown."""
-        self.facts.object = missing_html(sentence)
+    def show_facts(self, opening: RecordingOpening | None, fault: str) -> None:
+        """Say what is shown, and why what is set now cannot be."""
+        self.facts.object = facts_html(opening, fault)
 
     def _panels(self) -> list[Any]:
         download = Download()

@@ -6,8 +6,21 @@ from app.recording.work import RecordingOpening
 from app.words import resolution_cells
 
 
-def facts_html(opening: RecordingOpening) -> str:
-    """Return the frame in a few words, and what looks wrong with its settings."""
+def facts_html(opening: RecordingOpening | None, fault: str = "") -> str:
+    """Return the frame that is shown in a few words, and what looks wrong with its settings.
+
+    Parameters
+    ----------
+    opening : RecordingOpening or None
+        What is shown.
+    fault : str
+        Why the settings as they are now cannot be shown.
+    """
+    wrong = f'<p class="wrong">{escape(fault)}</p>' if fault else ""
+    return wrong if opening is None else wrong + _shown_html(opening)
+
+
+def _shown_html(opening: RecordingOpening) -> str:
     radar = opening.prepared.backdrop.radar
     cell_m, cell_mps = resolution_cells(radar)
     antennas = "" if opening.num_antennas == 1 else f", {opening.num_antennas} antennas"
@@ -23,8 +36,3 @@ def facts_html(opening: RecordingOpening) -> str:
         f"<p><strong>{escape(opening.plan.file.name)}</strong>: {escape('; '.join(facts))}.</p>"
         + "".join(f'<p class="{kind}">{escape(remark)}</p>' for remark in remarks)
     )
-
-
-def missing_html(sentence: str) -> str:
-    """Return what stands in the way of showing anything."""
-    return f'<p class="wrong">{escape(sentence)}</p>'

@@ -108,6 +108,10 @@ class DelayView:
             ("interference", "interference path", "diamond"),
         ]
     )
+    untrue_key = key_html(
+        [("object", "estimate", "circle"), ("interference", "interference path", "diamond")]
+    )
+    """The key where the truth is hardly ever known."""
 
     def __init__(self, x_axis: Axis, crosshair: Span, *, legend: bool = False) -> None:
         self._x, self._y = x_axis, Axis()

@@ -42,7 +42,9 @@ def test_a_frame_file_says_all(tmp_path: Path, frame_arrays: FrameArrays, beat_s
 
 def test_an_archive_says_its_largest_array_and_values_by_name(tmp_path: Path) -> None:
     path = tmp_path / "adc.NPZ"
-    meta = json.dumps({"slope_hz_per_s": 3e13, "device": "AWR", "adc_start_s": 1e-6, "key": None})
+    meta = json.dumps(
+        {"slope_hz_per_s": 3e13, "device": "AWR", "adc_start_s": 1e-6, "axes": "x[rx, n]"}
+    )
     arrays = {"mask": np.zeros((4, 8), bool), "x": np.ones((4, 8), complex), "meta": meta}
     np.savez(path.with_suffix(".npz"), **arrays, sample_rate_hz=2e7, frame=np.arange(3))
     path.with_suffix(".npz").rename(path)

@@ -21,8 +21,8 @@ def suggest_settings(path: str, name: str) -> dict[str, Any]:
     """Return settings as far as a file tells them.
 
     Its kind is told by its suffix. A frame file tells all; of other archives the largest array is
-    taken for the recording, and scalars that are called as a setting for its value, also inside of
-    a text in JSON.
+    taken for the recording, and scalars that are called as a setting for its value, also numbers
+    inside of a text in JSON.
 
     Parameters
     ----------
@@ -107,8 +107,11 @@ def _of_json(text: str) -> dict[str, Any]:
         return {}
     if not isinstance(stored, dict):
         return {}
+    # A text such as "axes" may be called so and mean something else.
     return {
-        key: stored[key] for key in SETTING_NAMES if isinstance(stored.get(key), int | float | str)
+        key: stored[key]
+        for key in SETTING_NAMES
+        if isinstance(stored.get(key), int | float) and not isinstance(stored[key], bool)
     }
 
 
