@@ -39,8 +39,8 @@ class DroppedFiles:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._number = 0
 
-    def keep(self, name: str, content: bytes, instead_of: StoredFile | None = None) -> StoredFile:
-        """Write a file and remove the one it takes the place of.
+    def keep(self, name: str, content: bytes) -> StoredFile:
+        """Write a file.
 
         Raises
         ------
@@ -55,9 +55,14 @@ class DroppedFiles:
         suffix = Path(name).suffix.lower()[:8]
         path = Path(self._folder.name) / f"{self._number}{suffix if suffix.isascii() else ''}"
         path.write_bytes(content)
-        if instead_of is not None and Path(instead_of.path).parent == path.parent:
-            Path(instead_of.path).unlink(missing_ok=True)
         return StoredFile(path=str(path), name=name)
+
+    def discard(self, file: StoredFile | None) -> None:
+        """Remove a file, if there is one and it lies in this folder."""
+        if file is not None and self._folder is not None:
+            path = Path(file.path)
+            if path.parent == Path(self._folder.name):
+                path.unlink(missing_ok=True)
 
     def close(self) -> None:
         """Remove all files."""

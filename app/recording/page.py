@@ -37,7 +37,13 @@ from app.visit import Visit, page_frame
 from app.work import REAL_FRAME_FILE, bare, thin
 from vsep._arrays import InputError
 from vsep.inference.state import Step
-from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings, settings_values
+from vsep.recordings.settings import LARGEST_FILE as MOST_SETTINGS
+from vsep.recordings.settings import (
+    RAW_FORMATS,
+    RecordingSettings,
+    parse_settings,
+    settings_values,
+)
 from vsep.recordings.settings_text import settings_text
 from vsep.recordings.suggest import is_frame_file, suggest_settings
 
@@ -128,6 +134,7 @@ class RecordingPage:
         """Show the example; called when the page has been drawn."""
         self.loop.start()
         self._take(StoredFile(path=str(path(REAL_FRAME_FILE)), name=EXAMPLE), None)
+        self._restart()
 
     def close(self) -> None:
         """Stop for good and remove the files: the browser has left."""
@@ -138,43 +145,72 @@ class RecordingPage:
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
         """Take a recording, its settings, or both."""
-        said = None
-        for name, content in files:
-            if Path(name).suffix.lower() in SETTINGS_SUFFIXES:
-                said = self._settings_of(name, content)
-        recordings = [
-            each for each in files if Path(each[0]).suffix.lower() not in SETTINGS_SUFFIXES
-        ]
-        if len(recordings) > 1:
+        settings = [each for each in files if _is_settings(each[0])]
+        recordings = [each for each in files if not _is_settings(each[0])]
+        if max(len(settings), len(recordings)) > 1:
             self.complain(
-                f"{len(recordings)} recordings were dropped; drop one, with its settings."
+                f"{len(files)} files were dropped; one recording and its settings, please."
             )
-        elif recordings:
-            self._guarded(lambda: self._take(self._kept(recordings[0], self._file), said))
-        elif said is not None:
-            self.form.show_text(settings_text(said))
-            self._restart()
+            return
+        try:
+            said = _settings_of(*settings[0]) if settings else None
+            if recordings:
+                self._replace(recordings[0], self._file, lambda file: self._take(file, said))
+            elif said is not None:
+                self.form.show_text(settings_text(said))
+        except InputError as error:
+            self.complain(str(error))
+            return
+        fault = self._restart()
+        # What a recording does not say of itself is no fault of the user.
+        if fault and said is not None:
+            self.complain(fault)
 
     def drop_response(self, files: list[tuple[str, bytes]]) -> None:
         """Take a measured response of the receiver."""
 
-        def take() -> None:
-            file = self._kept(files[0], self._response)
+        def take(file: StoredFile) -> None:
             require_response(file)
             self._response = file
             self.settings.assume_true_filter = True
-            self._restart()
 
-        self._guarded(take)
+        self._drop_beside(files, self._response, take)
 
     def drop_reference(self, files: list[tuple[str, bytes]]) -> None:
         """Take a clean recording to show beside."""
 
-        def take() -> None:
-            self._reference = self._kept(files[0], self._reference)
+        def take(file: StoredFile) -> None:
+            self._reference = file
+
+        self._drop_beside(files, self._reference, take)
+
+    def _drop_beside(
+        self,
+        files: list[tuple[str, bytes]],
+        before: StoredFile | None,
+        take: Callable[[StoredFile], None],
+    ) -> None:
+        try:
+            self._replace(files[0], before, take)
+        except InputError as error:
+            self.complain(str(error))
+        else:
             self._restart()
 
-        self._guarded(take)
+    def _replace(
+        self,
+        file: tuple[str, bytes],
+        before: StoredFile | None,
+        take: Callable[[StoredFile], None],
+    ) -> None:
+        """Take a file in the place of another, which stays if the new one cannot be used."""
+        kept = self._files.keep(*file)
+        try:
+            take(kept)
+        except InputError:
+            self._files.discard(kept)
+            raise
+        self._files.discard(before)
 
     def show(self, picture: Picture) -> None:
         """Draw a picture; called with the document locked."""
@@ -197,43 +233,23 @@ class RecordingPage:
         """Begin with a recording and what is known of it."""
         suggested = suggest_settings(file.path, file.name)
         is_frame = is_frame_file(file.path, file.name)
-        before = said if said is not None else self._said_before()
-        fresh = self._file is None or is_frame
+        if said is None:
+            said = {} if is_frame else self._said_before()
         self._file = file
         self._own = suggested if is_frame else None
-        if said is None and (fresh or not before):
-            values = suggested
-        else:
-            values = _completed(before, suggested)
-        self.form.show_text(settings_text(values))
-        self._restart()
+        self.form.show_text(settings_text(_completed(said, suggested)))
 
     def _said_before(self) -> Mapping[Any, Any]:
         """Return the settings of the last recording: a sensor often records several files."""
         if self._file is None or self._file.name == EXAMPLE:
             return {}
         try:
-            return self.form.values()
+            values = self.form.values()
         except InputError:
             return {}
-
-    def _settings_of(self, name: str, content: bytes) -> dict[Any, Any] | None:
-        try:
-            return settings_values(name, content.decode("utf-8-sig"))
-        except UnicodeDecodeError:
-            self.complain(f"{name} is no text in UTF-8; a settings file is needed.")
-        except InputError as error:
-            self.complain(str(error))
-        return None
-
-    def _kept(self, file: tuple[str, bytes], before: StoredFile | None) -> StoredFile:
-        return self._files.keep(*file, before)
-
-    def _guarded(self, work: Callable[[], None]) -> None:
-        try:
-            work()
-        except InputError as error:
-            self.complain(str(error))
+        if self._own is not None:
+            values.pop("key", None)
+        return values
 
     def _edited(self) -> None:
         """Take settings that the user has changed."""
@@ -290,6 +306,7 @@ class RecordingPage:
         self.form.show_opening(opening)
         self.form.show_ready(True)
         if opening.reference_fault:
+            self._files.discard(self._reference)
             self._reference = None
             self.complain(opening.reference_fault)
         if self.settings.ramp == self._offered_ramp:
@@ -346,13 +363,25 @@ class RecordingPage:
         self.loop.acknowledged()
 
 
+def _is_settings(name: str) -> bool:
+    return Path(name).suffix.lower() in SETTINGS_SUFFIXES
+
+
+def _settings_of(name: str, content: bytes) -> dict[Any, Any]:
+    """Return what a settings file says; `InputError` if it is none."""
+    try:
+        return settings_values(name, content[:MOST_SETTINGS].decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name} is no text in UTF-8; a settings file is needed.") from error
+
+
 def _completed(said: Mapping[Any, Any], suggested: Mapping[str, Any]) -> dict[Any, Any]:
     """Return what was said, completed by what the file says of itself.
 
     What belongs to a file of another kind is left out.
     """
-    kinds = {said.get("format"), suggested["format"]}
-    if len(kinds) == 1 or kinds <= set(RAW_FORMATS):
-        return {**suggested, **{key: value for key, value in said.items() if value is not None}}
-    kept = {key: value for key, value in said.items() if key not in ("format", *_OF_ARRAYS)}
-    return {**suggested, **{key: value for key, value in kept.items() if value is not None}}
+    kinds = {said.get("format") or suggested["format"], suggested["format"]}
+    same = len(kinds) == 1 or kinds <= set(RAW_FORMATS)
+    foreign = () if same else ("format", *_OF_ARRAYS)
+    kept = {key: value for key, value in said.items() if value is not None and key not in foreign}
+    return {**suggested, **kept}

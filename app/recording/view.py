@@ -77,12 +77,19 @@ class RecordingView:
         self._reference.visible = False
         maps = (card(view.before, weight=1, look="strip"), card(view.after, weight=1, look="strip"))
         self._map_row = _row(*maps, self._reference, weight=14, look="maps")
-        return pn.Column(
-            unseen_title(title),
-            transport.layout(stylesheet("transport")),
+        views = pn.Column(
             self._strip,
             _row(*signals, weight=11, look="maps"),
             self._map_row,
+            sizing_mode="stretch_both",
+            margin=0,
+            styles={"flex": "28 1 0", "min-height": "0"},
+            stylesheets=[stylesheet("column")],
+        )
+        return pn.Column(
+            unseen_title(title),
+            transport.layout(stylesheet("transport")),
+            views,
             _row(*self._panels(), weight=8, look="body"),
             margin=0,
             sizing_mode="stretch_width",
