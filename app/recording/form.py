@@ -116,7 +116,6 @@ class RecordingForm:
             description="Leave out what stands still: the median over all ramps, settling "
             "transient and leakage included. Needs 8 ramps.",
             value=False,
-            margin=(2, 12, 4, 18),
             **_TIGHT,
         )
         self.antenna.param.watch(self._mended, "value")
@@ -142,9 +141,8 @@ class RecordingForm:
             _pair(quick["num_antennas"], quick["num_transmitters"]),
             heading("3 · Mend it"),
             _pair(quick["sign"], quick["samples"]),
-            _pair(quick["crop_start_samples"], quick["frame"]),
-            _wide(self.antenna),
-            self.clutter,
+            _pair(quick["crop_start_samples"], self.antenna),
+            _pair(quick["frame"], self.clutter),
             pn.Row(self.live, self.save, margin=(0, 12), sizing_mode="stretch_width"),
             heading("4 · Separate it"),
             self.zones["response"],

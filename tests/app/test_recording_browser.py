@@ -21,6 +21,10 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
 ]
 RECORDING, RESPONSE, REFERENCE = range(3)
+WIDE_ENOUGH = """(name) => [...Bokeh.documents[0].all_models]
+  .filter((m) => m.name === name && m.type === "Figure")
+  .map((m) => Bokeh.index.find_one_by_id(m.id))
+  .some((view) => view && view.el.getBoundingClientRect().width > 40)"""
 
 
 class Recording(Dashboard):
@@ -48,7 +52,7 @@ def recording(watched, app_url):  # noqa: F811
     return page
 
 
-def test_a_capture_is_mended_and_separated(recording, raw_capture):
+def test_a_capture_is_mended_separated_saved_and_handed_over(recording, raw_capture):
     page = recording.page
     wrong = raw_capture.text(sign="positive")
     recording.drop(RECORDING, ("radar.yaml", wrong), ("adc.bin", raw_capture.content))
@@ -60,12 +64,7 @@ def test_a_capture_is_mended_and_separated(recording, raw_capture):
         "sign: negative" in page.get_by_role("textbox", name=re.compile("^Settings")).input_value()
     )
     recording.drop(REFERENCE, ("clean.bin", raw_capture.content))
-    page.wait_for_function(
-        """() => [...Bokeh.documents[0].all_models]
-            .filter((m) => m.name === "range-doppler-reference" && m.type === "Figure")
-            .some((m) => Bokeh.index.find_one_by_id(m.id)?.el.getBoundingClientRect().width > 40)""",
-        timeout=PATIENCE_MS,
-    )
+    page.wait_for_function(WIDE_ENOUGH, arg="range-doppler-reference", timeout=PATIENCE_MS)
     # By the keyboard.
     recording.button("Run").focus()
     page.keyboard.press("Enter")
@@ -74,6 +73,19 @@ def test_a_capture_is_mended_and_separated(recording, raw_capture):
         lambda: page.locator("table.components tbody tr").count() >= 2, "objects are found"
     )
     assert page.locator("ol.log li.burst").count() >= 1
+    for _ in range(2):
+        with page.expect_download(timeout=PATIENCE_MS) as waiting:
+            recording.button("Save as frame").click()
+    assert waiting.value.suggested_filename == "adc-frame.npz"
+    frame = read_frame(io.BytesIO(waiting.value.path().read_bytes()))
+    assert frame.radar.shape == (16, 128)
+    with page.context.expect_page(timeout=PATIENCE_MS) as opened:
+        recording.button("Open in live view").click()
+    live = Dashboard(opened.value, "")
+    live.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
+    live.until_status("converged")
+    assert "frame=" in live.page.url
+    assert live.page.locator("table.components tbody tr").count() >= 2
 
 
 def test_files_of_nonsense_are_told_in_a_sentence(recording, raw_capture):
@@ -90,28 +102,3 @@ def test_files_of_nonsense_are_told_in_a_sentence(recording, raw_capture):
     recording.until_told("which is no whole number of ramps")
     assert recording.button("Open in live view").is_disabled()
     assert "Traceback" not in recording.page.content()
-
-
-def test_the_frame_is_saved_and_opens_in_the_live_view(recording, raw_capture):
-    page = recording.page
-    recording.drop(
-        RECORDING, ("adc.bin", raw_capture.content), ("radar.yaml", raw_capture.settings)
-    )
-    recording.until_told("16 ramps of 128 samples")
-    for _ in range(2):
-        with page.expect_download(timeout=PATIENCE_MS) as waiting:
-            recording.button("Save as frame").click()
-    assert waiting.value.suggested_filename == "adc-frame.npz"
-    frame = read_frame(io.BytesIO(waiting.value.path().read_bytes()))
-    assert frame.radar.shape == (16, 128)
-    with page.context.expect_page(timeout=PATIENCE_MS) as opened:
-        recording.button("Open in live view").click()
-    live = Dashboard(opened.value, "")
-    live.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
-    live.until_status("converged")
-    assert "frame=" in live.page.url
-    # The server keeps it for a while.
-    live.page.reload()
-    live.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
-    live.until_status("converged")
-    assert live.page.locator("table.components tbody tr").count() >= 2
