@@ -112,7 +112,7 @@ class RecordingForm:
             **_TIGHT,
         )
         self.clutter = pmu.Switch(
-            label="Remove clutter",
+            label="No clutter",
             description="Leave out what stands still: the median over all ramps, settling "
             "transient and leakage included. Needs 8 ramps.",
             value=False,
