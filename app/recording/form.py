@@ -109,6 +109,7 @@ class RecordingForm:
             description="Which antenna is shown and separated, from 0.",
             value=0,
             start=0,
+            disabled=True,
             **_TIGHT,
         )
         self.clutter = pmu.Switch(
@@ -179,7 +180,7 @@ class RecordingForm:
         self._showing = True
         several = opening.num_antennas > 1
         self.antenna.param.update(
-            end=max(opening.num_antennas - 1, 1), value=opening.antenna, visible=several
+            end=max(opening.num_antennas - 1, 1), value=opening.antenna, disabled=not several
         )
         self._showing = False
 
