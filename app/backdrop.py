@@ -18,6 +18,7 @@ from vsep.signal.spectra import delay_spectrum, range_doppler_map
 LOWEST_LEVEL_DB = -200.0
 ZERO_PADDING = 4
 MAP_PADDING = 2
+QUIET_SHARE = 0.2  # of the ramps: so many are free of bursts in most recordings
 
 ByteArray: TypeAlias = NDArray[np.uint8]
 Limits: TypeAlias = tuple[float, float]
@@ -138,7 +139,10 @@ def make_backdrop(radar: ChirpSequence, observation: Observation, *, title: str)
     map_ranges, map_velocities, before = _map_power(radar, received)
     clean_map = to_db(_map_power(radar, without_bursts)[2] / reference)
     before_db = to_db(before / reference)
-    map_limits = _limits(float(np.median(clean_map)) - 2.0, float(clean_map.max()) + 3.0, 30.0)
+    floor_db = float(np.median(clean_map))
+    if truth is None:
+        floor_db = min(floor_db, _quiet_floor_db(spectrum, reference))
+    map_limits = _limits(floor_db - 2.0, float(clean_map.max()) + 3.0, 30.0)
     peak = float(np.max(np.abs(received.real)))
     true_objects = _true_objects(radar, truth, reference)
     shown_ranges, shown_velocities = _shown(ranges, true_objects, several=radar.num_ramps > 1)
@@ -166,6 +170,16 @@ def make_backdrop(radar: ChirpSequence, observation: Observation, *, title: str)
         title=title,
         levels_text=_levels_text(radar, truth),
     )
+
+
+def _quiet_floor_db(spectrum: FloatArray, reference: float) -> float:
+    """Level of the noise in the ramps that no burst crosses, where nobody says which these are.
+
+    A bin of noise is exponentially distributed: this share of the ramps lies below -log(1 - share)
+    times its mean. Objects hold few of the bins, which the median leaves out.
+    """
+    quiet = np.quantile(spectrum, QUIET_SHARE, axis=0) / -np.log1p(-QUIET_SHARE)
+    return float(to_db(np.median(quiet) / reference))
 
 
 def _shown(

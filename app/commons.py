@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Any
 
+from app.handover import HandedFrames
 from app.thinning import Once, num_bytes
 
 SHARED_BYTES = 160_000_000
@@ -164,3 +165,4 @@ class Commons:
 
     runs: SharedRuns = field(default_factory=SharedRuns)
     pace: Pace = field(default_factory=Pace)
+    frames: HandedFrames = field(default_factory=HandedFrames)

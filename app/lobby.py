@@ -18,6 +18,7 @@ from app.compare.lanes import LaneState
 from app.compare.picture import LaneView
 from app.compare.work import CompareStep, Comparison
 from app.pool import Desk, WorkerPool
+from app.recording.work import RecordingOpening
 from app.session import MOST_KEPT
 from app.teaching.experiment import Experiment
 from app.visit import Visit, VisitedPage
@@ -40,6 +41,7 @@ KEPT = (
     LaneState,
     LaneView,
     Prepared,
+    RecordingOpening,
     SeparationState,
     Step,
 )

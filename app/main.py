@@ -17,6 +17,8 @@ from app.laboratory.page import TITLE as LABORATORY_TITLE
 from app.laboratory.page import LaboratoryPage
 from app.lobby import ABSENCE_MS, Door, Lobby, Rules, shared_pool
 from app.page import TITLE, Dashboard
+from app.recording.page import TITLE as RECORDING_TITLE
+from app.recording.page import RecordingPage
 from app.studies.page import TITLE as STUDIES_TITLE
 from app.studies.page import StudyPage
 from app.teaching.experiment import (
@@ -34,6 +36,7 @@ PAGES: dict[str, tuple[Callable[[Visit], VisitedPage], str]] = {
     "/": (Dashboard, TITLE),
     "/compare": (ComparePage, COMPARE_TITLE),
     "/laboratory": (LaboratoryPage, LABORATORY_TITLE),
+    "/recording": (RecordingPage, RECORDING_TITLE),
     "/studies": (StudyPage, STUDIES_TITLE),
 }
 # Thirty students, a lecturer, and a few who open a second page.

@@ -14,6 +14,7 @@ from app.address import parse_iteration, parse_query
 from app.controls import Controls
 from app.download import Download
 from app.exports import download_buttons
+from app.handover import FRAME_KEY, frame_of_query
 from app.layout import (
     card,
     panel,
@@ -63,11 +64,12 @@ class Dashboard:
     """
 
     def __init__(self, visit: Visit) -> None:
-        self._trial, query, trial_complaints = trial_of_query(visit.query)
+        self._handed, query, handover_complaints = frame_of_query(visit.query, visit.commons.frames)
+        self._trial, query, trial_complaints = trial_of_query(query)
         query, opened, unknown = open_experiment(query, visit.experiments, LIVE)
         values, complaints = parse_query(query)
         self._stop_at, more = parse_iteration(query)
-        self._complaints = trial_complaints + unknown + complaints + more
+        self._complaints = handover_complaints + trial_complaints + unknown + complaints + more
         self.settings = Settings(**({**self._trial.values, **values} if self._trial else values))
         self._frame: Frame | None = None
         self._kept: KeptFrame | None = None
@@ -222,6 +224,11 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             set_query(TRIAL_KEY, self._trial.link)
             if pn.state.notifications is not None:
                 pn.state.notifications.info(f"Opened {self._trial.frame.name}.", duration=6000)
+        handed = self._handed
+        if handed is not None:
+            self.load(handed.frame.name, handed.frame.content)
+            self._handed = handed
+            set_query(FRAME_KEY, handed.word)
         for complaint in self._complaints:
             self.complain(complaint)
         self.loop.start()
@@ -275,10 +282,11 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             )
 
     def _leave_trial(self) -> None:
-        """Take the trial out of the address once the scene is another one."""
-        if self._trial is not None:
-            set_query(TRIAL_KEY, None)
-        self._trial = None
+        """Take trial and frame out of the address once the scene is another one."""
+        for held, key in ((self._trial, TRIAL_KEY), (self._handed, FRAME_KEY)):
+            if held is not None:
+                set_query(key, None)
+        self._trial = self._handed = None
 
     def show(self, picture: Picture) -> None:
         """Draw a picture on all views; called with the document locked."""

@@ -21,6 +21,7 @@ PLACES = {
     "./": "Live view",
     "compare": "Compare",
     "laboratory": "Laboratory",
+    "recording": "Recording",
     "studies": "Studies",
 }
 # As wide as the theme's smallest break point: below it the side bar covers the page, so it starts

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from vsep._arrays import BoolArray, ComplexArray, InputError
+from vsep._arrays import BoolArray, InputError
 from vsep.analysis.parallel import parallel_ramps
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.frame_mask import frame_mask
@@ -24,7 +24,7 @@ from vsep.files.results import as_json, profile_entry, result_line, separated_si
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
-from vsep.signal.clutter import FEWEST_RAMPS, static_part
+from vsep.signal.clutter import moving_part
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
@@ -150,7 +150,7 @@ def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
         together = _is_together(frame, options)
         received = frame.antennas if together and frame.antennas is not None else frame.received
         if options.clutter == "remove":
-            received = _moving(frame, received)
+            received = moving_part(received, frame.name)
         solution = run(_separator_of(options, frame), received)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
@@ -181,16 +181,6 @@ def _is_together(frame: Frame, options: argparse.Namespace) -> bool:
     """Whether all antennas of a frame are separated together: unless one of them is asked for."""
     several = frame.num_antennas > 1 and options.antenna is None
     return several and options.estimator in _SEVERAL_ANTENNAS
-
-
-def _moving(frame: Frame, received: ComplexArray) -> ComplexArray:
-    """Return the signal without what stands still; `InputError` if ramps are too few for that."""
-    if frame.radar.num_ramps < FEWEST_RAMPS:
-        raise InputError(
-            f"{frame.name} has {frame.radar.num_ramps} ramps; --clutter remove needs at least "
-            f"{FEWEST_RAMPS}."
-        )
-    return received - static_part(received)
 
 
 def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:

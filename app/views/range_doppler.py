@@ -139,14 +139,25 @@ class RangeDopplerView:
             name: empty_marks() for name in ("true_objects", "objects", "added", "pruned")
         }
         self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
+        self._crosshair = crosshair
         self._drawn_before: Any = None
         self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
         self.after = self._figure("after", "Range-Doppler, bursts cancelled", "")
         add_colour_bar(self.after, self._scale)
         for plot in (self.before, self.after):
-            mark_objects(plot, self._marks["objects"], self._marks["true_objects"])
+            self._mark(plot)
             self._mark_changes(plot)
-            plot.add_tools(CrosshairTool(overlay=crosshair))
+
+    def companion(self, source: ColumnDataSource, *, name: str, title: str) -> figure:
+        """Return a map of another frame with the same axes and marks."""
+        plot = map_figure(source, title=title, y_label="", axes=(self._x, self._y), name=name)
+        add_colour_bar(plot, self._scale)
+        self._mark(plot)
+        return plot
+
+    def _mark(self, plot: figure) -> None:
+        mark_objects(plot, self._marks["objects"], self._marks["true_objects"])
+        plot.add_tools(CrosshairTool(overlay=self._crosshair))
 
     def _figure(self, name: str, title: str, y_label: str) -> figure:
         return map_figure(

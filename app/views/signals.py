@@ -47,6 +47,10 @@ class FastTimeView:
     """
 
     key = key_html([(role, label, sample) for _, role, label, sample, _ in _LINES])
+    untrue_key = key_html(
+        [(role, label, sample) for _, role, label, sample, _ in _LINES if role != "true"]
+    )
+    """The key where the truth is hardly ever known."""
 
     def __init__(self, *, legend: bool = False) -> None:
         self._x, self._y = Axis(), Axis()
@@ -104,6 +108,10 @@ class DelayView:
             ("interference", "interference path", "diamond"),
         ]
     )
+    untrue_key = key_html(
+        [("object", "estimate", "circle"), ("interference", "interference path", "diamond")]
+    )
+    """The key where the truth is hardly ever known."""
 
     def __init__(self, x_axis: Axis, crosshair: Span, *, legend: bool = False) -> None:
         self._x, self._y = x_axis, Axis()

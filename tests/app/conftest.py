@@ -2,12 +2,16 @@
 
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from app.session import Phase, Snapshot
 from app.settings import Settings
 from app.work import Prepared, advance, prepare
+from vsep._arrays import ComplexArray
 from vsep.inference.state import Step, Termination
+from vsep.recordings.settings_text import settings_text
+from vsep.signal.presets import simulate_preset
 from vsep.studies.catalogue import make_study
 from vsep.studies.trial import Row, run_trial
 
@@ -60,3 +64,38 @@ def study_rows() -> list[Row]:
     study = make_study("fig-3", methods=("object-only", "no-interference"), selection="6,9")
     trials = [study.trial(index, r) for r in range(3) for index in study.point_indices]
     return [row for trial in trials for row in run_trial(trial)]
+
+
+class RawCapture(NamedTuple):
+    """A raw capture and what it is, as files; and the frame that is in it."""
+
+    content: bytes
+    settings: bytes
+    received: ComplexArray
+
+    def text(self, **changes: str) -> bytes:
+        """Return the settings with some lines changed."""
+        values = dict(line.split(": ") for line in self.settings.decode().splitlines())
+        lines = (f"{name}: {value}\n" for name, value in (values | changes).items())
+        return "".join(lines).encode()
+
+
+@pytest.fixture(scope="session")
+def raw_capture() -> RawCapture:
+    """Simulation II b as a sensor with two lanes records it, 16 bits a word."""
+    scenario, observation = simulate_preset("simulation-2-b", snr_db=60.0, sir_db=-20.0, seed=7)
+    radar, received = scenario.radar, observation.received
+    scale = 2**15 * 0.9 / np.max(np.abs(received))
+    # I(n) I(n+1) Q(n) Q(n+1): pairs of samples, first their real parts, then the imaginary ones.
+    pairs = (scale * received).reshape(radar.num_ramps, -1, 2)
+    words = np.round(np.stack([pairs.real, pairs.imag], axis=2)).astype("<i2")
+    settings = {
+        "format": "dca1000-xwr16xx",
+        "start_frequency_hz": radar.start_frequency_hz,
+        "slope_hz_per_s": radar.slope_hz_per_s,
+        "sample_rate_hz": radar.sample_rate_hz,
+        "ramp_period_s": radar.ramp_period_s,
+        "num_samples": radar.num_samples,
+        "sign": "negative",
+    }
+    return RawCapture(words.tobytes(), settings_text(settings).encode(), received)

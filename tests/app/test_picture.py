@@ -3,9 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.backdrop import make_backdrop
 from app.picture import FADE_ITERATIONS, FLASH_ITERATIONS, make_picture
 from app.work import compose
 from vsep.inference.state import ComponentEvent, EventKind, Termination
+from vsep.signal.scene import Observation
 
 
 def _picture(run, num_steps=None, ramp=0, mode="level"):
@@ -166,3 +168,19 @@ def test_both_conventions_of_the_levels_are_said(one_ramp):
     # 30 dB over 256 samples is 30 - 24.1 dB a sample.
     assert "SNR 30.0 dB in all = 5.9 dB a sample" in text
     assert "SIR -20.0 dB in all" in text
+
+
+def test_bursts_do_not_hide_the_noise_where_no_truth_is_known(many_ramps):
+    backdrop = many_ramps.prepared.backdrop
+    observation = backdrop.observation
+    without = backdrop_of(backdrop.radar, observation.received)
+    clean = backdrop_of(
+        backdrop.radar, observation.received - observation.truth.interference_signal
+    )
+    # Four of sixteen ramps are interfered; the floor is that of the others. Limits are rounded to
+    # steps of 5 dB.
+    assert abs(without.map_limits_db[0] - clean.map_limits_db[0]) <= 5.0
+
+
+def backdrop_of(radar, received):
+    return make_backdrop(radar, Observation(received=received, truth=None), title="")

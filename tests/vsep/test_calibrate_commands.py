@@ -85,4 +85,4 @@ def test_clutter_of_a_few_ramps_stays(tmp_path, capsys):
     _write(path, np.ones((4, 64), complex))
     out = str(tmp_path / "out.jsonl")
     assert main(["separate", str(path), "--clutter", "remove", "--out", out]) == 2
-    assert "4 ramps; --clutter remove needs at least 8" in capsys.readouterr().err
+    assert "4 ramps; to remove clutter at least 8 are needed" in capsys.readouterr().err

@@ -100,6 +100,11 @@ class Archive:
         names = (name.removesuffix(".npy") for name in self._zip.namelist() if name[-4:] == ".npy")
         return tuple(sorted(names))
 
+    def largest(self) -> str:
+        """Return the name of the largest array, of equal ones the first; empty if there is none."""
+        sizes = {key: self._zip.NameToInfo[f"{key}.npy"].file_size for key in self.names()}
+        return max(sizes, key=lambda key: sizes[key], default="")
+
     def array(self, key: str, *, max_elements: int = MAX_SAMPLES) -> NDArray[Any]:
         """Read one array.
 

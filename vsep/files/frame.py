@@ -16,7 +16,7 @@ the paper's. In memory everything has the paper's sign.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,12 @@ from vsep.signal.scene import GroundTruth
 _LOWEST_PEAK = 1e-60
 _HIGHEST_PEAK = 1e60
 _SPACING_RANGE = 1e-3, 1e3  # wavelengths
+SETTINGS_OF_RADAR: Final = (
+    "start_frequency_hz",
+    "slope_hz_per_s",
+    "sample_rate_hz",
+    "ramp_period_s",
+)
 _SETTINGS: dict[str, type] = {"preset": str, "snr_db": float, "sir_db": float, "seed": int}
 
 
@@ -270,10 +276,7 @@ def _require_antenna(name: str, antenna: int, num_antennas: int) -> None:
 
 def _read_radar(archive: Archive, shape: tuple[int, ...]) -> ChirpSequence:
     return ChirpSequence(
-        start_frequency_hz=archive.number("start_frequency_hz"),
-        slope_hz_per_s=archive.number("slope_hz_per_s"),
-        sample_rate_hz=archive.number("sample_rate_hz"),
-        ramp_period_s=archive.number("ramp_period_s"),
+        **{key: archive.number(key) for key in SETTINGS_OF_RADAR},
         num_ramps=shape[0],
         num_samples=shape[1],
         lowest_beat=archive.number("lowest_beat", -0.5),

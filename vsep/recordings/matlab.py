@@ -69,6 +69,28 @@ def read_matlab(file: IO[bytes], path: str, key: str | None) -> NDArray[Any]:
     InputError
         In one sentence, whatever is wrong with the file.
     """
+    variables = _found(file, path)
+    variable = variables[choose_array(path, key, tuple(variables))]
+    _judge(path, variable)
+    try:
+        return _values(file, variable)
+    except (_DamageError, zlib.error, OSError) as error:
+        raise _damaged(path) from error
+
+
+def matlab_shapes(file: IO[bytes], path: str) -> dict[str, tuple[int, ...]]:
+    """Return the names of a file's variables with their lengths, which nobody has judged.
+
+    Raises
+    ------
+    InputError
+        In one sentence, if it is no such file.
+    """
+    return {name: each.shape for name, each in _found(file, path).items()}
+
+
+def _found(file: IO[bytes], path: str) -> dict[str, _Variable]:
+    """Return all variables by their names."""
     start = file.read(max(_HDF5_PLACES) + len(_HDF5))
     if any(start[place : place + len(_HDF5)] == _HDF5 for place in _HDF5_PLACES):
         raise InputError(f"{path} is a MATLAB file of version 7.3, which is HDF5; {_AGAIN}.")
@@ -76,12 +98,13 @@ def read_matlab(file: IO[bytes], path: str, key: str | None) -> NDArray[Any]:
     if order is None:
         raise InputError(f"{path} is no MATLAB file of version 5 to 7; {_AGAIN}.")
     try:
-        variables = {each.name: each for each in _variables(file, order)}
-        variable = variables[choose_array(path, key, tuple(variables))]
-        _judge(path, variable)
-        return _values(file, variable)
+        return {each.name: each for each in _variables(file, order)}
     except (_DamageError, zlib.error, OSError) as error:
-        raise InputError(f"{path} is damaged or cut off; {_AGAIN}.") from error
+        raise _damaged(path) from error
+
+
+def _damaged(path: str) -> InputError:
+    return InputError(f"{path} is damaged or cut off; {_AGAIN}.")
 
 
 def choose_array(path: str, key: str | None, names: tuple[str, ...]) -> str:

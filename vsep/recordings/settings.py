@@ -130,6 +130,12 @@ class RecordingSettings:
             raise InputError(f"num_samples is not given; a file of format {self.format} needs it.")
 
 
+SETTING_NAMES: Final = tuple(field.name for field in fields(RecordingSettings))
+NEEDED_SETTINGS: Final = tuple(
+    field.name for field in fields(RecordingSettings) if field.default is MISSING
+)
+
+
 def read_settings(path: str) -> RecordingSettings:
     """Read a settings file, JSON or YAML by its suffix.
 
@@ -138,20 +144,43 @@ def read_settings(path: str) -> RecordingSettings:
     InputError
         In one sentence, whatever is wrong with the file or a value.
     """
-    text = _read_text(path)
-    suffix = Path(path).suffix.lower()
-    if suffix == ".json":
-        stored = _from_json(path, text)
-    elif suffix in (".yaml", ".yml"):
-        stored = _from_yaml(path, text)
-    else:
-        raise InputError(f"{path} has the suffix {suffix!r}; it must be .json, .yaml or .yml.")
-    if not isinstance(stored, dict):
-        raise InputError(f"{path} holds no settings; lines of name: value are needed.")
+    stored = settings_values(path, _read_text(path))
     try:
         return parse_settings(stored)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def settings_values(name: str, text: str) -> dict[Any, Any]:
+    """Return the names and values of a settings file's text, not yet judged.
+
+    Parameters
+    ----------
+    name : str
+        Of the file; its suffix says whether it is JSON or YAML.
+    text : str
+        What it holds.
+
+    Raises
+    ------
+    InputError
+        In one sentence, if it holds no names and values.
+
+    Examples
+    --------
+    >>> settings_values("radar.json", '{"format": "npy"}')
+    {'format': 'npy'}
+    """
+    suffix = Path(name).suffix.lower()
+    if suffix == ".json":
+        stored = _from_json(name, text)
+    elif suffix in (".yaml", ".yml"):
+        stored = _from_yaml(name, text)
+    else:
+        raise InputError(f"{name} has the suffix {suffix!r}; it must be .json, .yaml or .yml.")
+    if not isinstance(stored, dict):
+        raise InputError(f"{name} holds no settings; lines of name: value are needed.")
+    return stored
 
 
 def parse_settings(stored: Mapping[Any, Any]) -> RecordingSettings:
@@ -168,15 +197,14 @@ def parse_settings(stored: Mapping[Any, Any]) -> RecordingSettings:
     ...                 "sample_rate_hz": 2e7, "ramp_period_s": 3e-5}).start_frequency_hz
     77000000000.0
     """
-    known = {field.name: field for field in fields(RecordingSettings)}
     for name in stored:
-        if name not in known:
-            close = difflib.get_close_matches(str(name), known, n=1) or [", ".join(known)]
-            raise InputError(f"{str(name)[:40]!r} is no setting; did you mean {close[0]}?")
-    needed = [name for name, field in known.items() if field.default is MISSING]
-    missing = [name for name in needed if stored.get(name) is None]
+        if name not in SETTING_NAMES:
+            close = difflib.get_close_matches(str(name), SETTING_NAMES, n=1)
+            meant = close[0] if close else ", ".join(SETTING_NAMES)
+            raise InputError(f"{str(name)[:40]!r} is no setting; did you mean {meant}?")
+    missing = [name for name in NEEDED_SETTINGS if stored.get(name) is None]
     if missing:
-        raise InputError(f"{missing[0]} is not given; needed are {', '.join(needed)}.")
+        raise InputError(f"{missing[0]} is not given; needed are {', '.join(NEEDED_SETTINGS)}.")
     given = {name: value for name, value in stored.items() if value is not None}
     return RecordingSettings(**{name: _parsed(name, value) for name, value in given.items()})
 

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from vsep._arrays import ComplexArray
+from vsep._arrays import ComplexArray, InputError
 
 FEWEST_RAMPS: Final = 8
 """Of fewer ramps a median does not tell what stands still from what moves or interferes."""
@@ -22,3 +22,26 @@ def static_part(received: ComplexArray) -> ComplexArray:
     parts = np.asarray(received)
     median = np.median(parts.real, axis=-2, keepdims=True)
     return np.asarray(median + 1j * np.median(parts.imag, axis=-2, keepdims=True))
+
+
+def moving_part(received: ComplexArray, name: str) -> ComplexArray:
+    """(P, N) frame without what stands still.
+
+    Parameters
+    ----------
+    received : (P, N) complex
+        A frame.
+    name : str
+        What the sentence of an `InputError` calls it.
+
+    Raises
+    ------
+    InputError
+        If it has too few ramps for that.
+    """
+    num_ramps = np.shape(received)[-2]
+    if num_ramps < FEWEST_RAMPS:
+        raise InputError(
+            f"{name} has {num_ramps} ramps; to remove clutter at least {FEWEST_RAMPS} are needed."
+        )
+    return np.asarray(received - static_part(received))

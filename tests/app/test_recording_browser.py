@@ -1,0 +1,104 @@
+"""The page of recorded data in a headless browser: drop files, mend, separate, hand over."""
+
+import io
+import re
+
+import pytest
+
+from tests.app.test_browser import (  # noqa: F401
+    CHROMIUM,
+    PATIENCE_MS,
+    Dashboard,
+    app_url,
+    browser_context_args,
+    browser_type_launch_args,
+    watched,
+)
+from vsep.files.frame import read_frame
+
+pytestmark = [
+    pytest.mark.ui,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
+]
+RECORDING, RESPONSE, REFERENCE = range(3)
+WIDE_ENOUGH = """(name) => [...Bokeh.documents[0].all_models]
+  .filter((m) => m.name === name && m.type === "Figure")
+  .map((m) => Bokeh.index.find_one_by_id(m.id))
+  .some((view) => view && view.el.getBoundingClientRect().width > 40)"""
+
+
+class Recording(Dashboard):
+    """What the tests do with the page."""
+
+    def drop(self, zone, *files):
+        """Give the browser files of a name and a content."""
+        chosen = [
+            {"name": name, "mimeType": "application/octet-stream", "buffer": content}
+            for name, content in files
+        ]
+        self.page.locator("input[type=file]").nth(zone).set_input_files(chosen)
+
+    def until_told(self, words):
+        self.page.get_by_text(words).first.wait_for(timeout=PATIENCE_MS)
+
+
+@pytest.fixture
+def recording(watched, app_url):  # noqa: F811
+    """The page, which shows its example."""
+    page = Recording(watched, f"{app_url}recording")
+    page.open()
+    page.until_status("ready")
+    page.until_told("example (without interference)")
+    return page
+
+
+def test_a_capture_is_mended_separated_saved_and_handed_over(recording, raw_capture):
+    page = recording.page
+    wrong = raw_capture.text(sign="positive")
+    recording.drop(RECORDING, ("radar.yaml", wrong), ("adc.bin", raw_capture.content))
+    recording.until_told("is perhaps the other one")
+    page.get_by_role("combobox", name=re.compile("^Sign")).click()
+    page.get_by_role("menuitem", name="Negative").click()
+    recording.until_told("do not contradict each other")
+    assert (
+        "sign: negative" in page.get_by_role("textbox", name=re.compile("^Settings")).input_value()
+    )
+    recording.drop(REFERENCE, ("clean.bin", raw_capture.content))
+    page.wait_for_function(WIDE_ENOUGH, arg="range-doppler-reference", timeout=PATIENCE_MS)
+    # By the keyboard.
+    recording.button("Run").focus()
+    page.keyboard.press("Enter")
+    recording.until_status("converged")
+    recording.until(
+        lambda: page.locator("table.components tbody tr").count() >= 2, "objects are found"
+    )
+    assert page.locator("ol.log li.burst").count() >= 1
+    for _ in range(2):
+        with page.expect_download(timeout=PATIENCE_MS) as waiting:
+            recording.button("Save as frame").click()
+    assert waiting.value.suggested_filename == "adc-frame.npz"
+    frame = read_frame(io.BytesIO(waiting.value.path().read_bytes()))
+    assert frame.radar.shape == (16, 128)
+    with page.context.expect_page(timeout=PATIENCE_MS) as opened:
+        recording.button("Open in live view").click()
+    live = Dashboard(opened.value, "")
+    live.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
+    live.until_status("converged")
+    assert "frame=" in live.page.url
+    assert live.page.locator("table.components tbody tr").count() >= 2
+
+
+def test_files_of_nonsense_are_told_in_a_sentence(recording, raw_capture):
+    for zone, name, content, words in (
+        (RECORDING, "bad.npz", b"no archive", "bad.npz is not a frame file"),
+        (RECORDING, "bad.json", b"{", "bad.json is no JSON"),
+        (RECORDING, "empty.bin", b"", "The file is empty"),
+        (RESPONSE, "response.npz", b"no archive", "response.npz is not"),
+    ):
+        recording.drop(zone, (name, content))
+        recording.until_told(words)
+    settings = raw_capture.text(num_samples="100")
+    recording.drop(RECORDING, ("adc.bin", raw_capture.content), ("radar.yaml", settings))
+    recording.until_told("which is no whole number of ramps")
+    assert recording.button("Open in live view").is_disabled()
+    assert "Traceback" not in recording.page.content()
