@@ -73,6 +73,8 @@ class Student:
         finally:
             reader.cancel()
             self._socket.close()
+            # The server answers before the connection is gone.
+            await asyncio.sleep(0.5)
 
     async def _open(self):
         query = f"?preset={self.preset}&seed={self.number % 5}"
