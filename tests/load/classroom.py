@@ -19,11 +19,11 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass, field
 
 from tornado.httpclient import HTTPRequest
-from tornado.websocket import websocket_connect
+from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 PRESETS = ("simulation-1", "simulation-2-a", "simulation-2-b", "simulation-2-c")
 SLIDERS = {"SNR [dB, total]": (20, 70), "SIR [dB, total]": (-30, 0)}
@@ -50,33 +50,44 @@ class Student:
     received_bytes: int = 0
     _moved_at: float | None = None
 
-    async def attend(self, until: float, first_at: float, pause_s: tuple[float, float]) -> None:
-        """Open the page, look at it and move sliders until the lesson is over."""
+    async def attend(
+        self, until: float, first_at: float, pause_s: tuple[float, float], patience_s: float
+    ) -> None:
+        """Open the page, look at it and move sliders until the lesson is over, at least once."""
         chance = random.Random(self.number)
         await asyncio.sleep(max(0.0, first_at - time.monotonic()))
         started = time.monotonic()
-        self._socket = await self._open()
-        reader = asyncio.create_task(self._read())
-        self.opened_s = time.monotonic() - started
-        try:
-            while time.monotonic() < until:
-                await asyncio.sleep(chance.uniform(*pause_s))
-                label, (lowest, highest) = chance.choice(list(SLIDERS.items()))
-                # Where the slider is already, nothing would happen.
-                others = set(range(lowest, highest + 1)) - {self._places[label]}
-                await self._move(label, chance.choice(sorted(others)))
-            await asyncio.sleep(pause_s[0])
-            if self._moved_at is not None:
-                self.errors.append("the last move was not answered by a picture")
-        except Exception as error:
-            self.errors.append(repr(error))
-        finally:
-            reader.cancel()
-            self._socket.close()
-            # The server answers before the connection is gone.
-            await asyncio.sleep(0.5)
+        async with self._connected() as self._socket:
+            await self._read_document()
+            reader = asyncio.create_task(self._read())
+            self.opened_s = time.monotonic() - started
+            try:
+                while time.monotonic() < until or not self.num_moves:
+                    await asyncio.sleep(chance.uniform(*pause_s))
+                    label, (lowest, highest) = chance.choice(list(SLIDERS.items()))
+                    # Where the slider is already, nothing would happen.
+                    others = set(range(lowest, highest + 1)) - {self._places[label]}
+                    await self._answered(patience_s)
+                    await self._move(label, chance.choice(sorted(others)))
+                await asyncio.sleep(pause_s[0])
+                await self._answered(patience_s)
+                if self._moved_at is not None:
+                    self.errors.append("the last move was not answered by a picture")
+            except Exception as error:
+                self.errors.append(repr(error))
+            finally:
+                reader.cancel()
+                await asyncio.gather(reader, return_exceptions=True)
 
-    async def _open(self):
+    async def _answered(self, patience_s: float) -> None:
+        """Wait for the picture that the last move asked for, so long and no longer."""
+        end = time.monotonic() + patience_s
+        while self._moved_at is not None and time.monotonic() < end:
+            await asyncio.sleep(0.05)
+
+    @contextlib.asynccontextmanager
+    async def _connected(self) -> AsyncIterator[WebSocketClientConnection]:
+        """Open a page and its connection; leave when both sides have closed it."""
         query = f"?preset={self.preset}&seed={self.number % 5}"
         page = await asyncio.to_thread(_get, self.url + query)
         token = re.search(r'"token":"([^"]+)"', page).group(1)
@@ -85,6 +96,16 @@ class Student:
         connection = await websocket_connect(
             request, subprotocols=["bokeh", token], max_message_size=2**26
         )
+        try:
+            yield connection
+        finally:
+            connection.close()
+            # The server answers before the connection is gone; until then there may be pictures.
+            while await connection.read_message() is not None:
+                pass
+
+    async def _read_document(self) -> None:
+        connection = self._socket
         await self._message(connection)  # the server's greeting
         await self._send(connection, "PULL-DOC-REQ", {})
         document = await self._message(connection)
@@ -92,7 +113,6 @@ class Student:
         ready = {"type": "event", "name": "document_ready", "values": {"type": "map"}}
         event = {"kind": "MessageSent", "msg_type": "bokeh_event", "msg_data": ready}
         await self._send(connection, "PATCH-DOC", {"events": [event]})
-        return connection
 
     def _find_models(self, document) -> None:
         """Note the numbers of the sliders and of the two sources that pictures go through."""
@@ -216,15 +236,23 @@ def served(*options: str) -> Iterator[str]:
 
 
 async def lesson(
-    url: str, *, sessions: int, seconds: float, pause_s: tuple[float, float] = (5.0, 15.0)
+    url: str,
+    *,
+    sessions: int,
+    seconds: float,
+    pause_s: tuple[float, float] = (5.0, 15.0),
+    patience_s: float = 0.0,
 ) -> tuple[list[Student], list[dict]]:
-    """Let a class attend; return the students and the server's health every five seconds."""
+    """Let a class attend; return the students and the server's health every five seconds.
+
+    A student moves on after a pause; who has no picture by then notes it, after so much patience.
+    """
     now = time.monotonic()
     # Pages are opened one a second; the lesson is counted from when all are there.
     until = now + sessions + seconds
     students = [Student(url, PRESETS[i % len(PRESETS)], i) for i in range(sessions)]
     attending = asyncio.gather(
-        *(each.attend(until, now + i, pause_s) for i, each in enumerate(students))
+        *(each.attend(until, now + i, pause_s, patience_s) for i, each in enumerate(students))
     )
     healths = []
     while not attending.done():
