@@ -12,6 +12,7 @@ from tornado.websocket import WebSocketClosedError
 
 from app.compare.page import TITLE as COMPARE_TITLE
 from app.compare.page import ComparePage
+from app.connection import connect_promptly
 from app.health import HealthHandler
 from app.laboratory.page import TITLE as LABORATORY_TITLE
 from app.laboratory.page import LaboratoryPage
@@ -64,6 +65,7 @@ def make_server(
         raise InputError(f"port is {port}; it must lie between 0 and 65535.")
     guided = _all_experiments(experiments)
     _require_free(port, address)
+    connect_promptly()
     everywhere = address in ("0.0.0.0", "::")
     origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
     # Only who sits at this machine may choose where on its disk rows go.

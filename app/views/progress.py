@@ -5,7 +5,7 @@ from bokeh.models import ColumnDataSource, Span
 from bokeh.plotting import figure
 
 from app.picture import Picture
-from app.views.style import COLOURS, Axis, plain_figure
+from app.views.style import COLOURS, Axis, plain_figure, short
 
 SHOWN_ITERATIONS = 20
 _CURVES = (
@@ -68,7 +68,10 @@ class ProgressView:
             if limits is not None:
                 axis.grow(limits, fresh=name in self._unset)
                 self._unset.discard(name)
-        self._source.data = {"iteration": progress.iterations, **columns}
+        self._source.data = {
+            "iteration": short(progress.iterations),
+            **{name: short(column) for name, column in columns.items()},
+        }
 
 
 def _padded(

@@ -16,7 +16,7 @@ from bokeh.plotting import figure
 
 from app.marks import Marks
 from app.picture import Picture
-from app.views.style import COLOURS, LABEL_SIZE, MAP_PALETTE, Axis, plain_figure, put
+from app.views.style import COLOURS, LABEL_SIZE, MAP_PALETTE, Axis, plain_figure, put, short
 
 SMALLEST_MARK, LARGEST_MARK = 6.0, 18.0
 LOUDEST_MARK_DB = 50.0
@@ -32,11 +32,11 @@ def mark_sizes(snr_db: "np.ndarray[Any, np.dtype[np.float64]]") -> Any:
 def mark_columns(marks: Marks) -> dict[str, Any]:
     """Return the columns of a source of marks."""
     return {
-        "range": marks.ranges_m,
-        "velocity": marks.velocities_mps,
-        "snr": marks.snr_db,
-        "size": mark_sizes(marks.snr_db),
-        "opacity": marks.opacity,
+        "range": short(marks.ranges_m),
+        "velocity": short(marks.velocities_mps),
+        "snr": short(marks.snr_db),
+        "size": short(mark_sizes(marks.snr_db)),
+        "opacity": short(marks.opacity),
     }
 
 

@@ -8,7 +8,7 @@ from bokeh.plotting import figure
 
 from app.marks import Marks
 from app.picture import Picture, Signals
-from app.views.style import COLOURS, Axis, key_html, legend_of, plain_figure, put
+from app.views.style import COLOURS, Axis, key_html, legend_of, plain_figure, put, short
 
 _LINES = (
     ("received", "received", "received", "line", {"line_width": 2.2, "line_alpha": 0.65}),
@@ -80,11 +80,11 @@ class FastTimeView:
 
 def _stem_columns(marks: Marks, floor: float) -> dict[str, Any]:
     return {
-        "range": marks.ranges_m,
-        "level": marks.levels_db,
-        "floor": np.full(len(marks.ranges_m), floor),
-        "snr": marks.snr_db,
-        "opacity": marks.opacity,
+        "range": short(marks.ranges_m),
+        "level": short(marks.levels_db),
+        "floor": [floor] * len(marks.ranges_m),
+        "snr": short(marks.snr_db),
+        "opacity": short(marks.opacity),
     }
 
 

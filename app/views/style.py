@@ -81,6 +81,11 @@ def put(source: ColumnDataSource, columns: Mapping[str, Any]) -> None:
     source.data = dict(columns)
 
 
+def short(column: Any) -> list[float]:
+    """Return a short column as a list: an array would be two messages of its own to the browser."""
+    return [float(value) for value in column]
+
+
 def _same(held: Any, column: Any) -> bool:
     if isinstance(column, np.ndarray) and isinstance(held, np.ndarray):
         return np.array_equal(held, column, equal_nan=column.dtype.kind == "f")

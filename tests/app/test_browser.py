@@ -3,6 +3,7 @@
 import asyncio
 import re
 import shutil
+import socket
 import sys
 import threading
 import time
@@ -36,7 +37,7 @@ def browser_context_args(browser_context_args):
 
 
 @pytest.fixture(scope="module")
-def app_url():
+def app_server():
     """Serve the dashboard from a thread with its own event loop."""
     from app.main import make_server
 
@@ -54,8 +55,8 @@ def app_url():
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()
     assert ready.wait(60)
-    yield f"http://127.0.0.1:{box['port']}/"
     server = box["server"]
+    yield server
 
     async def leave():
         server.stop()
@@ -66,6 +67,11 @@ def app_url():
 
     server.io_loop.add_callback(leave)
     thread.join(10)
+
+
+@pytest.fixture(scope="module")
+def app_url(app_server):
+    return f"http://127.0.0.1:{app_server.port}/"
 
 
 @pytest.fixture
@@ -280,9 +286,37 @@ def test_updates_stream_to_the_page(dashboard, report):
     )
     times = np.array(dashboard.drawn()[before:]) / 1000.0
     rate = (len(times) - 1) / (times[-1] - times[0])
-    report(f"{len(times)} pictures, {rate:.1f} a second; bar: 10")
+    report(f"{len(times)} pictures, {rate:.1f} a second; bar: 20")
     assert len(times) > 5
     assert rate > 3.0
+
+
+def test_small_messages_are_sent_at_once(dashboard, app_server):
+    dashboard.open()
+    handlers = [client._socket.ws_connection for client in app_server._tornado._clients]
+    options = [
+        handler.stream.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+        for handler in handlers
+        if handler is not None
+    ]
+    assert options
+    assert all(options)
+
+
+def test_a_style_sheet_is_not_written_again(dashboard):
+    dashboard.open()
+    same, other = dashboard.page.evaluate(
+        """() => {
+          const sheet = new (Bokeh.require("core/dom").InlineStyleSheet)(":host { left: 1px }")
+          const written = sheet.el.firstChild
+          sheet.replace(":host { left: 1px }")
+          const same = sheet.el.firstChild === written
+          sheet.replace(":host { left: 2px }")
+          return [same, sheet.css]
+        }"""
+    )
+    assert same
+    assert other == ":host { left: 2px }"
 
 
 def test_a_link_reproduces_the_scene(dashboard):
