@@ -195,7 +195,7 @@ def test_joint_slopes_are_those_of_differences(crowded):
 def test_bound_of_one_antenna_is_the_usual_one(crowded):
     points, precisions, residual = crowded
     shared, _ = shared_set(points, precisions, residual[:1])
-    common = shared.covariance, precisions, shared.log_determinant
+    common = np.diagonal(shared.covariance).real, precisions, shared.log_determinant
     usual = weights_bound(shared.amplitudes[:, 0], *common)
     # An array of one antenna by the formula for several.
     doubled = weights_bound(np.repeat(shared.amplitudes, 2, axis=1), *common)

@@ -29,7 +29,10 @@ def bound(received, factors, active, noise_precision):
     signal = synthesize(active.amplitudes, *factors)
     error = float(np.sum(np.abs(received - signal) ** 2)) + active.trace()
     weights = weights_bound(
-        active.amplitudes, active.covariance, active.precisions, active.log_determinant
+        active.amplitudes,
+        np.diagonal(active.covariance).real,
+        active.precisions,
+        active.log_determinant,
     )
     return weights + noise_bound(received.size, noise_precision, error)
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import fft
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, from_db
-from vsep.inference.chirp_refinement import place_chirp
+from vsep.inference.chirp_refinement import place_chirps
 from vsep.inference.chirp_search import (
     ChirpCandidates,
     find_single_chirps,
@@ -93,7 +93,7 @@ class BurstSearch:
             changed.add(ramp.ramp)
             self.work.remove_burst(ramp, index)
             if kind is EventKind.CHIRP_RESTARTED:
-                self._start(ramp.ramp, found, number)
+                self._start([(ramp.ramp, number)], found)
             self._record(kind, ramp.ramp, found, number)
         return changed
 
@@ -153,23 +153,27 @@ class BurstSearch:
         rest = self.residual - work.signal
         if work.model.num_antennas > 1:
             rest = rest.reshape(-1, *work.model.shape)
+        energies = row_energies(rest)
         ramps = [
             p
             for p in range(work.model.num_ramps)
             if p not in changed
             and self._num_bursts(p) < work.schedule.bursts_per_ramp
             # No chirp scores more than the energy there is.
-            and self._strong(p, float(np.vdot(rest[..., p, :], rest[..., p, :]).real))
+            and self._strong(p, energies[p])
         ]
         if not ramps:
             return
         found = self._find(rest[..., ramps, :])
-        for number, p in enumerate(ramps):
-            if self.literal or (
-                self._confirmed(found, number) and self._strong(p, found.score[number])
-            ):
-                self._start(p, found, number)
-                self._record(EventKind.CHIRP_STARTED, p, found, number)
+        starts = [
+            (p, number)
+            for number, p in enumerate(ramps)
+            if self.literal
+            or (self._confirmed(found, number) and self._strong(p, found.score[number]))
+        ]
+        self._start(starts, found)
+        for p, number in starts:
+            self._record(EventKind.CHIRP_STARTED, p, found, number)
 
     def _num_bursts(self, p: int) -> int:
         return len(self.work.ramps[p].chirps) if p in self.work.ramps else 0
@@ -195,27 +199,36 @@ class BurstSearch:
         ratio = self.noise_precision * float(found.score[number])
         self.work.record(kind, p, ratio, self.threshold)
 
-    def _start(self, p: int, found: ChirpCandidates, number: int) -> None:
-        """Begin with one component at zero delay, polished from the search grid."""
-        work, num_ramps = self.work, self.work.model.num_ramps
-        chirp = place_chirp(
-            float(found.start_frequency[number]), float(found.slope[number]), work.model
-        )
-        rows = [a * num_ramps + p for a in range(work.model.num_antennas)]
-        together = [work.ramps.setdefault(row, RampWork(row)) for row in rows]
-        index, noise_precision = len(together[0].chirps), self.noise_precision
-        for ramp in together:
-            ramp.chirps.append(chirp)
-            if self.literal:
+    def _start(self, starts: Sequence[tuple[int, int]], found: ChirpCandidates) -> None:
+        """Begin a burst in each of some ramps, given with the number of its candidate."""
+        if not starts:
+            return
+        work, numbers = self.work, [number for _, number in starts]
+        chirps = place_chirps(found.start_frequency[numbers], found.slope[numbers], work.model)
+        begun: dict[int, list[RampWork]] = {}  # by the index of the burst in its ramp
+        for (p, _), chirp in zip(starts, chirps, strict=True):
+            rows = range(p, p + work.model.rows_shape[0], work.model.num_ramps)
+            together = [work.ramps.setdefault(row, RampWork(row)) for row in rows]
+            begun.setdefault(len(together[0].chirps), []).extend(together)
+            for ramp in together:
+                ramp.chirps.append(chirp)
+        for index, ramps in begun.items():
+            self._weigh_first(ramps, index)
+            work.synthesize(ramps)
+
+    def _weigh_first(self, ramps: Sequence[RampWork], index: int) -> None:
+        """Give new bursts one component at zero delay, polished from the search grid."""
+        work, noise_precision = self.work, self.noise_precision
+        if self.literal:
+            for ramp in ramps:
                 active = work.posterior(ramp, self.residual[ramp.ramp], noise_precision)
                 work.take_over(ramp, active)
-                continue
+            return
+        for ramp in ramps:
             ramp.owners, ramp.bins = np.append(ramp.owners, index), np.append(ramp.bins, 0)
             ramp.precisions = np.append(ramp.precisions, 0.0)
-        if self.literal:
-            return
-        work.refine_burst(together, index, self.residual, noise_precision, max_steps=START_STEPS)
-        for ramp in together:
+        work.refine_burst(ramps, index, self.residual, noise_precision, max_steps=START_STEPS)
+        for ramp in ramps:
             self._weigh_new(ramp)
 
     def _weigh_new(self, ramp: RampWork) -> None:

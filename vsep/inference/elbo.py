@@ -14,7 +14,7 @@ from vsep._arrays import ComplexArray, FloatArray
 
 def weights_bound(
     amplitudes: ComplexArray,
-    covariance: ComplexArray,
+    variances: FloatArray,
     precisions: FloatArray,
     log_determinant: float,
 ) -> float:
@@ -22,8 +22,8 @@ def weights_bound(
 
     Parameters
     ----------
-    amplitudes, covariance, precisions : (K,) or (K, A), (K, K), (K,) arrays
-        Posterior mean and covariance, and the mean of q(gamma). The weights of A antennas share
+    amplitudes, variances, precisions : (K,) or (K, A), (K,), (K,) arrays
+        Posterior means and variances, and the means of q(gamma). The weights of A antennas share
         covariance and precisions.
     log_determinant : float
         Of the covariance.
@@ -31,8 +31,8 @@ def weights_bound(
     if len(amplitudes) == 0:
         return 0.0
     if amplitudes.ndim == 2:
-        return _shared_weights_bound(amplitudes, covariance, precisions, log_determinant)
-    second_moment = np.abs(amplitudes) ** 2 + np.diagonal(covariance).real
+        return _shared_weights_bound(amplitudes, variances, precisions, log_determinant)
+    second_moment = np.abs(amplitudes) ** 2 + variances
     hyper = np.sum(1.0 - np.log(np.pi) + np.log(precisions) - precisions * second_moment)
     entropy = len(amplitudes) * np.log(np.pi * np.e) + log_determinant
     return float(hyper + entropy)
@@ -40,14 +40,13 @@ def weights_bound(
 
 def _shared_weights_bound(
     amplitudes: ComplexArray,
-    covariance: ComplexArray,
+    variances: FloatArray,
     precisions: FloatArray,
     log_determinant: float,
 ) -> float:
     """`weights_bound` of A weights a component, with q(gamma) = Ga(A, A / gamma-hat)."""
     count, size = amplitudes.shape
-    variance = np.diagonal(covariance).real
-    second_moment = np.sum(np.abs(amplitudes) ** 2, axis=1) + size * variance
+    second_moment = np.sum(np.abs(amplitudes) ** 2, axis=1) + size * variances
     constant = size * (1.0 - np.log(np.pi) - np.log(size)) + gammaln(size)
     hyper = np.sum(constant + size * np.log(precisions) - precisions * second_moment)
     entropy = size * (count * np.log(np.pi * np.e) + log_determinant)

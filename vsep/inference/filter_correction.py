@@ -182,12 +182,16 @@ def spline_columns(
     cutoff_hz = assumed.anti_aliasing_filter.cutoff_hz
     envelopes = modified_splines(course_hz, slope * rate**2, cutoff_hz)
     envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]
-    last = np.cumsum([len(ramp.chirps) for ramp in ramps])
-    return np.array([each.sum(axis=0) for each in np.split(envelopes, last[:-1])])
+    if len(chirps) == len(ramps):
+        return envelopes
+    counts = [len(ramp.chirps) for ramp in ramps]
+    return np.asarray(np.add.reduceat(envelopes, np.cumsum([0, *counts[:-1]]), axis=0))
 
 
 def _channel_lines(ramp: RampWork, grid: ChannelGrid) -> list[ComplexArray]:
     """(N,) Psi beta of every burst of a ramp."""
+    if len(ramp.chirps) == 1:
+        return [ramp.amplitudes @ grid.atoms(ramp.bins)]
     owned = [ramp.own(index) for index in range(len(ramp.chirps))]
     return [ramp.amplitudes[own] @ grid.atoms(ramp.bins[own]) for own in owned]
 

@@ -15,6 +15,7 @@ from vsep.inference.chirp_refinement import (
     place_chirps,
     refine_chirps,
 )
+from vsep.inference.elbo import weights_bound
 from vsep.inference.ramp_work import RampWork, flat_ramps
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import Schedule
@@ -105,6 +106,19 @@ class InterferenceWorkspace:
         return sum(ramp.trace for ramp in self.ramps.values()) + self.correction.trace
 
     @property
+    def weights_bound(self) -> float:
+        """Terms of all channel weights in the evidence lower bound."""
+        ramps = list(self.ramps.values())
+        if not ramps:
+            return 0.0
+        return weights_bound(
+            np.concatenate([ramp.amplitudes for ramp in ramps]),
+            np.concatenate([np.diagonal(ramp.covariance) for ramp in ramps]).real,
+            np.concatenate([ramp.precisions for ramp in ramps]),
+            sum(ramp.log_determinant for ramp in ramps),
+        )
+
+    @property
     def signal(self) -> ComplexArray:
         """(P, N) or, of several antennas, (A P, N) sum of all bursts."""
         total = np.zeros(self.model.rows_shape, dtype=np.complex128)
@@ -160,9 +174,9 @@ class InterferenceWorkspace:
         """Drop bursts that lost all their components; the literal schedule keeps the template."""
         if self.schedule.first_threshold_db is None:
             return
-        together = self.same_ramp(ramp)
+        owners = {owner for each in self.same_ramp(ramp) for owner in each.owners.tolist()}
         for index in reversed(range(len(ramp.chirps))):
-            if all(len(each.own(index)) == 0 for each in together):
+            if index not in owners:
                 self.remove_burst(ramp, index)
                 self.record(EventKind.CHIRP_DROPPED, ramp.ramp, 0.0, self.prune_threshold)
 
@@ -193,13 +207,12 @@ class InterferenceWorkspace:
         self._take_signals(ramps, flat, fits.amplitudes)
 
     def take_over(self, ramp: RampWork, active: ActiveSet) -> None:
-        """Hand a posterior to its ramp."""
+        """Hand a posterior to its ramp; its signals are still the former ones."""
         ramp.amplitudes = active.amplitudes
         ramp.covariance = active.covariance
         ramp.precisions = active.precisions
         ramp.trace = active.trace()
         ramp.log_determinant = active.log_determinant
-        self.synthesize([ramp])
 
     def correct(self, correction: FilterCorrection) -> None:
         """Take over a correction of the filter; all templates follow, posteriors do not yet."""
@@ -254,7 +267,7 @@ class InterferenceWorkspace:
         max_steps : int
             Newton steps at most.
         """
-        moved = [ramp for ramp in ramps if np.any(ramp.owners == index)]
+        moved = [ramp for ramp in ramps if index in ramp.owners.tolist()]
         if not moved:
             return
         costs = ChannelCosts(
@@ -346,7 +359,8 @@ class InterferenceWorkspace:
         for p in sorted(self.ramps):
             ramp = self.ramps[p]
             for index, chirp in enumerate(ramp.chirps):
-                own, signal = ramp.own(index), ramp.signals[index]
+                own = ramp.own(index) if len(ramp.chirps) > 1 else slice(None)
+                signal = ramp.signals[index]
                 bursts.append(
                     BurstComponents(
                         ramp=p % self.model.num_ramps,

@@ -7,6 +7,8 @@ not subtracted but stands among the columns. The price is a covariance of all co
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from vsep._arrays import ComplexArray, from_db
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import require_one_antenna
@@ -64,7 +66,10 @@ class JointSeparator(FactorisedSeparator):
 
         active, noise_precision = columns.active, columns.noise_precision
         bound = weights_bound(
-            active.amplitudes, active.covariance, active.precisions, active.log_determinant
+            active.amplitudes,
+            np.diagonal(active.covariance).real,
+            active.precisions,
+            active.log_determinant,
         )
         bound += noise_bound(num_used, noise_precision, columns.expected_error())
         return self.conclude(state, objects, interference, noise_precision, bound, searched)

@@ -151,7 +151,10 @@ def conclude_objects(
     noise_precision = num_used / error
     active = objects.active
     bound = weights_bound(
-        active.amplitudes, active.covariance, active.precisions, active.log_determinant
+        active.amplitudes,
+        np.diagonal(active.covariance).real,
+        active.precisions,
+        active.log_determinant,
     ) + noise_bound(num_used, noise_precision, error)
     new_state = replace(
         state,

@@ -18,8 +18,6 @@ from vsep.inference.filter_correction import update_correction
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
 from vsep.inference.objects import ObjectWorkspace, object_factors
-from vsep.inference.ramp_work import RampWork
-from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import schedule_by_name
 from vsep.inference.state import IterationInfo, SeparationState, Termination
 from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
@@ -110,10 +108,11 @@ class FactorisedSeparator:
                 update_correction(interference, residual, state.noise_precision)
 
         traces = self._object_trace(state) + interference.trace
-        error = expected_error(residual - interference.signal, traces)
+        bursts = interference.signal
+        error = expected_error(residual - bursts, traces)
         with part(OBJECTS):
             objects = update_objects(
-                received - interference.signal,
+                received - bursts,
                 replace(state, noise_precision=num_used / error),
                 self.threshold_db,
                 interference.schedule.object_additions(state.iteration),
@@ -121,7 +120,7 @@ class FactorisedSeparator:
             )
         residual = received - objects.signal
         traces = objects.active.trace() + interference.trace
-        error = expected_error(residual - interference.signal, traces)
+        error = expected_error(residual - bursts, traces)
         noise_precision = num_used / error
         with part(BURSTS):
             interference.recompute(residual, noise_precision)
@@ -183,6 +182,8 @@ class FactorisedSeparator:
         power = np.abs(received - explained) ** 2
         noise = np.median(power) / np.log(2.0)  # the median of an exponential law is ln 2 its mean
         certain = power > UNEXPLAINED * noise
+        if not certain.any():
+            return received, received.size
         around = ndimage.uniform_filter1d(np.where(certain, 0.0, power), RAISED_SAMPLES, axis=1)
         counted = ndimage.uniform_filter1d(np.where(certain, 0.0, 1.0), RAISED_SAMPLES, axis=1)
         raised = around > RAISED * noise * counted
@@ -250,15 +251,16 @@ def _separation_bound(
 ) -> float:
     traces = objects.active.trace() + interference.trace
     error = expected_error(residual - interference.signal, traces)
-    sources: list[ActiveSet | RampWork] = [objects.active, *interference.ramps.values()]
-    bound = sum(
-        weights_bound(each.amplitudes, each.covariance, each.precisions, each.log_determinant)
-        for each in sources
+    active, filtered = objects.active, interference.correction
+    bound = interference.weights_bound + weights_bound(
+        active.amplitudes,
+        np.diagonal(active.covariance).real,
+        active.precisions,
+        active.log_determinant,
     )
-    filtered = interference.correction
     bound += weights_bound(
         filtered.amplitudes,
-        filtered.covariance,
+        np.diagonal(filtered.covariance).real,
         filtered.precisions,
         float(np.linalg.slogdet(filtered.covariance)[1]),
     )

@@ -7,7 +7,8 @@ that dropping it never changes a result. All arrays are read-only.
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Final
+from functools import lru_cache
+from typing import Any, Final
 
 import numpy as np
 
@@ -15,11 +16,16 @@ from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
 from vsep.signal.corrected_filter import NUM_SPLINES
 
 
+@lru_cache
+def _names(kind: Any) -> tuple[str, ...]:
+    return tuple(each.name for each in fields(kind))
+
+
 def _freeze_arrays(record: object) -> None:
-    for each in fields(record):  # type: ignore[arg-type]
-        value = getattr(record, each.name)
-        if isinstance(value, np.ndarray):
-            object.__setattr__(record, each.name, frozen(value))
+    for name in _names(type(record)):
+        value = getattr(record, name)
+        if isinstance(value, np.ndarray) and value.flags.writeable:
+            object.__setattr__(record, name, frozen(value))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
