@@ -6,8 +6,7 @@ that dropping it never changes a result. All arrays are read-only.
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from functools import lru_cache
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
@@ -16,13 +15,8 @@ from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
 from vsep.signal.corrected_filter import NUM_SPLINES
 
 
-@lru_cache
-def _names(kind: Any) -> tuple[str, ...]:
-    return tuple(each.name for each in fields(kind))
-
-
-def _freeze_arrays(record: object) -> None:
-    for name in _names(type(record)):
+def _freeze_arrays(record: Any) -> None:
+    for name in record.__slots__:
         value = getattr(record, name)
         if isinstance(value, np.ndarray) and value.flags.writeable:
             object.__setattr__(record, name, frozen(value))
