@@ -96,6 +96,7 @@ class StudyPage:
             options=[],
             description="Every dot below is one trial of this part of the figure.",
             width=140,
+            visible=False,
             **select,
         )
         self.value = pmu.Select(
@@ -215,7 +216,7 @@ class StudyPage:
         kept = self.panel.value if self.panel.value in panels else panels[0]
         _SESSIONS.add(session)
         self.session, self._seen, self._name, self._told = session, None, study.name, ""
-        self.panel.param.update(options=panels, value=kept)
+        self.panel.param.update(options=panels, value=kept, visible=True)
         self._show(session.snapshot(), None)
         return session
 

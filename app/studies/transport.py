@@ -76,6 +76,7 @@ class StudyTransport:
             description="Which figure of the study is shown, once it has rows.",
             size="small",
             width=360,
+            visible=False,
             margin=(7, 4, 0, 4),
         )
 
@@ -96,6 +97,7 @@ class StudyTransport:
 
     def offer(self, titles: list[str]) -> None:
         """Offer the figures there are; the one that is shown stays if it is among them."""
+        self.figure.visible = bool(titles)
         if titles != self.figure.options:
             kept = self.figure.value if self.figure.value in titles else next(iter(titles), None)
             self.figure.param.update(options=titles, value=kept)

@@ -33,7 +33,9 @@ def test_buttons_offer_what_can_be_done():
 def test_the_figure_that_is_shown_stays_among_new_ones():
     nothing = lambda *_: None  # noqa: E731
     transport = StudyTransport(run=nothing, halt=nothing, rows=nothing)
+    assert not transport.figure.visible
     transport.offer(["a", "b"])
+    assert transport.figure.visible
     assert transport.figure.value == "a"
     transport.figure.value = "b"
     transport.offer(["a", "b", "c"])
