@@ -54,7 +54,8 @@ class RunTransport:
             size="small",
             description="Look at any iteration so far; this pauses the run.",
             sizing_mode="stretch_width",
-            min_width=200,
+            min_width=140,
+            css_classes=["scrub"],
             margin=(0, 18),
         )
         self._forget_the_committed()

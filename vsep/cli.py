@@ -19,14 +19,12 @@ from vsep.lattice_options import add_lattice
 from vsep.mitigate_options import add_antenna_option, add_mask_option, add_mitigate
 from vsep.report_options import add_report
 from vsep.separability_options import add_separability
-from vsep.signal.preset_names import PRESET_NAMES
+from vsep.simulate_options import add_simulate
 from vsep.study_options import add_study
 
 _EXIT_INPUT = 2
 _EXIT_INTERRUPTED = 130
 _EXIT_BROKEN_PIPE = 141
-# Seeds are kept as 64-bit integers in frame files.
-_HIGHEST_SEED = 2**63 - 1
 
 _DESCRIPTION = "Separate the objects of an automotive FMCW radar from other radars' interference."
 _COMMANDS = """\
@@ -37,10 +35,6 @@ examples:
   vsep serve --show
   vsep serve --port 8080 --classroom           for everybody in the room, up to 40 pages
   vsep serve --experiments lecture-3           with guided experiments of your own
-"""
-_SIMULATE_EXAMPLES = """\
-example:
-  vsep simulate --preset simulation-2-a --snr-db 60 --sir-db -20 --seed 7 --out frame.npz
 """
 _SEPARATE_EXAMPLES = """\
 examples:
@@ -111,7 +105,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"vsep {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     _add_serve(commands)
-    _add_simulate(commands)
+    add_simulate(commands, _whole_number)
     add_convert(commands)
     _add_separate(commands)
     add_report(commands, _add_estimator_options)
@@ -170,42 +164,6 @@ def _add_serve(commands: "argparse._SubParsersAction[_Parser]") -> None:
         metavar="FOLDER",
         help="folder of your own guided experiments, one text file each",
     )
-
-
-def _add_simulate(commands: "argparse._SubParsersAction[_Parser]") -> None:
-    parser = _add_command(
-        commands, "simulate", _simulate, "make a frame file from a preset", _SIMULATE_EXAMPLES
-    )
-    parser.add_argument(
-        "--preset", choices=PRESET_NAMES, required=True, help="scene and radar from the paper"
-    )
-    parser.add_argument(
-        "--snr-db",
-        type=float,
-        metavar="X",
-        help="object energy of the frame over the noise power of a sample "
-        "(default: 30 for simulation-1, else 60)",
-    )
-    parser.add_argument(
-        "--sir-db",
-        type=float,
-        default=-20.0,
-        metavar="X",
-        help="object energy over interference energy of the frame (default: -20)",
-    )
-    parser.add_argument(
-        "--seed",
-        type=_whole_number(0, _HIGHEST_SEED),
-        default=0,
-        metavar="N",
-        help="the same seed gives the same file, byte for byte (default: 0)",
-    )
-    parser.add_argument(
-        "--no-interference",
-        action="store_true",
-        help="leave the interferer out; objects and noise stay the same",
-    )
-    _add_out(parser, "the frame file, *.npz")
 
 
 def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
@@ -327,12 +285,6 @@ def _serve(options: argparse.Namespace) -> int:
         rules=CLASSROOM if options.classroom else None,
     )
     return 0
-
-
-def _simulate(options: argparse.Namespace) -> int:
-    from vsep.commands import simulate_frame
-
-    return simulate_frame(options)
 
 
 def _separate(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""What the ``vsep`` command does once its options are read: simulate and separate."""
+"""What ``vsep separate`` does once its options are read."""
 
 import argparse
 import sys
@@ -17,7 +17,7 @@ from tqdm import tqdm
 
 from vsep._arrays import BoolArray, InputError
 from vsep.analysis.parallel import parallel_ramps
-from vsep.files.frame import Frame, read_frame, write_frame
+from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
 from vsep.files.response_file import read_response
 from vsep.files.results import as_json, profile_entry, result_line, separated_signals
@@ -26,7 +26,6 @@ from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
 from vsep.signal.clutter import moving_part
 from vsep.signal.filters import MeasuredFilter, NoFilter
-from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
 from vsep.workers import available_cores, worker_pool
 
@@ -34,34 +33,6 @@ _EXIT_INPUT = 2
 _SEVERAL_ANTENNAS = ("factorised", "object-only")
 _FRAMES_AT_A_TIME = 4  # handed to a process, so that handing over costs little
 _FRAMES_WORTH_A_PROCESS = 16  # starting one takes as long as some frames
-
-
-def simulate_frame(options: argparse.Namespace) -> int:
-    """Simulate a preset and write its frame file."""
-    _require_folder(options.out)
-    snr_db = options.snr_db
-    if snr_db is None:
-        snr_db = 30.0 if options.preset == "simulation-1" else 60.0
-    scenario, observation = simulate_preset(
-        options.preset,
-        snr_db=snr_db,
-        sir_db=options.sir_db,
-        seed=options.seed,
-        interference=not options.no_interference,
-    )
-    settings = {"preset": options.preset, "snr_db": repr(snr_db), "seed": str(options.seed)}
-    if not options.no_interference:
-        settings["sir_db"] = repr(options.sir_db)
-    frame = Frame(
-        received=observation.received,
-        radar=scenario.radar,
-        anti_aliasing_filter=scenario.anti_aliasing_filter,
-        truth=observation.truth,
-        name=options.out,
-        settings=settings,
-    )
-    write_frame(options.out, frame)
-    return 0
 
 
 def separate_frames(options: argparse.Namespace) -> int:

@@ -1,5 +1,7 @@
 """Fixtures of the application's tests: finished runs, and the served dashboard."""
 
+import asyncio
+import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -99,3 +101,36 @@ def raw_capture() -> RawCapture:
         "sign": "negative",
     }
     return RawCapture(words.tobytes(), settings_text(settings).encode(), received)
+
+
+@pytest.fixture(scope="module")
+def app_server():
+    """Serve the dashboard from a thread with its own event loop."""
+    from app.main import make_server
+
+    ready, box = threading.Event(), {}
+
+    def serve():
+        loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(loop)
+        server = make_server(port=0, address="127.0.0.1")
+        box.update(server=server, port=server.port)
+        server.io_loop.add_callback(ready.set)
+        server.start()
+        server.io_loop.start()
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    assert ready.wait(60)
+    server = box["server"]
+    yield server
+
+    async def leave():
+        server.stop()
+        await server._http.close_all_connections()
+        # What the browsers have closed is closed here, too, before the loop ends.
+        await asyncio.sleep(0.2)
+        server.io_loop.stop()
+
+    server.io_loop.add_callback(leave)
+    thread.join(10)

@@ -1,11 +1,9 @@
 """The served dashboard in a headless browser: it streams, obeys, and asks for nothing outside."""
 
-import asyncio
 import re
 import shutil
 import socket
 import sys
-import threading
 import time
 
 import numpy as np
@@ -34,39 +32,6 @@ def browser_type_launch_args(browser_type_launch_args):
 def browser_context_args(browser_context_args):
     """Use the screen that the layout is made for."""
     return {**browser_context_args, "viewport": {"width": 1400, "height": 900}}
-
-
-@pytest.fixture(scope="module")
-def app_server():
-    """Serve the dashboard from a thread with its own event loop."""
-    from app.main import make_server
-
-    ready, box = threading.Event(), {}
-
-    def serve():
-        loop = asyncio.new_event_loop()
-        asyncio.set_event_loop(loop)
-        server = make_server(port=0, address="127.0.0.1")
-        box.update(server=server, port=server.port)
-        server.io_loop.add_callback(ready.set)
-        server.start()
-        server.io_loop.start()
-
-    thread = threading.Thread(target=serve, daemon=True)
-    thread.start()
-    assert ready.wait(60)
-    server = box["server"]
-    yield server
-
-    async def leave():
-        server.stop()
-        await server._http.close_all_connections()
-        # What the browsers have closed is closed here, too, before the loop ends.
-        await asyncio.sleep(0.2)
-        server.io_loop.stop()
-
-    server.io_loop.add_callback(leave)
-    thread.join(10)
 
 
 @pytest.fixture(scope="module")

@@ -27,6 +27,21 @@ WIDE_ENOUGH = """(name) => [...Bokeh.documents[0].all_models]
   .map((m) => Bokeh.index.find_one_by_id(m.id))
   .some((view) => view && view.el.getBoundingClientRect().width > 40)"""
 
+# What is drawn beyond the edge inside of a figure is cut off there: `bk-GlyphRenderer` boxes.
+BEYOND_THE_EDGE = """() => {
+  const beyond = []
+  const look = (root) => {
+    for (const each of root.querySelectorAll("*")) {
+      const box = each.getBoundingClientRect()
+      if (each.className !== "bk-GlyphRenderer" && box.width > 0 && box.right > innerWidth + 1)
+        beyond.push(`${each.tagName} ends at ${box.right}`)
+      if (each.shadowRoot) look(each.shadowRoot)
+    }
+  }
+  look(document)
+  return beyond
+}"""
+
 
 class Recording(Dashboard):
     """What the tests do with the page."""
@@ -103,3 +118,15 @@ def test_files_of_nonsense_are_told_in_a_sentence(recording, raw_capture):
     recording.until_told("which is no whole number of ramps")
     assert recording.button("Open in live view").is_disabled()
     assert "Traceback" not in recording.page.content()
+
+
+@pytest.mark.parametrize("width", [1280, 1024])
+def test_nothing_is_wider_than_the_window(recording, width):
+    page = recording.page
+    page.set_viewport_size({"width": width, "height": 800})
+    # The row is laid out anew before the views are.
+    page.wait_for_function("(width) => innerWidth === width", arg=width, timeout=PATIENCE_MS)
+    recording.until(lambda: page.evaluate(BEYOND_THE_EDGE) == [], "all lies inside of the window")
+    select = page.get_by_role("combobox", name=re.compile("^Fast time shows"))
+    box = select.bounding_box()
+    assert box["x"] + box["width"] <= width

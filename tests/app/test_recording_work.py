@@ -113,6 +113,17 @@ def test_a_frame_file_keeps_its_filter_and_an_antenna_is_chosen(frame_plan):
         assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "none"
 
 
+def test_a_setting_changed_by_hand_leaves_the_filter_of_the_frame(frame_plan):
+    plan, received = frame_plan
+    changed = replace(plan, is_frame=False, settings=replace(plan.settings, sign="negative"))
+    opening = prepare(replace(changed, antenna=1))
+    assert np.array_equal(opening.prepared.observation.received, received[1])
+    assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "none"
+    own = replace(plan.scene, assume_true_filter=False, assumed_kind="butterworth")
+    chosen = prepare(replace(changed, scene=own)).prepared.estimator.model.anti_aliasing_filter
+    assert chosen.kind == "butterworth"
+
+
 def test_what_stands_still_is_left_out(frame_plan):
     plan, received = frame_plan
     opening = prepare(replace(plan, removes_clutter=True))

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import vsep
-from vsep import cli, commands
+from vsep import cli, commands, simulate_commands
 from vsep.files.frame import read_frame
 from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.separator import FactorisedSeparator
@@ -120,9 +120,50 @@ def test_simulate_without_interference_keeps_objects_and_noise(tmp_path: Path) -
     assert np.abs(difference).max() <= 4 * np.finfo(float).eps * largest
 
 
+def test_simulate_with_one_antenna_gives_the_bytes_that_it_gave(tmp_path: Path) -> None:
+    arguments = ["simulate", "--preset", "simulation-2-c", "--seed", "9", "--out"]
+    cli.main([*arguments, str(tmp_path / "plain.npz")])
+    cli.main([*arguments, str(tmp_path / "one.npz"), "--antennas", "1"])
+    assert (tmp_path / "plain.npz").read_bytes() == (tmp_path / "one.npz").read_bytes()
+    frame = read_frame(tmp_path / "one.npz")
+    _, observation = vsep.simulate_preset("simulation-2-c", snr_db=60.0, sir_db=-20.0, seed=9)
+    assert np.array_equal(frame.received, observation.received)
+    assert frame.antennas is frame.antenna_spacing_wavelengths is frame.antennas_truth is None
+
+
+def test_simulated_antennas_are_separated_with_the_angles_of_their_truth(tmp_path: Path) -> None:
+    out, results = tmp_path / "array.npz", tmp_path / "results.jsonl"
+    levels = ["--preset", "simulation-1", "--antennas", "4", "--antenna-spacing-wavelengths", "0.4"]
+    angles = ["--object-angles-deg", "-20", "--interferer-angle-deg", "31.5"]
+    assert cli.main(["simulate", *levels, *angles, "--out", str(out)]) == 0
+    frame = read_frame(out, antenna=2)
+    truth = frame.antennas_truth
+    assert truth is not None
+    assert frame.truth is not None
+    assert truth.object_signal.shape == (4, 1, 256)
+    assert truth.angles_deg is not None
+    assert truth.interferer_angles_deg is not None
+    assert truth.angles_deg.tolist() == [-20.0]
+    assert truth.interferer_angles_deg.tolist() == [31.5]
+    assert np.array_equal(frame.truth.amplitudes, truth.amplitudes[:, 2])
+    assert np.array_equal(frame.truth.interference_signal, truth.interference_signal[2])
+    cli.main(["separate", str(out), "--out", str(results)])
+    found = lines_of(results)[0]["objects"]
+    assert len(found) == 1
+    # One frame: five deviations are exceeded once in two million.
+    assert abs(found[0]["angle_deg"] + 20.0) < 5.0 * found[0]["angle_std_deg"]
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
+        (
+            {"--antenna-spacing-wavelengths": "0.5"},
+            "--antennas is 1; --antenna-spacing-wavelengths",
+        ),
+        ({"--antennas": "0"}, "--antennas: 0 is given"),
+        ({"--antennas": "2", "--object-angles-deg": "95"}, "object_angles_deg is 95 degrees"),
+        ({"--antennas": "2", "--antenna-spacing-wavelengths": "0"}, "spacing_wavelengths is 0"),
         ({"--preset": "simulation-3"}, "invalid choice: 'simulation-3'"),
         ({"--snr-db": "nan"}, "SNR is nan dB"),
         ({"--snr-db": "loud"}, "invalid float value: 'loud'"),
@@ -486,7 +527,7 @@ def test_a_failing_disk_is_reported(
     def fail(*arguments: Any) -> None:
         raise OSError(code, os.strerror(code), arguments[0])
 
-    monkeypatch.setattr(commands, "write_frame", fail)
+    monkeypatch.setattr(simulate_commands, "write_frame", fail)
     out = str(tmp_path / "frame.npz")
     sentence = refused("simulate", "--preset", "simulation-1", "--out", out)
     assert sentence == f"vsep: {out}: {os.strerror(code)}.\n"

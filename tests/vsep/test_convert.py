@@ -1,6 +1,7 @@
 """`vsep.recordings.convert`, `.axes` and `.advice`: from arrays and settings to frames."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from vsep.files.frame import read_frame, write_frame
 from vsep.recordings.axes import complex_at_half_rate
 from vsep.recordings.convert import convert_recording
 from vsep.recordings.settings import RecordingSettings
+from vsep.signal.filters import MeasuredFilter
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS
 
 RATE, SLOPE, PERIOD = 1e7, 2e13, 30e-6
@@ -109,6 +111,28 @@ def test_samples_are_not_changed(tmp_path: Path) -> None:
     assert np.array_equal(frame.in_file_sign(frame.antennas), stored)
     assert frame.antenna_spacing_wavelengths == 0.5
     assert frame.radar.ramp_period_s == PERIOD
+
+
+@pytest.mark.parametrize("sign", ["positive", "negative"])
+def test_a_frame_file_keeps_its_filter_whatever_else_is_changed(tmp_path: Path, sign: str) -> None:
+    frame, _ = converted(tmp_path, np.exp(2j * np.pi * target()))
+    measured = MeasuredFilter(
+        frequency_hz=np.array([-3e6, -1e6, 2e6, 4e6]), response=np.array([0.1, 1j, 0.5 - 0.5j, 0.2])
+    )
+    write_frame(tmp_path / "own.npz", replace(frame, anti_aliasing_filter=measured))
+    own, path = read_frame(tmp_path / "own.npz"), str(tmp_path / "own.npz")
+    changed = settings(format="npz", key="received", sign=sign, crop_start_samples=8)
+    kept = convert_recording(path, changed)[0].anti_aliasing_filter
+    # The response has the sign of the samples: where these are conjugated, it is mirrored as well.
+    expected = own.received if sign == "positive" else np.conj(own.received)
+    np.testing.assert_array_equal(convert_recording(path, changed)[0].received, expected[:, 8:])
+    assert isinstance(kept, MeasuredFilter)
+    if sign == "positive":
+        np.testing.assert_array_equal(kept.samples, measured.samples)
+        np.testing.assert_array_equal(kept.frequency_hz, measured.frequency_hz)
+    else:
+        np.testing.assert_array_equal(kept.samples, measured.samples[::-1].conj())
+        np.testing.assert_array_equal(kept.frequency_hz, -measured.frequency_hz[::-1])
 
 
 def test_axes_may_have_any_order(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@ import io
 import struct
 import zipfile
 from collections.abc import Callable
+from dataclasses import astuple, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,9 @@ from hypothesis import strategies as st
 
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
+from vsep.signal.antenna_line import AntennaLine
 from vsep.signal.filters import ButterworthFilter, MeasuredFilter, NoFilter, RaisedCosineFilter
+from vsep.signal.preset_antennas import simulate_preset_antennas
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth, TrueBurst
 
@@ -424,6 +427,31 @@ def test_an_absurd_truth_is_described(
     assert words in broken(**(truth | changes))
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"truth_amplitude": np.ones((1, 3))}, "one for each of 2 antennas in a row"),
+        ({"truth_amplitude": np.array([[1.0, np.inf]])}, "truth_amplitude holds NaN"),
+        ({"truth_object_signal": np.zeros((4, 32))}, "it must be that of received, (2, 4, 32)"),
+        ({"truth_angle_deg": np.zeros(2)}, "truth_angle_deg has 2 entries; it must have 1"),
+        ({"truth_interferer_angle_deg": np.array([np.nan])}, "truth_interferer_angle_deg holds"),
+    ],
+)
+def test_an_absurd_truth_of_antennas_is_described(
+    broken: Callable[..., str], changes: dict[str, Any], words: str
+) -> None:
+    signals = np.zeros((2, 4, 32), dtype=complex)
+    truth: dict[str, Any] = {
+        "received": signals + 1.0,
+        "truth_beat": np.array([0.2]),
+        "truth_doppler": np.array([0.1]),
+        "truth_amplitude": np.array([[1j, 1.0]]),
+        "truth_object_signal": signals,
+        "truth_interference_signal": signals,
+    }
+    assert words in broken(**(truth | changes))
+
+
 def npy_bytes(shape: str, data: bytes = b"", descr: str = "<c16") -> bytes:
     """Write an array file by hand, whose header may lie."""
     header = f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}".encode()
@@ -539,6 +567,37 @@ def test_every_antenna_is_kept_and_one_is_received(
     with np.load(tmp_path / "again.npz") as again:
         assert np.array_equal(again["received"], stored)
         assert again["antenna_spacing_wavelengths"] == 0.5
+
+
+@pytest.mark.parametrize("beat_sign", [-1, 1])
+def test_the_truth_of_all_antennas_survives_writing(tmp_path: Path, beat_sign: int) -> None:
+    line = AntennaLine(num_antennas=3)
+    scenario, observation = simulate_preset_antennas(
+        "simulation-1", line, snr_db=30.0, sir_db=-10.0, seed=2
+    )
+    truth = observation.truth
+    assert truth is not None
+    frame = Frame(
+        received=observation.received[1],
+        radar=scenario.radar,
+        truth=truth.of_antenna(1),
+        beat_sign=beat_sign,
+        antennas=observation.received,
+        antenna=1,
+        antennas_truth=truth,
+    )
+    write_frame(tmp_path / "frame.npz", frame)
+    back = read_frame(tmp_path / "frame.npz", antenna=2)
+    assert back.antennas_truth is not None
+    assert back.truth is not None
+    for field in fields(GroundTruth):
+        written, stored = (getattr(each, field.name) for each in (truth, back.antennas_truth))
+        if field.name == "bursts":
+            written, stored = ([astuple(burst) for burst in bursts] for bursts in (written, stored))
+        assert np.array_equal(written, stored), field.name
+    assert np.array_equal(back.truth.object_signal, truth.object_signal[2])
+    with pytest.raises(InputError, match=r"antennas_truth is that of \(3,\) antennas"):
+        replace(frame, antennas=None, antenna=0)
 
 
 @pytest.mark.parametrize("antenna", [-1, 2])

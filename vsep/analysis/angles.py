@@ -6,7 +6,6 @@ Maximum likelihood is the highest value of their periodogram. Up to d = 1/2 ever
 own u. Wider lines see sin(theta) modulo 1/d, and the direction nearest to broadside is given.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,17 +30,6 @@ class ObjectAngles:
 
     angles_deg: FloatArray
     stds_deg: FloatArray
-
-
-def unambiguous_angle_deg(spacing_wavelengths: float) -> float:
-    """Angle up to which, to both sides of broadside, directions are told apart.
-
-    Examples
-    --------
-    >>> round(unambiguous_angle_deg(0.5), 6), round(unambiguous_angle_deg(1.0), 6)
-    (90.0, 30.0)
-    """
-    return math.degrees(math.asin(min(1.0, 0.5 / spacing_wavelengths)))
 
 
 def object_angles(

@@ -73,6 +73,8 @@ class Frame:
         Which of the antennas `received` belongs to.
     antenna_spacing_wavelengths : float or None
         Between neighbours of a uniform line of antennas, where the file says so.
+    antennas_truth : GroundTruth or None
+        The truth of all antennas, where it is known; `truth` is that of the one in use.
 
     Raises
     ------
@@ -92,6 +94,7 @@ class Frame:
     antennas: ComplexArray | None = None
     antenna: int = 0
     antenna_spacing_wavelengths: float | None = None
+    antennas_truth: GroundTruth | None = None
 
     def __post_init__(self) -> None:
         """Check the signal and freeze it."""
@@ -115,6 +118,12 @@ class Frame:
             require_range(key, self.antenna_spacing_wavelengths, lowest, highest)
         if self.antennas is not None:
             self._freeze_antennas(self.antennas)
+        of_all = self.antennas_truth
+        if of_all is not None and of_all.object_signal.shape[:-2] != (self.num_antennas,):
+            raise InputError(
+                f"{self.name}: antennas_truth is that of {of_all.object_signal.shape[:-2]} "
+                f"antennas; the frame has {self.num_antennas}."
+            )
 
     def _freeze_antennas(self, antennas: ComplexArray) -> None:
         """Check all antennas as the one in use was checked."""
@@ -184,17 +193,18 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
             radar = _read_radar(archive, every.shape[1:])
             beat_sign = _read_beat_sign(archive)
             anti_aliasing_filter = read_filter(archive, beat_sign)
-            truth = read_truth(archive, radar.shape, beat_sign)
+            truth = read_truth(archive, radar.shape, beat_sign, len(every))
             truth_mask = read_truth_mask(archive, radar.shape)
             spacing = _read_spacing(archive)
         except InputError as error:
             raise _naming(label, error) from error
         antennas = _in_paper_sign(every, beat_sign)
+        of_all = truth if truth is not None and truth.amplitudes.ndim == 2 else None
         return Frame(
             received=antennas[antenna],
             radar=radar,
             anti_aliasing_filter=anti_aliasing_filter,
-            truth=truth,
+            truth=truth if of_all is None else of_all.of_antenna(antenna),
             name=label,
             beat_sign=beat_sign,
             is_vector=stored.ndim == 1,
@@ -203,6 +213,7 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
             antennas=antennas if stored.ndim == 3 else None,
             antenna=antenna,
             antenna_spacing_wavelengths=spacing,
+            antennas_truth=of_all,
         )
 
 
@@ -240,8 +251,9 @@ def write_frame(path: str | Path, frame: Frame) -> None:
         arrays["antenna_spacing_wavelengths"] = frame.antenna_spacing_wavelengths
     if frame.anti_aliasing_filter is not None:
         arrays |= filter_arrays(frame.anti_aliasing_filter, frame.beat_sign)
-    if frame.truth is not None:
-        arrays |= truth_arrays(frame.truth, frame.in_file_sign)
+    truth = frame.antennas_truth or frame.truth
+    if truth is not None:
+        arrays |= truth_arrays(truth, frame.in_file_sign)
     if frame.truth_mask is not None:
         arrays["truth_mask"] = frame.in_file_shape(frame.truth_mask)
     arrays |= {

@@ -3,8 +3,10 @@
 ``truth_beat``, ``truth_doppler`` (L,) and ``truth_amplitude`` (L,) are in the paper's sign;
 ``truth_object_signal`` and ``truth_interference_signal`` have the shape and sign of ``received``;
 ``truth_noise_precision`` is a number; ``truth_bursts`` is (K, 3): ramp, start frequency in Hz and
-slope in Hz/s of every burst. An incomplete truth is no truth: nothing needs it. ``truth_mask``,
-boolean and of the shape of ``received``, says by itself which samples are interfered.
+slope in Hz/s of every burst. Of several antennas the amplitudes are (L, A), and ``truth_angle_deg``
+(L,) and ``truth_interferer_angle_deg`` (I,) say where objects and interferers are. An incomplete
+truth is no truth: nothing needs it. ``truth_mask``, boolean and of the shape of ``received``, says
+by itself which samples are interfered.
 """
 
 from collections.abc import Callable
@@ -13,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import BoolArray, ComplexArray, InputError, frozen
+from vsep._arrays import BoolArray, ComplexArray, FloatArray, InputError, frozen
 from vsep.files.archive import Archive
 from vsep.signal.scene import GroundTruth, TrueBurst
 
@@ -27,7 +29,9 @@ _NEEDED = (
 _MAX_ROWS = 2**20
 
 
-def read_truth(archive: Archive, shape: tuple[int, int], beat_sign: int) -> GroundTruth | None:
+def read_truth(
+    archive: Archive, shape: tuple[int, int], beat_sign: int, num_antennas: int = 1
+) -> GroundTruth | None:
     """Read the truth; None where the file does not hold all of it.
 
     Parameters
@@ -38,6 +42,8 @@ def read_truth(archive: Archive, shape: tuple[int, int], beat_sign: int) -> Grou
         Ramps and samples of the frame.
     beat_sign : int
         Sign in which the file keeps its signals.
+    num_antennas : int
+        Of the file; amplitudes (L, A) tell that its truth is that of all of them.
 
     Raises
     ------
@@ -48,7 +54,8 @@ def read_truth(archive: Archive, shape: tuple[int, int], beat_sign: int) -> Grou
         return None
     beats = _vector(archive, "truth_beat", "iuf")
     dopplers = _vector(archive, "truth_doppler", "iuf")
-    amplitudes = _vector(archive, "truth_amplitude", "iufc")
+    amplitudes = _amplitudes(archive, num_antennas)
+    full_shape = (num_antennas, *shape) if amplitudes.ndim == 2 else shape
     if not len(beats) == len(dopplers) == len(amplitudes):
         raise InputError(
             f"truth_beat, truth_doppler and truth_amplitude have {len(beats)}, {len(dopplers)} and "
@@ -58,10 +65,12 @@ def read_truth(archive: Archive, shape: tuple[int, int], beat_sign: int) -> Grou
         beats=beats.astype(np.float64),
         dopplers=dopplers.astype(np.float64),
         amplitudes=amplitudes.astype(np.complex128),
-        object_signal=_signal(archive, "truth_object_signal", shape, beat_sign),
-        interference_signal=_signal(archive, "truth_interference_signal", shape, beat_sign),
+        object_signal=_signal(archive, "truth_object_signal", full_shape, beat_sign),
+        interference_signal=_signal(archive, "truth_interference_signal", full_shape, beat_sign),
         bursts=_read_bursts(archive, shape[0]),
         noise_precision=archive.number("truth_noise_precision", float("nan")),
+        angles_deg=_angles(archive, "truth_angle_deg", len(beats)),
+        interferer_angles_deg=_angles(archive, "truth_interferer_angle_deg"),
     )
 
 
@@ -107,7 +116,12 @@ def truth_arrays(
     bursts = [
         (burst.ramp, burst.start_frequency_hz, burst.slope_hz_per_s) for burst in truth.bursts
     ]
+    angles = {
+        "truth_angle_deg": truth.angles_deg,
+        "truth_interferer_angle_deg": truth.interferer_angles_deg,
+    }
     return {
+        **{key: value for key, value in angles.items() if value is not None},
         "truth_beat": truth.beats,
         "truth_doppler": truth.dopplers,
         "truth_amplitude": truth.amplitudes,
@@ -149,9 +163,33 @@ def _vector(archive: Archive, key: str, kinds: str) -> NDArray[Any]:
     return vector
 
 
-def _signal(archive: Archive, key: str, shape: tuple[int, int], beat_sign: int) -> ComplexArray:
+def _amplitudes(archive: Archive, num_antennas: int) -> NDArray[Any]:
+    """(L,) amplitudes, or (L, A) of all antennas."""
+    key = "truth_amplitude"
+    stored = archive.array(key, max_elements=_MAX_ROWS * num_antennas)
+    if num_antennas == 1 or stored.ndim != 2:
+        return _vector(archive, key, "iufc")
+    if stored.shape[1] != num_antennas or stored.dtype.kind not in "iufc":
+        raise InputError(
+            f"{key} has shape {stored.shape} and type {stored.dtype}; it must be numbers, one for "
+            f"each of {num_antennas} antennas in a row."
+        )
+    _require_finite(key, stored)
+    return stored
+
+
+def _angles(archive: Archive, key: str, count: int | None = None) -> FloatArray | None:
+    if key not in archive:
+        return None
+    angles = _vector(archive, key, "iuf").astype(np.float64)
+    if count is not None and len(angles) != count:
+        raise InputError(f"{key} has {len(angles)} entries; it must have {count}, one per object.")
+    return frozen(angles)
+
+
+def _signal(archive: Archive, key: str, shape: tuple[int, ...], beat_sign: int) -> ComplexArray:
     signal = archive.array(key)
-    shapes = [shape, shape[1:]] if shape[0] == 1 else [shape]
+    shapes = [shape, shape[1:]] if len(shape) == 2 and shape[0] == 1 else [shape]
     if signal.dtype.kind not in "iufc" or signal.shape not in shapes:
         raise InputError(
             f"{key} has shape {signal.shape} and type {signal.dtype}; it must be that of received, "

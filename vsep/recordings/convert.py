@@ -6,12 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsep._arrays import ComplexArray, InputError
+from vsep.files.archive import Archive
+from vsep.files.filter_keys import read_filter
 from vsep.files.frame import Frame
 from vsep.recordings.advice import advice
 from vsep.recordings.axes import arranged, complex_at_half_rate, virtual_antennas
 from vsep.recordings.raw_words import read_raw
 from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
 from vsep.recordings.stored_arrays import read_stored_array
+from vsep.recordings.suggest import is_frame
+from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 
 
@@ -30,7 +34,7 @@ def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tu
     frame : Frame
         Samples unchanged but for the choice of a frame, of antennas and of the samples kept; real
         ones become complex ones of half the rate. Its start frequency is that of the first sample
-        kept, its ramp period that of one transmitter.
+        kept, its ramp period that of one transmitter. The filter that a frame file names stays.
     remarks : tuple of str
         What looks wrong with the settings, with advice.
 
@@ -81,11 +85,22 @@ def _frame(path: str, signal: NDArray[Any], settings: RecordingSettings) -> Fram
     return Frame(
         received=received[0],
         radar=radar,
+        anti_aliasing_filter=_own_filter(path, settings, beat_sign),
         name=path,
         beat_sign=beat_sign,
         antennas=received if len(received) > 1 else None,
         antenna_spacing_wavelengths=settings.antenna_spacing_wavelengths,
     )
+
+
+def _own_filter(
+    path: str, settings: RecordingSettings, beat_sign: int
+) -> AntiAliasingFilter | None:
+    """Return the filter of a frame file, whatever else of it the settings change."""
+    if settings.format != "npz" or settings.samples == "real":
+        return None
+    with Archive(path, path) as archive:
+        return read_filter(archive, beat_sign) if is_frame(archive) else None
 
 
 def _require_kind(path: str, ramps: NDArray[Any], settings: RecordingSettings) -> None:

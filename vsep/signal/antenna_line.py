@@ -6,6 +6,7 @@ weights ``exp(+j 2 pi a d sin(theta))``, d in wavelengths. The delay's change is
 cell and neglected, as everywhere in such radars.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,17 @@ class AntennaLine:
         """Check number and spacing."""
         require_range("num_antennas", self.num_antennas, 1, 1024)
         require_range("spacing_wavelengths", self.spacing_wavelengths, 1e-3, 1e3)
+
+    @property
+    def unambiguous_angle_deg(self) -> float:
+        """Angle up to which, to both sides of broadside, directions are told apart.
+
+        Examples
+        --------
+        >>> round(AntennaLine(num_antennas=2, spacing_wavelengths=1.0).unambiguous_angle_deg, 6)
+        30.0
+        """
+        return math.degrees(math.asin(min(1.0, 0.5 / self.spacing_wavelengths)))
 
     def steering(self, angles_deg: FloatArray) -> ComplexArray:
         """(L, A) weights of plane waves from some directions.

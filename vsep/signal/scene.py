@@ -1,6 +1,6 @@
 """What is out there: paths of the object channel, interferers with their channels, and levels."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -117,6 +117,10 @@ class GroundTruth:
         Every crossing of the pass band.
     noise_precision : float
         lambda in 1/power; NaN for a real frame.
+    angles_deg : (L,) float or None
+        Directions of the objects, where a line of antennas received them.
+    interferer_angles_deg : (I,) float or None
+        Directions of the interferers, likewise.
     """
 
     beats: FloatArray
@@ -126,6 +130,17 @@ class GroundTruth:
     interference_signal: ComplexArray
     bursts: tuple[TrueBurst, ...]
     noise_precision: float
+    angles_deg: FloatArray | None = None
+    interferer_angles_deg: FloatArray | None = None
+
+    def of_antenna(self, antenna: int) -> "GroundTruth":
+        """Return what one of several antennas received; directions stay."""
+        return replace(
+            self,
+            amplitudes=self.amplitudes[:, antenna],
+            object_signal=self.object_signal[antenna],
+            interference_signal=self.interference_signal[antenna],
+        )
 
     def interfered_samples(self, relative_level: float = 1e-3) -> BoolArray:
         """(P, N) mask of samples whose interference power exceeds `relative_level` of its peak."""

@@ -111,7 +111,7 @@ def simulate_antennas(
     Returns
     -------
     Observation
-        Signals are (A, P, N), the truth's amplitudes (L, A).
+        Signals are (A, P, N), the truth's amplitudes (L, A); it has the directions.
     """
     scene, antennas = antenna_scene.scene, antenna_scene.antennas
     first = simulate(
@@ -143,6 +143,8 @@ def simulate_antennas(
         amplitudes=frozen(amplitudes),
         object_signal=frozen(object_signal),
         interference_signal=frozen(interference),
+        angles_deg=antenna_scene.object_angles_deg,
+        interferer_angles_deg=antenna_scene.interferer_angles_deg,
     )
     return Observation(received=frozen(object_signal + interference + noise), truth=truth)
 
