@@ -10,7 +10,6 @@ from app.views.tables import MISSING
 from tests.app.test_browser import (  # noqa: F401
     CHROMIUM,
     PATIENCE_MS,
-    app_server,
     app_url,
     browser_context_args,
     browser_type_launch_args,

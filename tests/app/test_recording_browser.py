@@ -9,7 +9,6 @@ from tests.app.test_browser import (  # noqa: F401
     CHROMIUM,
     PATIENCE_MS,
     Dashboard,
-    app_server,
     app_url,
     browser_context_args,
     browser_type_launch_args,
