@@ -4,7 +4,7 @@ import argparse
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import replace
@@ -24,6 +24,8 @@ from vsep.files.results import as_json, profile_entry, result_line, separated_si
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
+from vsep.inference.state import Step
+from vsep.iteration_bar import IterationBar
 from vsep.signal.clutter import moving_part
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.template import SignalModel
@@ -87,7 +89,7 @@ def _num_workers(options: argparse.Namespace) -> int:
 def _result_lines(options: argparse.Namespace, workers: int) -> Iterator[Iterator[dict[str, Any]]]:
     """Make the result lines in the order of the frames, in this process or several."""
     if workers == 1:
-        yield (separate_frame(path, options) for path in options.frames)
+        yield _watched_lines(options)
         return
     try:
         with worker_pool(workers) as pool:
@@ -97,6 +99,18 @@ def _result_lines(options: argparse.Namespace, workers: int) -> Iterator[Iterato
     except BrokenProcessPool:
         sentence = "A worker process ended abruptly, perhaps for lack of memory; try --workers 1."
         raise InputError(sentence) from None
+
+
+def _watched_lines(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """Make the result lines in this process; the terminal shows the iterations of a long run."""
+    bar = IterationBar(options.max_iterations)
+    for path in options.frames:
+        bar.begin(Path(path).name)
+        try:
+            line = separate_frame(path, options, bar.show)
+        finally:
+            bar.end()
+        yield line
 
 
 def _profile_table(profile: Mapping[str, float], frames: int) -> list[str]:
@@ -114,7 +128,9 @@ def _throughput(frames: int, seconds: float, workers: int) -> str:
     return f"{frames} frames in {seconds:.1f} s on {processes}: {rate:.1f} frames per second"
 
 
-def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
+def separate_frame(
+    path: str, options: argparse.Namespace, watch: Callable[[Step], None] | None = None
+) -> dict[str, Any]:
     """Make the result line of one frame; one with ``error`` if it could not be used."""
     try:
         frame = _read_frame(path, options)
@@ -122,7 +138,7 @@ def separate_frame(path: str, options: argparse.Namespace) -> dict[str, Any]:
         received = frame.antennas if together and frame.antennas is not None else frame.received
         if options.clutter == "remove":
             received = moving_part(received, frame.name)
-        solution = run(_separator_of(options, frame), received)
+        solution = run(_separator_of(options, frame), received, watch=watch)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:

@@ -402,7 +402,7 @@ def test_a_frame_beyond_the_memory_does_not_lose_the_others(
     frames = [frame_file("large.npz"), frame_file("small.npz")]
     solve = commands.run
 
-    def limited(*arguments: Any) -> Any:
+    def limited(*arguments: Any, **_: Any) -> Any:
         monkeypatch.setattr(commands, "run", solve)
         raise MemoryError(*arguments[2:])
 

@@ -1,7 +1,7 @@
 """The one loop: iterate an estimator, or run it to its end."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -85,7 +85,11 @@ def _no_info() -> IterationInfo:
 
 
 def run(
-    estimator: Estimator, received: ComplexArray, state: SeparationState | None = None
+    estimator: Estimator,
+    received: ComplexArray,
+    state: SeparationState | None = None,
+    *,
+    watch: Callable[[Step], None] | None = None,
 ) -> Solution:
     """Iterate to the end and return the last state with all diagnostics.
 
@@ -93,6 +97,8 @@ def run(
     ----------
     estimator, received, state
         As for `iterate`.
+    watch : callable, optional
+        Is told every step; its own time does not count.
 
     Returns
     -------
@@ -105,6 +111,8 @@ def run(
         infos.append(step.info)
         parts.append(step.seconds_by_part)
         seconds += step.seconds
+        if watch is not None:
+            watch(step)
     return Solution(
         state=step.state,
         termination=step.termination,
