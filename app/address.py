@@ -38,6 +38,7 @@ QUERY_NAMES = {
     "object_threshold_db": "threshold",
     "max_iterations": "max_iterations",
     "ramp": "ramp",
+    "antenna": "antenna",
     "speed": "speed",
     "fast_time": "fast_time",
 }

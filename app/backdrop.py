@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, to_db
+from vsep.inference.state import SeparationState
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth, Observation
 from vsep.signal.spectra import delay_spectrum, range_doppler_map
@@ -36,12 +37,37 @@ class TrueObjects:
         Peak of each object in the delay spectrum of one ramp.
     snr_db : (L,) float
         Component SNR in dB.
+    angles_deg : (L,) float or None
+        Directions, where they are known.
     """
 
     ranges_m: FloatArray
     velocities_mps: FloatArray
     levels_db: FloatArray
     snr_db: FloatArray
+    angles_deg: FloatArray | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownAntenna:
+    """Which antenna pictures show, and with how many it is separated.
+
+    Parameters
+    ----------
+    number : int
+        The antenna, from 0.
+    together : int
+        Antennas that are separated together; 1: this one alone.
+    spacing_wavelengths : float or None
+        Between neighbours of a uniform line of antennas; None: not known, no angles.
+    """
+
+    number: int = 0
+    together: int = 1
+    spacing_wavelengths: float | None = None
+
+
+THE_ONLY_ANTENNA = ShownAntenna()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,6 +103,8 @@ class Backdrop:
         The scene in a few words.
     levels_text : str
         SNR and SIR in both conventions.
+    antenna : ShownAntenna
+        Whose frame it is.
     """
 
     radar: ChirpSequence
@@ -97,11 +125,18 @@ class Backdrop:
     shown_velocities_mps: Limits | tuple[()]
     title: str
     levels_text: str
+    antenna: ShownAntenna = THE_ONLY_ANTENNA
 
     @property
     def range_limits_m(self) -> Limits:
         """Ends of the range axis."""
         return float(self.ranges_m[0]), float(self.ranges_m[-1])
+
+    def seen(self, state: SeparationState) -> SeparationState:
+        """Return what a state says of the antenna shown."""
+        if self.antenna.together == 1:
+            return state
+        return state.of_antenna(self.antenna.number, self.antenna.together)
 
     def level_db(self, power: FloatArray) -> FloatArray:
         """Level of a power over the reference, floored at -200 dB."""
@@ -117,7 +152,13 @@ class Backdrop:
         return _quantised(self.level_db(_map_power(self.radar, signal)[2]), self.map_limits_db)
 
 
-def make_backdrop(radar: ChirpSequence, observation: Observation, *, title: str) -> Backdrop:
+def make_backdrop(
+    radar: ChirpSequence,
+    observation: Observation,
+    *,
+    title: str,
+    antenna: ShownAntenna = THE_ONLY_ANTENNA,
+) -> Backdrop:
     """Compute axes, limits and truth of a scene.
 
     Parameters
@@ -125,9 +166,11 @@ def make_backdrop(radar: ChirpSequence, observation: Observation, *, title: str)
     radar : ChirpSequence
         The victim.
     observation : Observation
-        The frame, with truth where it is known.
+        The frame of one antenna, with truth where it is known.
     title : str
         The scene in a few words.
+    antenna : ShownAntenna
+        Whose frame it is.
     """
     received, truth = observation.received, observation.truth
     power = np.abs(received) ** 2
@@ -169,6 +212,7 @@ def make_backdrop(radar: ChirpSequence, observation: Observation, *, title: str)
         true_ramps=_true_ramps(radar, truth),
         title=title,
         levels_text=_levels_text(radar, truth),
+        antenna=antenna,
     )
 
 
@@ -233,6 +277,7 @@ def _true_objects(radar: ChirpSequence, truth: GroundTruth | None, reference: fl
         velocities_mps=radar.velocity_from_doppler(truth.dopplers),
         levels_db=to_db(power / (radar.num_ramps * reference)),
         snr_db=to_db(power * truth.noise_precision),
+        angles_deg=truth.angles_deg,
     )
 
 

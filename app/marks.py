@@ -56,18 +56,16 @@ def true_marks(backdrop: Backdrop) -> Marks:
     )
 
 
-def added_marks(backdrop: Backdrop, steps: Sequence[Step], lifetime: int) -> Marks:
-    """Return the objects added in the last `lifetime` steps; the newest are opaque."""
+def added_marks(
+    backdrop: Backdrop, state: SeparationState, steps: Sequence[Step], lifetime: int
+) -> Marks:
+    """Return the objects added in the last `lifetime` steps to a state; the newest are opaque."""
     recent = {event.component_id: age for event, age in _recent(steps, ADDED, lifetime)}
-    ages = (
-        [recent.get(int(number), -1) for number in steps[-1].state.objects.component_ids]
-        if steps
-        else []
-    )
+    ages = [recent.get(int(number), -1) for number in state.objects.component_ids]
     chosen = np.array([age >= 0 for age in ages], dtype=np.bool_)
     if not chosen.any():
         return no_marks()
-    every = object_marks(backdrop, steps[-1].state)
+    every = object_marks(backdrop, state)
     return Marks(
         ranges_m=every.ranges_m[chosen],
         velocities_mps=every.velocities_mps[chosen],

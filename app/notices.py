@@ -11,7 +11,7 @@ def antenna_notice(frame: Frame) -> str | None:
         return None
     return (
         f"{frame.name} holds {frame.num_antennas} antennas; antenna {frame.antenna} alone is shown "
-        "and separated here. The command vsep separate takes all of them together, with angles."
+        "and separated here. The live view takes all of them together, with angles."
     )
 
 

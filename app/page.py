@@ -24,7 +24,6 @@ from app.layout import (
 )
 from app.location import SharedIteration, set_query, synchronise
 from app.loop import Crew, FrameLoop, Stage
-from app.notices import tell_of_antennas
 from app.picture import Picture
 from app.report.recipe import KeptFrame, Recipe
 from app.report.snapshot import SnapshotFile, make_snapshot, snapshot_recipe
@@ -92,8 +91,8 @@ class Dashboard:
                 prepare=prepare,
                 advance=advance,
                 compose=compose,
-                given=lambda: (self._frame,),
-                view=lambda: (self.settings.ramp, self.settings.fast_time),
+                given=lambda: (self._frame, self.settings.antenna),
+                view=lambda: (self.settings.ramp, self.settings.fast_time, self.settings.antenna),
                 key=run_key,
                 thin=thin,
                 bare=bare,
@@ -108,7 +107,7 @@ class Dashboard:
             visit.pool,
             visit.commons,
         )
-        self._pace = visit.commons.pace
+        self._pace, self._most_kept = visit.commons.pace, visit.most_kept
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self.share = Share(
             self._snapshot,
@@ -118,6 +117,7 @@ class Dashboard:
         )
         self.settings.param.watch(self._scene_changed, list(PLAN_NAMES))
         self.settings.param.watch(self._view_changed, list(VIEW_NAMES))
+        self.settings.param.watch(self._antenna_chosen, "antenna")
 
     def _make_views(self) -> None:
         range_axis = Axis()
@@ -250,7 +250,6 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self.complain(str(error))
             return
         self._take(frame)
-        tell_of_antennas(frame)
         self._kept = KeptFrame(name=name, content=content)
         self._leave_trial()
         if self.settings.preset == LOADED_FRAME:
@@ -274,6 +273,7 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
 
     def _take(self, frame: Frame) -> None:
         self._frame = frame
+        self.settings.antenna = 0
         brought = frame.anti_aliasing_filter
         with param.parameterized.discard_events(self.settings):
             self.controls.fit_frame(
@@ -291,6 +291,9 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
     def show(self, picture: Picture) -> None:
         """Draw a picture on all views; called with the document locked."""
         several = picture.backdrop.radar.num_ramps > 1
+        if self.session.opening is not None:
+            # What several antennas take of the memory is that of fewer iterations.
+            self.session.most_kept = self._most_kept // len(self.session.opening.backdrops)
         with pn.io.hold():
             self._map_row.visible = self._strip.visible = several
             self.delay.update(picture)
@@ -347,6 +350,8 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             plan=shown.opening.plan,
             trial=trial,
             frame=self._kept if loaded and not trial else None,
+            antenna=self.settings.antenna if shown.opening.num_antennas > 1 else 0,
+            together=len(shown.opening.backdrops) > 1,
             fast_time=self.settings.fast_time,
         )
         return partial(make_snapshot, key, snapshot_recipe(shown, recipe, self.settings.ramp))
@@ -356,6 +361,12 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
             self._leave_trial()
         self.session.restart(self.settings.plan())
         self.loop.wake()
+
+    def _antenna_chosen(self, *_: Any) -> None:
+        """Begin a run of another antenna, where the estimator takes one alone."""
+        shown = self.session.opening
+        if shown is not None and len(shown.backdrops) < shown.num_antennas:
+            self._scene_changed()
 
     def _view_changed(self, *_: Any) -> None:
         self.loop.redraw()

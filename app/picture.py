@@ -11,9 +11,18 @@ import numpy as np
 
 from app.backdrop import Backdrop, ByteArray
 from app.marks import Marks, added_marks, channel_marks, object_marks, pruned_marks, true_marks
-from app.words import Located, LogLine, TableRow, log_lines, resolution_cells, table_rows
+from app.words import (
+    AngleColumns,
+    Located,
+    LogLine,
+    TableRow,
+    log_lines,
+    resolution_cells,
+    table_rows,
+)
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, to_db
-from vsep.inference.state import SeparationState, Step, Termination
+from vsep.analysis.angles import object_angles
+from vsep.inference.state import ObjectComponents, SeparationState, Step, Termination
 from vsep.inference.stopwatch import summed
 from vsep.inference.uncertainty import dispersion_std
 
@@ -153,7 +162,8 @@ def make_picture(
     num_iterations : int or None
         Iterations computed so far; None: as many as `steps`.
     """
-    state = steps[-1].state if steps else initial_state
+    whole = steps[-1].state if steps else initial_state
+    state = backdrop.seen(whole)
     ramp = min(max(ramp, 0), backdrop.radar.num_ramps - 1)
     signals = _ramp_signals(backdrop, state, ramp)
     return Picture(
@@ -168,14 +178,14 @@ def make_picture(
         delay=_signals(backdrop.ranges_m, backdrop.spectra_db(signals)),
         objects=object_marks(backdrop, state),
         true_objects=true_marks(backdrop),
-        added=added_marks(backdrop, steps, FLASH_ITERATIONS),
+        added=added_marks(backdrop, state, steps, FLASH_ITERATIONS),
         pruned=pruned_marks(backdrop, steps, FADE_ITERATIONS),
         channel=channel_marks(backdrop, state, ramp),
         map_after=backdrop.map_of(backdrop.observation.received - state.interference_signal),
         burst_level_db=_burst_levels(backdrop, state),
         true_ramps=backdrop.true_ramps,
         log=log_lines(steps, backdrop.radar),
-        table=_table(backdrop, state),
+        table=_table(backdrop, whole),
         progress=_progress(backdrop, steps),
         step_ms=_step_ms(steps),
     )
@@ -217,6 +227,7 @@ def _burst_levels(backdrop: Backdrop, state: SeparationState) -> FloatArray:
 
 
 def _table(backdrop: Backdrop, state: SeparationState) -> tuple[TableRow, ...]:
+    """Rows of all objects, as all antennas together tell them."""
     radar, objects = backdrop.radar, state.objects
     std = dispersion_std(objects, state.effective_precision, radar.shape)
     cell_m, cell_mps = resolution_cells(radar)
@@ -229,7 +240,28 @@ def _table(backdrop: Backdrop, state: SeparationState) -> tuple[TableRow, ...]:
         snr_db=to_db(objects.component_snr),
     )
     true = backdrop.true_objects
-    return table_rows(found, true.ranges_m, true.velocities_mps, true.snr_db, radar)
+    return table_rows(
+        found, true.ranges_m, true.velocities_mps, true.snr_db, radar, _angles(backdrop, objects)
+    )
+
+
+def _angles(backdrop: Backdrop, objects: ObjectComponents) -> AngleColumns | None:
+    """Directions of the objects, where a line of antennas tells them."""
+    spacing = backdrop.antenna.spacing_wavelengths
+    if backdrop.antenna.together == 1 or spacing is None:
+        return None
+    found = object_angles(
+        objects.amplitudes.reshape(objects.num_components, -1)
+        if objects.num_components
+        else np.zeros((0, backdrop.antenna.together), dtype=np.complex128),
+        np.real(np.diagonal(objects.covariance)),
+        spacing,
+    )
+    return AngleColumns(
+        angles_deg=found.angles_deg,
+        stds_deg=found.stds_deg,
+        true_deg=backdrop.true_objects.angles_deg,
+    )
 
 
 def _progress(backdrop: Backdrop, steps: Sequence[Step]) -> Progress:

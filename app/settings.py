@@ -240,6 +240,13 @@ class Settings(param.Parameterized):
         label="Speed [iterations/s]",
         doc="How fast iterations are shown; slow machines may fall behind.",
     )
+    antenna = param.Integer(
+        default=0,
+        bounds=(0, 1023),
+        label="Antenna",
+        doc="Antenna shown, from 0. Factorised and object-only take all of them apart together; "
+        "joint takes the one shown, alone.",
+    )
     fast_time: Any = param.Selector(
         default="level",
         objects=["level", "real"],
@@ -285,7 +292,7 @@ class Plan:
 
 
 PLAN_NAMES = tuple(Plan.__dataclass_fields__)
-VIEW_NAMES = ("ramp", "speed", "fast_time")
+VIEW_NAMES = ("ramp", "antenna", "speed", "fast_time")
 
 
 def preset_values(preset: str) -> dict[str, Any]:

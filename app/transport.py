@@ -150,7 +150,18 @@ class Transport(RunTransport):
             margin=(7, 4, 0, 4),
         )
         self.ramp.param.watch(self._ramp_set, "value")
-        settings.param.watch(self._show_settings, ["fast_time", "ramp"])
+        self.antenna = pmu.Select(
+            label="Antenna",
+            options={"0": 0},
+            value=0,
+            size="small",
+            description=Settings.param.antenna.doc,
+            width=100,
+            margin=(7, 4, 0, 4),
+            visible=False,
+        )
+        self.antenna.param.watch(self._antenna_set, "value")
+        settings.param.watch(self._show_settings, ["fast_time", "ramp", "antenna"])
 
     def layout(self, stylesheet: str) -> Any:
         """Return the row."""
@@ -159,6 +170,7 @@ class Transport(RunTransport):
             self.speed,
             self.scrub,
             self.ramp,
+            self.antenna,
             self.mode,
             sizing_mode="stretch_width",
             styles={"min-height": "52px"},
@@ -172,12 +184,27 @@ class Transport(RunTransport):
         self.show_place(picture.iteration, picture.num_iterations)
         last_ramp = picture.backdrop.radar.num_ramps - 1
         self.ramp.param.update(end=max(last_ramp, 1), visible=last_ramp > 0)
+        opening = self._session.opening
+        if opening is not None:
+            self._offer_antennas(opening.num_antennas)
         self.refresh(rate, picture)
 
     def refresh(self, rate: float, picture: Picture | None = None) -> None:
         """Show the state of the session."""
         self.refresh_buttons()
         self.status.object = _status_html(self._session.phase, picture, rate)
+
+    def _offer_antennas(self, number: int) -> None:
+        if number != len(self.antenna.options):
+            self.antenna.param.update(
+                options={str(place): place for place in range(number)},
+                value=min(self._settings.antenna, number - 1),
+                visible=number > 1,
+            )
+
+    def _antenna_set(self, event: Any) -> None:
+        if event.new is not None:
+            self._settings.antenna = event.new
 
     def _mode_set(self, event: Any) -> None:
         self._settings.fast_time = event.new
@@ -189,6 +216,7 @@ class Transport(RunTransport):
     def _show_settings(self, *_: Any) -> None:
         self.ramp.value = self._settings.ramp
         self.mode.value = self._settings.fast_time
+        self.antenna.value = min(self._settings.antenna, len(self.antenna.options) - 1)
 
 
 def _status_html(phase: Phase, picture: Picture | None, rate: float) -> str:

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,7 +42,9 @@ class TableRow:
     velocity_mps, velocity_std_mps, true_velocity_mps : float or None
         Radial velocity in m/s, positive for a receding object.
     snr_db, true_snr_db : float or None
-        Component SNR in dB.
+        Component SNR in dB; of several antennas their mean.
+    angle_deg, angle_std_deg, true_angle_deg : float or None
+        Direction from broadside in degrees, positive towards the last antenna.
     """
 
     component_id: int | None = None
@@ -54,6 +56,9 @@ class TableRow:
     true_velocity_mps: float | None = None
     snr_db: float | None = None
     true_snr_db: float | None = None
+    angle_deg: float | None = None
+    angle_std_deg: float | None = None
+    true_angle_deg: float | None = None
 
 
 def log_lines(steps: Sequence[Step], radar: ChirpSequence) -> tuple[LogLine, ...]:
@@ -120,12 +125,22 @@ class Located:
     snr_db: FloatArray
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AngleColumns:
+    """Directions of the components of a `Located`, and of the true objects where they are known."""
+
+    angles_deg: FloatArray
+    stds_deg: FloatArray
+    true_deg: FloatArray | None = None
+
+
 def table_rows(
     found: Located,
     true_ranges_m: FloatArray,
     true_velocities_mps: FloatArray,
     true_snr_db: FloatArray,
     radar: ChirpSequence,
+    angles: AngleColumns | None = None,
 ) -> tuple[TableRow, ...]:
     """Return the component table sorted by distance; each true object has at most one estimate.
 
@@ -142,31 +157,46 @@ def table_rows(
     rows = []
     for index, component_id in enumerate(found.ids):
         true = partner.get(index)
-        rows.append(
-            TableRow(
-                component_id=component_id,
-                range_m=float(found.ranges_m[index]),
-                range_std_m=float(found.range_std_m[index]),
-                velocity_mps=float(found.velocities_mps[index]) if moves else None,
-                velocity_std_mps=float(found.velocity_std_mps[index]) if moves else None,
-                snr_db=float(found.snr_db[index]),
-                true_range_m=None if true is None else float(true_ranges_m[true]),
-                true_velocity_mps=(
-                    None if true is None or not moves else float(true_velocities_mps[true])
-                ),
-                true_snr_db=None if true is None else float(true_snr_db[true]),
-            )
+        row = TableRow(
+            component_id=component_id,
+            range_m=float(found.ranges_m[index]),
+            range_std_m=float(found.range_std_m[index]),
+            velocity_mps=float(found.velocities_mps[index]) if moves else None,
+            velocity_std_mps=float(found.velocity_std_mps[index]) if moves else None,
+            snr_db=float(found.snr_db[index]),
+            true_range_m=None if true is None else float(true_ranges_m[true]),
+            true_velocity_mps=(
+                None if true is None or not moves else float(true_velocities_mps[true])
+            ),
+            true_snr_db=None if true is None else float(true_snr_db[true]),
         )
+        rows.append(_with_angles(row, angles, index, true))
     missed = sorted(set(range(len(true_ranges_m))) - set(partner.values()))
-    rows.extend(
-        TableRow(
+    for true in missed:
+        row = TableRow(
             true_range_m=float(true_ranges_m[true]),
             true_velocity_mps=float(true_velocities_mps[true]) if moves else None,
             true_snr_db=float(true_snr_db[true]),
         )
-        for true in missed
-    )
+        rows.append(_with_angles(row, angles, None, true))
     return tuple(sorted(rows, key=_place_of))
+
+
+def _with_angles(
+    row: TableRow, angles: AngleColumns | None, found: int | None, true: int | None
+) -> TableRow:
+    """Return a row with the directions that are known."""
+    if angles is None:
+        return row
+    if found is not None:
+        row = replace(
+            row,
+            angle_deg=float(angles.angles_deg[found]),
+            angle_std_deg=float(angles.stds_deg[found]),
+        )
+    if true is not None and angles.true_deg is not None:
+        row = replace(row, true_angle_deg=float(angles.true_deg[true]))
+    return row
 
 
 def resolution_cells(radar: ChirpSequence) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app.assets import path
-from app.backdrop import Backdrop, make_backdrop
+from app.backdrop import Backdrop, ShownAntenna, make_backdrop
 from app.picture import Picture, make_picture
 from app.session import Snapshot
 from app.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Plan
@@ -52,18 +52,27 @@ class Prepared:
     estimator : Estimator
         With its settings.
     observation : Observation
-        The frame and, where known, its truth; the estimator sees the frame only.
+        The frame and, where known, its truth; the estimator sees the frame only. Of antennas that
+        are separated together the rows of all, (A P, N).
     initial_state : SeparationState
         State of iteration 0.
-    backdrop : Backdrop
-        What all its pictures share.
+    backdrops : tuple of Backdrop
+        What all pictures of an antenna share: one each of those that are separated.
+    num_antennas : int
+        Of the frame; an estimator may take one of them only.
     """
 
     plan: Plan
     estimator: Estimator
     observation: Observation
     initial_state: SeparationState
-    backdrop: Backdrop
+    backdrops: tuple[Backdrop, ...]
+    num_antennas: int = 1
+
+    @property
+    def backdrop(self) -> Backdrop:
+        """What pictures of the first antenna share."""
+        return self.backdrops[0]
 
 
 class MadeScene(NamedTuple):
@@ -79,7 +88,7 @@ def real_frame() -> Frame:
     return read_frame(path(REAL_FRAME_FILE))
 
 
-def prepare(plan: Plan, loaded: Frame | None = None) -> Prepared:
+def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepared:
     """Make the scene of a plan and the estimator's first state.
 
     Parameters
@@ -88,6 +97,8 @@ def prepare(plan: Plan, loaded: Frame | None = None) -> Prepared:
         What determines the run.
     loaded : Frame or None
         The frame the user loaded.
+    antenna : int
+        Which of its antennas, or the last one, for an estimator that takes one only.
 
     Raises
     ------
@@ -96,14 +107,40 @@ def prepare(plan: Plan, loaded: Frame | None = None) -> Prepared:
     """
     scene = make_scene(plan, loaded)
     frame = scene.frame
-    observation = Observation(received=frame.received, truth=frame.truth)
-    estimator = make_estimator(plan, frame.radar, scene.assumed_filter)
+    if not is_together(plan, frame):
+        frame = frame.of_antenna(min(antenna, frame.num_antennas - 1))
+    estimator = make_estimator(
+        plan, frame.radar, scene.assumed_filter, num_antennas=frame.num_antennas
+    )
+    every = frame.received if frame.antennas is None else frame.antennas
+    received = every if frame.antennas is None else estimator.model.check(every)
     return Prepared(
         plan=plan,
         estimator=estimator,
-        observation=observation,
-        initial_state=estimator.init(observation.received),
-        backdrop=make_backdrop(frame.radar, observation, title=frame.name),
+        observation=Observation(received=received, truth=frame.antennas_truth or frame.truth),
+        initial_state=estimator.init(received),
+        backdrops=tuple(backdrop_of(frame, number) for number in range(frame.num_antennas)),
+        num_antennas=scene.frame.num_antennas,
+    )
+
+
+def is_together(plan: Plan, frame: Frame) -> bool:
+    """Whether the antennas of a frame are separated together."""
+    return frame.num_antennas > 1 and plan.estimator in estimators.SEVERAL_ANTENNAS
+
+
+def backdrop_of(frame: Frame, antenna: int) -> Backdrop:
+    """Return what pictures of one antenna share, where all of a frame are separated together."""
+    alone = frame.of_antenna(antenna)
+    return make_backdrop(
+        frame.radar,
+        Observation(received=alone.received, truth=alone.truth),
+        title=frame.name,
+        antenna=ShownAntenna(
+            number=antenna,
+            together=frame.num_antennas,
+            spacing_wavelengths=frame.antenna_spacing_wavelengths,
+        ),
     )
 
 
@@ -155,10 +192,13 @@ def advance(prepared: Prepared, state: SeparationState) -> Step:
     return guarded_step(prepared.estimator, prepared.observation.received, state)
 
 
-def compose(snapshot: Snapshot[Prepared, Step], ramp: int, fast_time_mode: str) -> Picture:
-    """Make the picture of a snapshot."""
+def compose(
+    snapshot: Snapshot[Prepared, Step], ramp: int, fast_time_mode: str, antenna: int = 0
+) -> Picture:
+    """Make the picture of a snapshot; where there is no such antenna, of the last one."""
+    backdrops = snapshot.opening.backdrops
     return make_picture(
-        snapshot.opening.backdrop,
+        backdrops[min(antenna, len(backdrops) - 1)],
         snapshot.opening.initial_state,
         snapshot.steps,
         ramp=ramp,
@@ -237,9 +277,10 @@ def make_estimator(
     anti_aliasing_filter: AntiAliasingFilter,
     *,
     mask: BoolArray | None = None,
+    num_antennas: int = 1,
 ) -> Estimator:
     """Return the estimator of a plan; only the masked one has a use for a mask."""
-    model = SignalModel.of_radar(radar, anti_aliasing_filter)
+    model = SignalModel.of_radar(radar, anti_aliasing_filter, num_antennas)
     return estimators.make_estimator(
         plan.estimator,
         model,

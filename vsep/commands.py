@@ -22,7 +22,7 @@ from vsep.files.frame_mask import frame_mask
 from vsep.files.response_file import read_response
 from vsep.files.results import as_json, profile_entry, result_line, separated_signals
 from vsep.inference.estimator import Estimator
-from vsep.inference.estimators import make_estimator
+from vsep.inference.estimators import SEVERAL_ANTENNAS, make_estimator
 from vsep.inference.run import run
 from vsep.inference.state import Step
 from vsep.iteration_bar import IterationBar
@@ -32,7 +32,6 @@ from vsep.signal.template import SignalModel
 from vsep.workers import available_cores, worker_pool
 
 _EXIT_INPUT = 2
-_SEVERAL_ANTENNAS = ("factorised", "object-only")
 _FRAMES_AT_A_TIME = 4  # handed to a process, so that handing over costs little
 _FRAMES_WORTH_A_PROCESS = 16  # starting one takes as long as some frames
 
@@ -167,7 +166,7 @@ def _read_frame(path: str, options: argparse.Namespace) -> Frame:
 def _is_together(frame: Frame, options: argparse.Namespace) -> bool:
     """Whether all antennas of a frame are separated together: unless one of them is asked for."""
     several = frame.num_antennas > 1 and options.antenna is None
-    return several and options.estimator in _SEVERAL_ANTENNAS
+    return several and options.estimator in SEVERAL_ANTENNAS
 
 
 def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:

@@ -10,7 +10,6 @@ import panel_material_ui as pmu
 from app.controls import Controls
 from app.layout import heading
 from app.recording.files import LARGEST_FILE, DropZone
-from app.recording.work import RecordingOpening
 from vsep._arrays import InputError
 from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
 from vsep.recordings.settings_text import values_of, with_value
@@ -104,22 +103,14 @@ class RecordingForm:
         self.text.param.watch(lambda _: self._edited(), "value")
         self.quick = {name: self._choice(name) for name in _CHOICES}
         self.quick |= {name: self._number(name) for name in _NUMBERS}
-        self.antenna = pmu.IntInput(
-            label="Antenna shown",
-            description="Which antenna is shown and separated, from 0.",
-            value=0,
-            start=0,
-            disabled=True,
-            **_TIGHT,
-        )
         self.clutter = pmu.Switch(
             label="No clutter",
             description="Leave out what stands still: the median over all ramps, settling "
             "transient and leakage included. Needs 8 ramps.",
             value=False,
+            margin=(0, 12, 0, 18),
             **_TIGHT,
         )
-        self.antenna.param.watch(self._mended, "value")
         self.clutter.param.watch(self._mended, "value")
         own = controls.widgets["assume_true_filter"]
         own.param.update(
@@ -142,8 +133,8 @@ class RecordingForm:
             _pair(quick["num_antennas"], quick["num_transmitters"]),
             heading("3 · Mend it"),
             _pair(quick["sign"], quick["samples"]),
-            _pair(quick["crop_start_samples"], self.antenna),
-            _pair(quick["frame"], self.clutter),
+            _pair(quick["crop_start_samples"], quick["frame"]),
+            self.clutter,
             pn.Row(self.live, self.save, margin=(0, 12), sizing_mode="stretch_width"),
             heading("4 · Separate it"),
             self.zones["response"],
@@ -174,15 +165,6 @@ class RecordingForm:
     def show_fault(self, sentence: str) -> None:
         """Show at the text that it cannot be used, nothing if it can."""
         self.text.error_state = bool(sentence)
-
-    def show_opening(self, opening: RecordingOpening) -> None:
-        """Suit the controls to what has been read."""
-        self._showing = True
-        several = opening.num_antennas > 1
-        self.antenna.param.update(
-            end=max(opening.num_antennas - 1, 1), value=opening.antenna, disabled=not several
-        )
-        self._showing = False
 
     def show_ready(self, ready: bool) -> None:
         """Offer the buttons that need a frame."""

@@ -27,6 +27,7 @@ from app.recording.work import (
     frame_content,
     prepare,
     require_response,
+    takes_one,
 )
 from app.report.recipe import KeptFrame
 from app.session import RunSession
@@ -96,7 +97,7 @@ class RecordingPage:
                 prepare=prepare,
                 advance=advance,
                 compose=compose,
-                view=lambda: (self.settings.ramp, self.settings.fast_time),
+                view=lambda: (self.settings.ramp, self.settings.fast_time, self.settings.antenna),
                 thin=thin,
                 bare=bare,
             ),
@@ -118,6 +119,7 @@ class RecordingPage:
         self.form.show_ready(False)
         self.settings.param.watch(lambda *_: self._restart(), list(PLAN_NAMES))
         self.settings.param.watch(lambda *_: self.loop.redraw(), list(VIEW_NAMES))
+        self.settings.param.watch(lambda *_: self._antenna_chosen(), "antenna")
 
     def page(self) -> Any:
         """Return the whole page."""
@@ -217,6 +219,7 @@ class RecordingPage:
         opening = self.session.opening
         if opening is None:
             return
+        self.session.most_kept = self._visit.most_kept // len(opening.prepared.backdrops)
         with pn.io.hold():
             self.view.show(picture, opening)
             self.controls.show_threshold(opening.prepared.estimator.threshold_db)
@@ -274,6 +277,12 @@ class RecordingPage:
         self.loop.wake()
         return ""
 
+    def _antenna_chosen(self) -> None:
+        """Begin with another antenna, where one alone is separated."""
+        opening = self.session.opening
+        if opening is not None and len(opening.prepared.backdrops) < opening.num_antennas:
+            self._restart()
+
     def _show_fault(self, sentence: str) -> None:
         """Say what is wrong with the settings; until it is mended, the last good ones are shown."""
         self.form.show_fault(sentence)
@@ -284,7 +293,7 @@ class RecordingPage:
             file=file,
             settings=settings,
             is_frame=self._own is not None and settings == parse_settings(self._own),
-            antenna=self.form.antenna.value or 0,
+            antenna=self.settings.antenna if takes_one(self.settings.estimator, settings) else 0,
             removes_clutter=bool(self.form.clutter.value),
             response=self._response,
             reference=self._reference,
@@ -303,7 +312,6 @@ class RecordingPage:
         """Take note of what has been read."""
         self._opening = opening
         self.view.show_facts(opening, "")
-        self.form.show_opening(opening)
         self.form.show_ready(True)
         if opening.reference_fault:
             self._files.discard(self._reference)

@@ -101,11 +101,12 @@ class RecordingView:
         self._picture = picture
         several = picture.backdrop.radar.num_ramps > 1
         self._map_row.visible = self._strip.visible = several
-        self._reference.visible = several and opening.reference_map is not None
+        reference = opening.reference_maps.get(picture.backdrop.antenna.number)
+        self._reference.visible = several and reference is not None
         if several:
             self.ramps.update(picture)
             self.maps.view.update(picture)
-            self.maps.show_reference(picture.backdrop, opening.reference_map)
+            self.maps.show_reference(picture.backdrop, reference)
         self.delay.update(picture)
         self.table.object = table_html(picture.table, moving=several)
         self.log.object = log_html(picture.log[-SHOWN_LINES:])

@@ -20,10 +20,17 @@ def facts_html(opening: RecordingOpening | None, fault: str = "") -> str:
     return wrong if opening is None else wrong + _shown_html(opening)
 
 
+def _antennas(opening: RecordingOpening) -> str:
+    number, shown = opening.num_antennas, opening.prepared.backdrop.antenna
+    if shown.together > 1:
+        return f"{number} antennas, separated together"
+    return f"antenna {opening.antenna} of {number}, separated alone"
+
+
 def _shown_html(opening: RecordingOpening) -> str:
     radar = opening.prepared.backdrop.radar
     cell_m, cell_mps = resolution_cells(radar)
-    antennas = "" if opening.num_antennas == 1 else f", {opening.num_antennas} antennas"
+    antennas = "" if opening.num_antennas == 1 else f", {_antennas(opening)}"
     facts = [
         f"{radar.num_ramps} ramps of {radar.num_samples} samples{antennas}",
         f"{radar.start_frequency_hz / 1e9:.4g} GHz, {radar.slope_hz_per_s / 1e12:.4g} MHz/µs",

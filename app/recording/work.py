@@ -1,15 +1,15 @@
 """The work of the page, as pure top-level functions that any process may do.
 
-Everything follows from the plan: the file is read and converted, one antenna chosen, what stands
-still left out, and the frame is then a loaded frame of the live view.
+Everything follows from the plan: the file is read and converted, what stands still left out, and
+the frame is then a loaded frame of the live view, with all its antennas. Those of transmitters that
+take turns receive other bursts: of them one is chosen.
 """
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from app.work import prepare as prepare_frame
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.response_file import read_response
+from vsep.inference.estimators import SEVERAL_ANTENNAS
 from vsep.inference.state import SeparationState, Step
 from vsep.recordings.convert import convert_recording
 from vsep.recordings.settings import RecordingSettings
@@ -45,7 +46,7 @@ class RecordingPlan:
     is_frame : bool
         Whether it is a frame file and the settings are its own: it is then read as it is.
     antenna : int
-        Which antenna; the last one if there are not so many.
+        Which antenna is separated where one alone is; the last one if there are not so many.
     removes_clutter : bool
         Whether what stands still is left out.
     response : StoredFile or None
@@ -79,11 +80,12 @@ class RecordingOpening:
     remarks : tuple of str
         What looks wrong with the settings, with advice.
     num_antennas, antenna : int
-        How many there are, and which is shown.
+        How many there are, and which is separated where one alone is.
     loudest_ramp : int
         The ramp with the largest sample, most likely one with a burst.
-    reference_map : (Mp, Mn) uint8 or None
-        Range-Doppler map of the clean recording, scaled like that of the frame.
+    reference_maps : mapping of int to (Mp, Mn) uint8
+        Range-Doppler maps of the clean recording by the antenna that pictures show, scaled like
+        that of the frame; none without such a recording.
     reference_fault : str
         Why there is none although a file was given; else empty.
     """
@@ -94,7 +96,7 @@ class RecordingOpening:
     num_antennas: int
     antenna: int
     loudest_ramp: int
-    reference_map: ByteArray | None
+    reference_maps: Mapping[int, ByteArray]
     reference_fault: str
 
     @property
@@ -112,17 +114,19 @@ def prepare(plan: RecordingPlan) -> RecordingOpening:
         If the plan cannot be carried out; the message is for the user.
     """
     frame, remarks = _read(plan)
-    shown = _shown(frame, plan)
-    prepared = prepare_frame(plan.scene, shown)
-    reference, fault = _reference(plan, prepared)
+    antenna = min(plan.antenna, frame.num_antennas - 1)
+    taken = _mended(frame, plan)
+    prepared = prepare_frame(plan.scene, taken, antenna)
+    loudest = [np.max(np.abs(each.observation.received), axis=1) for each in prepared.backdrops]
+    references, fault = _references(plan, prepared)
     return RecordingOpening(
         plan=plan,
         prepared=prepared,
         remarks=remarks,
         num_antennas=frame.num_antennas,
-        antenna=min(plan.antenna, frame.num_antennas - 1),
-        loudest_ramp=int(np.argmax(np.max(np.abs(shown.received), axis=1))),
-        reference_map=reference,
+        antenna=antenna,
+        loudest_ramp=int(np.argmax(np.max(loudest, axis=0))),
+        reference_maps=references,
         reference_fault=fault,
     )
 
@@ -132,7 +136,9 @@ def advance(opening: RecordingOpening, state: SeparationState) -> Step:
     return advance_prepared(opening.prepared, state)
 
 
-def compose(snapshot: Snapshot[RecordingOpening, Step], ramp: int, fast_time_mode: str) -> Picture:
+def compose(
+    snapshot: Snapshot[RecordingOpening, Step], ramp: int, fast_time_mode: str, antenna: int = 0
+) -> Picture:
     """Make the picture of a snapshot."""
     inner: Snapshot[Prepared, Step] = Snapshot(
         run_number=snapshot.run_number,
@@ -141,7 +147,7 @@ def compose(snapshot: Snapshot[RecordingOpening, Step], ramp: int, fast_time_mod
         num_steps=snapshot.num_steps,
         phase=snapshot.phase,
     )
-    return compose_prepared(inner, ramp, fast_time_mode)
+    return compose_prepared(inner, ramp, fast_time_mode, antenna)
 
 
 def frame_content(plan: RecordingPlan, *, as_shown: bool) -> bytes:
@@ -152,9 +158,9 @@ def frame_content(plan: RecordingPlan, *, as_shown: bool) -> bytes:
     plan : RecordingPlan
         The recording.
     as_shown : bool
-        The antenna that is shown, without clutter if that is left out; else all antennas, as
-        `vsep convert` writes them. Either has the measured response where there is one and it can
-        belong to the signal: a frame file keeps that of a single antenna.
+        What is separated, one antenna or all, without clutter if that is left out and with the
+        measured response if there is one; else all antennas as `vsep convert` writes them, with a
+        response only where there is a single one: a frame file keeps that of one antenna.
 
     Raises
     ------
@@ -163,11 +169,18 @@ def frame_content(plan: RecordingPlan, *, as_shown: bool) -> bytes:
     """
     frame, _ = _read(plan)
     if as_shown or frame.num_antennas == 1:
-        frame = _shown(frame, plan if as_shown else replace(plan, removes_clutter=False))
+        frame = _mended(frame, plan if as_shown else replace(plan, removes_clutter=False))
+    if as_shown and takes_one(plan.scene.estimator, plan.settings):
+        frame = frame.of_antenna(min(plan.antenna, frame.num_antennas - 1))
     with tempfile.TemporaryDirectory(prefix="vsep-") as folder:
         path = Path(folder) / "frame.npz"
         write_frame(path, frame)
         return path.read_bytes()
+
+
+def takes_one(estimator: str, settings: RecordingSettings) -> bool:
+    """Whether one antenna alone is separated, although a recording may hold several."""
+    return estimator not in SEVERAL_ANTENNAS or settings.num_transmitters > 1
 
 
 def require_response(file: StoredFile) -> None:
@@ -197,28 +210,28 @@ def _read(plan: RecordingPlan) -> tuple[Frame, tuple[str, ...]]:
         return frame, tuple(remark.replace(file.path, file.name) for remark in remarks)
 
 
-def _shown(frame: Frame, plan: RecordingPlan) -> Frame:
-    """Return the frame of the antenna that is shown."""
+def _mended(frame: Frame, plan: RecordingPlan) -> Frame:
+    """Return what is separated: with the response, without clutter, of one transmitter."""
     antenna = min(plan.antenna, frame.num_antennas - 1)
-    changes: dict[str, Any] = {}
-    if frame.antennas is not None:
-        changes |= {"received": frame.antennas[antenna], "antennas": None, "antenna": 0}
-        changes["antenna_spacing_wavelengths"] = None
+    if plan.settings.num_transmitters > 1:
+        frame = frame.of_antenna(antenna)
     if plan.response is not None:
         response = read_response(plan.response.path, name=plan.response.name)
-        changes["anti_aliasing_filter"] = response.filter_of(antenna)
-    frame = replace(frame, **changes)
-    if plan.removes_clutter:
-        frame = replace(frame, received=moving_part(frame.received, frame.name))
-    return frame
+        frame = replace(frame, anti_aliasing_filter=response.filter_of(antenna))
+    if not plan.removes_clutter:
+        return frame
+    if frame.antennas is None:
+        return replace(frame, received=moving_part(frame.received, frame.name))
+    moving = moving_part(frame.antennas, frame.name)
+    return replace(frame, antennas=moving, received=moving[frame.antenna])
 
 
-def _reference(plan: RecordingPlan, prepared: Prepared) -> tuple[ByteArray | None, str]:
-    """Return the map of the clean recording, or why there is none."""
+def _references(plan: RecordingPlan, prepared: Prepared) -> tuple[dict[int, ByteArray], str]:
+    """Return the maps of the clean recording, or why there are none."""
     if plan.reference is None:
-        return None, ""
+        return {}, ""
     try:
-        reference = _shown(_read_reference(plan, plan.reference), replace(plan, response=None))
+        reference = _mended(_read_reference(plan, plan.reference), replace(plan, response=None))
         ours, theirs = prepared.backdrop.radar.shape, reference.radar.shape
         if ours != theirs:
             raise InputError(
@@ -226,8 +239,14 @@ def _reference(plan: RecordingPlan, prepared: Prepared) -> tuple[ByteArray | Non
                 f"{ours[0]} of {ours[1]}."
             )
     except InputError as error:
-        return None, str(error)
-    return prepared.backdrop.map_of(reference.received), ""
+        return {}, str(error)
+    last = reference.num_antennas - 1
+    maps = {}
+    for backdrop in prepared.backdrops:
+        number = backdrop.antenna.number
+        own = number if backdrop.antenna.together > 1 else plan.antenna
+        maps[number] = backdrop.map_of(reference.of_antenna(min(own, last)).received)
+    return maps, ""
 
 
 def _read_reference(plan: RecordingPlan, file: StoredFile) -> Frame:

@@ -59,6 +59,8 @@ class Recipe:
         The frame file.
     antenna : int
         Which antenna of the frame file.
+    together : bool
+        Whether all antennas are separated together, and that one shown; else that one alone.
     trial : str
         Link of a study's trial, empty where there is none.
     mask : str or None
@@ -78,6 +80,7 @@ class Recipe:
     plan: Plan
     frame: KeptFrame | None = None
     antenna: int = 0
+    together: bool = False
     trial: str = ""
     mask: str | None = None
     interference_threshold_db: float | None = None
@@ -150,6 +153,7 @@ def _is_number(value: Any) -> bool:
 
 _CHECKS = {
     "antenna": _is_whole,
+    "together": lambda value: isinstance(value, bool),
     "trial": lambda value: isinstance(value, str),
     "mask": lambda value: value is None or isinstance(value, str),
     "interference_threshold_db": lambda value: value is None or _is_number(value),

@@ -103,7 +103,7 @@ def record_html(run: ReportRun) -> str:
 
 def recorded_ramps(run: ReportRun) -> list[int]:
     """Return the ramps that a record shows: with bursts, strongest first, as many as find room."""
-    energies = (np.abs(run.state.interference_signal) ** 2).sum(axis=1)
+    energies = (np.abs(run.seen.interference_signal) ** 2).sum(axis=1)
     hit = run.backdrop.true_ramps | (energies > 0.0)
     hit[run.ramp] = True
     room = max(1, MOST_VIEWS // (len(run.steps) + 1))

@@ -15,8 +15,8 @@ from app.picture import Picture, make_picture
 from app.report.recipe import Recipe, recipe_data
 from app.settings import LOADED_FRAME
 from app.studies.trial_link import open_trial
-from app.work import is_simulated, make_scene
-from vsep._arrays import InputError
+from app.work import backdrop_of, is_simulated, is_together, make_scene
+from vsep._arrays import ComplexArray, InputError
 from vsep._version import __version__
 from vsep.analysis.metrics import frame_metrics
 from vsep.files.frame import Frame, read_frame
@@ -70,11 +70,16 @@ class ReportRun:
         return self.steps[-1].state if self.steps else self.initial_state
 
     @property
+    def seen(self) -> SeparationState:
+        """That state, as the antenna shown has it."""
+        return self.backdrop.seen(self.state)
+
+    @property
     def ramp(self) -> int:
         """Ramp shown: the recipe's, else the one with the strongest estimated burst."""
         if self.recipe.ramp is not None:
             return self.recipe.ramp
-        energies = (np.abs(self.state.interference_signal) ** 2).sum(axis=1)
+        energies = (np.abs(self.seen.interference_signal) ** 2).sum(axis=1)
         return int(energies.argmax())
 
     def picture(self, iteration: int | None = None, ramp: int | None = None) -> Picture:
@@ -101,7 +106,8 @@ def carry_out(recipe: Recipe) -> ReportRun:
         If the recipe cannot be carried out; the message is for the user.
     """
     run = of_steps(recipe, ())
-    steps = tuple(islice(iterate(run.estimator, run.frame.received), recipe.iteration))
+    received = _received(run.frame, run.estimator)
+    steps = tuple(islice(iterate(run.estimator, received), recipe.iteration))
     _require_shown(recipe, len(steps), run.frame.radar.num_ramps)
     return replace(run, steps=steps)
 
@@ -121,9 +127,11 @@ def of_steps(recipe: Recipe, steps: tuple[Step, ...]) -> ReportRun:
         raise InputError(
             f"mask is {recipe.mask}, and {plan.estimator} takes none; it is for {MASKED}."
         )
+    together = recipe.together and is_together(plan, frame)
+    num_antennas = frame.num_antennas if together else 1
     estimator = make_estimator(
         plan.estimator,
-        SignalModel.of_radar(frame.radar, scene.assumed_filter),
+        SignalModel.of_radar(frame.radar, scene.assumed_filter, num_antennas),
         false_alarm_rate=plan.false_alarm_rate,
         object_threshold_db=plan.object_threshold_db,
         interference_threshold_db=recipe.interference_threshold_db,
@@ -132,13 +140,14 @@ def of_steps(recipe: Recipe, steps: tuple[Step, ...]) -> ReportRun:
         mask=frame_mask(frame, recipe.mask) if plan.estimator == MASKED else None,
     )
     observation = Observation(received=frame.received, truth=frame.truth)
+    alone = make_backdrop(frame.radar, observation, title=frame.name)
     return ReportRun(
         recipe=recipe,
         frame=frame,
         assumed_filter=scene.assumed_filter,
         estimator=estimator,
-        backdrop=make_backdrop(frame.radar, observation, title=frame.name),
-        initial_state=estimator.init(frame.received),
+        backdrop=backdrop_of(frame, frame.antenna) if together else alone,
+        initial_state=estimator.init(_received(frame, estimator)),
         steps=steps,
     )
 
@@ -159,9 +168,10 @@ def account(run: ReportRun) -> dict[str, Any]:
         infos=tuple(step.info for step in run.steps),
         seconds=0.0,
     )
-    result = result_line(run.frame.name, solution, run.frame.radar)
+    spacing = run.backdrop.antenna.spacing_wavelengths
+    result = result_line(run.frame.name, solution, run.frame.radar, spacing)
     del result["seconds"]  # not a function of the recipe
-    cleaned = run.frame.received - run.state.interference_signal
+    cleaned = run.frame.received - run.seen.interference_signal
     truth, objects = run.frame.truth, run.state.objects
     known = truth is not None and len(truth.beats) > 0
     return {
@@ -205,7 +215,7 @@ def _scene_settings(run: ReportRun) -> dict[str, str]:
     if recipe.trial:
         return {"trial": recipe.trial}
     if plan.preset == LOADED_FRAME:
-        antenna = {"antenna": str(run.frame.antenna)} if run.frame.num_antennas > 1 else {}
+        antenna = {"antenna": _antenna_text(run)} if run.frame.num_antennas > 1 else {}
         return {**{key: told[key] for key in ("preset", "seed") if key in told}, **antenna}
     levels = {"SNR": f"{plan.snr_db:g} dB"} if is_simulated(plan) else {}
     bursts = {"interference": "none"}
@@ -218,6 +228,19 @@ def _scene_settings(run: ReportRun) -> dict[str, str]:
             "true filter": plan.filter_kind.replace("_", " "),
         }
     return {"preset": plan.preset, "seed": str(plan.seed), **levels, **bursts}
+
+
+def _antenna_text(run: ReportRun) -> str:
+    together = run.backdrop.antenna.together
+    others = f" of {together}, separated together" if together > 1 else ""
+    return f"{run.frame.antenna}{others}"
+
+
+def _received(frame: Frame, estimator: Estimator) -> ComplexArray:
+    """Return what the estimator takes: the signal of one antenna, or of all."""
+    if estimator.model.num_antennas == 1 or frame.antennas is None:
+        return frame.received
+    return estimator.model.check(frame.antennas)
 
 
 def _filter_text(assumed: AntiAliasingFilter) -> str:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from app.picture import Picture, Signals
 from app.views.range_doppler import mark_sizes
 from app.views.style import COLOURS
-from app.views.tables import deviation_text, value_text
+from app.views.tables import deviation_text, has_angles, value_text
 
 SIZE_INCHES = (11.7, 8.3)  # A4, landscape
 DOTS_PER_INCH = 160
@@ -210,6 +210,8 @@ def _table(axes: Any, picture: Picture) -> None:
     moving = picture.backdrop.radar.num_ramps > 1
     head = ["range [m] ± [mm]", "truth"]
     head += ["v [m/s]", "truth"] if moving else []
+    turned = has_angles(picture.table)
+    head += ["angle [°]", "truth"] if turned else []
     head += ["SNR [dB]", "truth"]
     cells = []
     for row in picture.table[:SHOWN_ROWS]:
@@ -222,11 +224,16 @@ def _table(axes: Any, picture: Picture) -> None:
                 _cell(row.velocity_mps, row.velocity_std_mps, 2),
                 _cell(row.true_velocity_mps, None, 2),
             ]
+        if turned:
+            values += [
+                _cell(row.angle_deg, row.angle_std_deg, 1),
+                _cell(row.true_angle_deg, None, 1),
+            ]
         cells.append([*values, _cell(row.snr_db, None, 1), _cell(row.true_snr_db, None, 1)])
     if not cells:
         axes.text(0.0, 0.95, "No object.", fontsize=8, va="top")
         return
-    widths = np.array([1.7 if name[0] in "rv" and name != "truth" else 0.95 for name in head])
+    widths = np.array([1.7 if name[0] in "rva" and name != "truth" else 0.95 for name in head])
     drawn = axes.table(
         cellText=cells,
         colLabels=head,

@@ -23,12 +23,15 @@ def log_html(lines: Sequence[LogLine]) -> str:
 
 
 def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
-    """Return the component table; velocity columns only where there are several ramps."""
+    """Return the component table; velocities need several ramps, angles several antennas."""
+    turned = has_angles(rows)
     head = "<th>id</th><th>range [m] ± [mm]</th><th>truth</th>"
     if moving:
         head += "<th>velocity [m/s]</th><th>truth</th>"
+    if turned:
+        head += "<th>angle [°]</th><th>truth</th>"
     head += "<th>SNR [dB]</th><th>truth</th>"
-    body = "".join(_row(row, moving=moving) for row in rows)
+    body = "".join(_row(row, moving=moving, turned=turned) for row in rows)
     if not rows:
         columns = 7 if moving else 5
         body = f'<tr><td class="empty" colspan="{columns}">No object yet.</td></tr>'
@@ -36,6 +39,11 @@ def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
         f'<table class="components" tabindex="0" aria-label="Objects">'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     )
+
+
+def has_angles(rows: Sequence[TableRow]) -> bool:
+    """Whether some of the directions are known."""
+    return any(row.angle_deg is not None or row.true_angle_deg is not None for row in rows)
 
 
 def times_html(step_ms: Mapping[str, float]) -> str:
@@ -46,7 +54,7 @@ def times_html(step_ms: Mapping[str, float]) -> str:
     return f'<p class="times"><b>{sum(step_ms.values()):.1f} ms</b>: {parts}</p>'
 
 
-def _row(row: TableRow, *, moving: bool) -> str:
+def _row(row: TableRow, *, moving: bool, turned: bool) -> str:
     if row.component_id is None:
         kind = "missed"
     else:
@@ -61,6 +69,11 @@ def _row(row: TableRow, *, moving: bool) -> str:
             _number(row.velocity_mps, row.velocity_std_mps, digits=2),
             _number(row.true_velocity_mps, digits=2),
         ]
+    if turned:
+        cells += [
+            _number(row.angle_deg, row.angle_std_deg, digits=2),
+            _number(row.true_angle_deg, digits=2),
+        ]
     cells += [_number(row.snr_db, digits=1), _number(row.true_snr_db, digits=1)]
     return f'<tr class="{kind}">' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
@@ -74,7 +87,7 @@ def value_text(value: float | None, digits: int) -> str:
 
 def deviation_text(std: float | None, digits: int, scale: float = 1.0) -> str:
     """Return a standard deviation in units of 1/`scale`, or nothing where there is none."""
-    if std is None or math.isnan(std):
+    if std is None or not math.isfinite(std):
         return ""
     return f"{std:.{digits}f}" if scale == 1.0 else f"{std * scale:.1f}"
 

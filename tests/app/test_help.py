@@ -15,7 +15,7 @@ from app.teaching.help import Help, controls_html, controls_of
 from app.visit import Visit
 
 # What is measured in something names its unit in label or text; these are numbers of things.
-COUNTED = {"Iteration", "Seed", "Ramp", "Largest number of iterations"}
+COUNTED = {"Antenna", "Iteration", "Seed", "Ramp", "Largest number of iterations"}
 EQUATIONS = ("snr_db", "sir_db", "interferer_slope", "filter_cutoff", "filter_rolloff")
 EQUATIONS += ("filter_order", "assumed_cutoff", "assumed_order", "false_alarm_rate")
 EQUATIONS += ("object_threshold_db",)

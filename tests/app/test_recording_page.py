@@ -183,7 +183,7 @@ def test_a_clean_recording_is_shown_beside_until_it_does_not_fit(drive, raw_capt
         page = driven.page
         page.drop([("a.bin", raw_capture.content), ("a.yaml", raw_capture.settings)])
         page.drop_reference([("clean.bin", raw_capture.content)])
-        await until(lambda: page._opening and page._opening.reference_map is not None)
+        await until(lambda: page._opening and page._opening.reference_maps)
         assert page.view._reference.visible
         page.drop_reference([("short.bin", raw_capture.content[: len(raw_capture.content) // 2])])
         await driven.told_of("short.bin has 8 ramps")

@@ -104,11 +104,32 @@ def frame_plan(stored, frame_arrays):
     return plan_of(file, settings, is_frame=True), received
 
 
-def test_a_frame_file_keeps_its_filter_and_an_antenna_is_chosen(frame_plan):
+def test_all_antennas_are_separated_together_with_the_filter_of_the_file(frame_plan):
     plan, received = frame_plan
-    for antenna, shown in ((1, 1), (7, 2)):
-        opening = prepare(replace(plan, antenna=antenna))
+    opening = prepare(plan)
+    assert opening.num_antennas == len(opening.prepared.backdrops) == 3
+    rows = received.conj().reshape(36, 32)
+    assert np.array_equal(opening.prepared.observation.received, rows)
+    assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "none"
+    assert "3 antennas, separated together" in facts_html(opening)
+    step = advance(opening, opening.initial_state)
+    shown = Snapshot(run_number=1, opening=opening, steps=(step,), num_steps=1, phase=Phase.PAUSED)
+    for antenna in (0, 2):
+        fast = compose(shown, 5, "real", antenna).fast_time
+        np.testing.assert_array_equal(fast.received, received[antenna, 5].real)
+        np.testing.assert_array_equal(
+            fast.object_estimate, step.state.object_signal[12 * antenna + 5].real
+        )
+
+
+def test_an_antenna_alone_is_chosen_for_joint_and_of_transmitters_that_take_turns(frame_plan):
+    plan, received = frame_plan
+    joint = replace(plan, scene=replace(plan.scene, estimator="joint"))
+    turns = replace(plan, settings=replace(plan.settings, num_transmitters=2), is_frame=True)
+    for alone, antenna, shown in ((joint, 1, 1), (joint, 7, 2), (turns, 1, 1)):
+        opening = prepare(replace(alone, antenna=antenna))
         assert (opening.antenna, opening.num_antennas) == (shown, 3)
+        assert f"antenna {shown} of 3, separated alone" in facts_html(opening)
         assert np.array_equal(opening.prepared.observation.received, received[shown].conj())
         assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "none"
 
@@ -116,8 +137,8 @@ def test_a_frame_file_keeps_its_filter_and_an_antenna_is_chosen(frame_plan):
 def test_a_setting_changed_by_hand_leaves_the_filter_of_the_frame(frame_plan):
     plan, received = frame_plan
     changed = replace(plan, is_frame=False, settings=replace(plan.settings, sign="negative"))
-    opening = prepare(replace(changed, antenna=1))
-    assert np.array_equal(opening.prepared.observation.received, received[1])
+    opening = prepare(changed)
+    assert np.array_equal(opening.prepared.observation.received, received.reshape(36, 32))
     assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "none"
     own = replace(plan.scene, assume_true_filter=False, assumed_kind="butterworth")
     chosen = prepare(replace(changed, scene=own)).prepared.estimator.model.anti_aliasing_filter
@@ -127,8 +148,8 @@ def test_a_setting_changed_by_hand_leaves_the_filter_of_the_frame(frame_plan):
 def test_what_stands_still_is_left_out(frame_plan):
     plan, received = frame_plan
     opening = prepare(replace(plan, removes_clutter=True))
-    moving = received[0].conj() - static_part(received[0].conj())
-    assert np.array_equal(opening.prepared.observation.received, moving)
+    moving = [each - static_part(each) for each in received.conj()]
+    assert np.array_equal(opening.prepared.observation.received, np.concatenate(moving))
 
 
 def test_a_response_takes_the_place_of_the_filter(frame_plan, stored):
@@ -155,16 +176,20 @@ def test_frames_are_saved_whole_or_as_shown(frame_plan):
     assert np.array_equal(whole.antennas, received.conj())
     assert whole.beat_sign == 1
     shown = read_frame(io.BytesIO(frame_content(plan, as_shown=True)))
-    assert shown.antennas is None
-    assert np.array_equal(shown.received, prepare(plan).prepared.observation.received)
+    rows = prepare(plan).prepared.observation.received
+    assert np.array_equal(shown.antennas, rows.reshape(received.shape))
+    joint = replace(plan, scene=replace(plan.scene, estimator="joint"))
+    alone = read_frame(io.BytesIO(frame_content(joint, as_shown=True)))
+    assert alone.antennas is None
+    assert np.array_equal(alone.received, prepare(joint).prepared.observation.received)
 
 
 def test_a_clean_recording_is_shown_on_the_same_scale(raw_plan, raw_capture, stored):
     itself = prepare(replace(raw_plan, reference=raw_plan.file))
-    assert np.array_equal(itself.reference_map, itself.prepared.backdrop.map_before)
+    assert np.array_equal(itself.reference_maps[0], itself.prepared.backdrop.map_before)
     half = stored("half.bin", raw_capture.content[: len(raw_capture.content) // 2])
     opening = prepare(replace(raw_plan, reference=half))
-    assert opening.reference_map is None
+    assert opening.reference_maps == {}
     assert opening.reference_fault == (
         "half.bin has 8 ramps of 128 samples; the recording has 16 of 128."
     )
@@ -176,7 +201,7 @@ def test_a_clean_recording_is_shown_on_the_same_scale(raw_plan, raw_capture, sto
 def test_a_frame_beside_a_raw_capture_speaks_for_itself(raw_plan, stored):
     frame = stored("clean.npz", frame_content(raw_plan, as_shown=False))
     opening = prepare(replace(raw_plan, reference=frame))
-    assert np.array_equal(opening.reference_map, opening.prepared.backdrop.map_before)
+    assert np.array_equal(opening.reference_maps[0], opening.prepared.backdrop.map_before)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ the paper's. In memory everything has the paper's sign.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -144,6 +144,28 @@ class Frame:
     def num_antennas(self) -> int:
         """Number of receive antennas, virtual ones included."""
         return 1 if self.antennas is None else len(self.antennas)
+
+    def of_antenna(self, antenna: int) -> "Frame":
+        """Return the frame of one antenna alone, with its truth where that of all is known.
+
+        Raises
+        ------
+        InputError
+            If there is no such antenna.
+        """
+        _require_antenna(self.name, antenna, self.num_antennas)
+        if self.antennas is None:
+            return self
+        of_all = self.antennas_truth
+        return replace(
+            self,
+            received=self.antennas[antenna],
+            truth=self.truth if of_all is None else of_all.of_antenna(antenna),
+            antennas=None,
+            antenna=0,
+            antenna_spacing_wavelengths=None,
+            antennas_truth=None,
+        )
 
     @property
     def assumed_filter(self) -> AntiAliasingFilter:

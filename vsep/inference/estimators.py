@@ -23,6 +23,10 @@ ESTIMATORS: Final[dict[str, AnyEstimator]] = {
 }
 
 
+SEVERAL_ANTENNAS: Final = ("factorised", "object-only")
+"""Estimators that take what several antennas received apart together."""
+
+
 def estimator_by_name(name: str) -> AnyEstimator:
     """Return the estimator class a user names.
 

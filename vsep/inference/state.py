@@ -6,7 +6,7 @@ that dropping it never changes a result. All arrays are read-only.
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -223,6 +223,24 @@ class SeparationState:
     def interfered_ramps(self) -> tuple[int, ...]:
         """Indices of the ramps in which a burst is modelled."""
         return tuple(sorted({burst.ramp for burst in self.bursts if burst.num_components}))
+
+    def of_antenna(self, antenna: int, num_antennas: int) -> "SeparationState":
+        """Return what this state says of one of the antennas, as a state of one antenna.
+
+        It is for looking at: its noise precision and variances are those of all antennas.
+        """
+        num_ramps = len(self.object_signal) // num_antennas
+        rows = slice(antenna * num_ramps, (antenna + 1) * num_ramps)
+        weights = self.objects.amplitudes.reshape(self.objects.num_components, num_antennas)
+        return replace(
+            self,
+            objects=replace(self.objects, amplitudes=weights[:, antenna]),
+            bursts=tuple(
+                replace(burst, antenna=0) for burst in self.bursts if burst.antenna == antenna
+            ),
+            object_signal=self.object_signal[rows],
+            interference_signal=self.interference_signal[rows],
+        )
 
     def bursts_in(self, ramp: int) -> tuple[BurstComponents, ...]:
         """Return the bursts modelled in one ramp."""
