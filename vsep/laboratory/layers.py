@@ -5,24 +5,38 @@ bound. All come from inner products of a few lines with the bursts; nothing of t
 is made for a pair. None depends on the SNR, and of the levels only (27) does, dB by dB.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray, to_db
-from vsep.laboratory.bursts import BurstRows, on_lines, stack_by_key, sum_by_key
+from vsep._arrays import ComplexArray, FloatArray
+from vsep.laboratory.bounds import bound_losses
+from vsep.laboratory.bursts import (
+    BurstRows,
+    Interferers,
+    make_bursts,
+    on_lines,
+    stack_by_key,
+    sum_by_key,
+)
+from vsep.laboratory.coherence import coherences
+from vsep.laboratory.condition import conditions
 from vsep.laboratory.objects import ObjectTable
+from vsep.laboratory.products import make_products
+from vsep.signal.radar import ChirpSequence
+from vsep.signal.scene import Channel
 
-# So many complex numbers are at work at a time, 40 MB.
-_BLOCK = 2_500_000
-# A bound beyond this multiple, or below zero by rounding, is none: the loss is infinite.
-_LARGEST_LOSS = 1e11
-_RIDGE = 1e-14
+# So many complex numbers are at work at a time: what the processor keeps at hand.
+_BLOCK = 200_000
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class PairLayers:
-    """Layers of B interferers and O sets of objects at SIR 0 dB, each (B, O).
+    """Layers at SIR 0 dB, each (B, S, number of counts, D).
+
+    They are of B interferers with S numbers of ramps, and of numbers of objects at D delays of the
+    first one.
 
     Attributes
     ----------
@@ -43,117 +57,79 @@ class PairLayers:
 
 
 def pair_layers(
-    table: ObjectTable, rows: BurstRows, num_keys: int, members: IntArray
+    radar: ChirpSequence,
+    channel: Channel,
+    interferers: Interferers,
+    table: ObjectTable,
+    counts: Sequence[int],
 ) -> PairLayers:
-    """Evaluate all layers for interferers times sets of equally many objects.
+    """Evaluate all layers for interferers times sets of objects.
 
     Parameters
     ----------
+    radar : ChirpSequence
+        The victim.
+    channel : Channel
+        Paths from every interferer to the victim.
+    interferers : Interferers
+        Who makes bursts, with how many ramps.
     table : ObjectTable
         Lines of all objects.
-    rows : BurstRows
-        Bursts of all interferers.
-    num_keys : int
-        B.
-    members : (O, L) int
-        Lines of every set.
+    counts : sequence of int
+        Numbers of objects.
 
     Returns
     -------
     PairLayers
         NaN for an interferer without bursts; an infinite loss where the bound is.
     """
-    count = members.shape[1]
-    spans = stack_by_key(on_lines(rows, rows.bases, table), rows.keys, num_keys)
-    tangents = stack_by_key(on_lines(rows, rows.tangents, table), rows.keys, num_keys)
-    width = table.num_kinds * count
-    step = max(1, _BLOCK // (num_keys * (spans.shape[1] + 4 * width) * width))
-    coherence = np.empty((num_keys, len(members)))
-    loss = np.empty_like(coherence)
-    for start in range(0, len(members), step):
-        block = slice(start, start + step)
-        columns = table.columns(members[block])
-        shared = _products(spans[:, :, columns])
-        bent = np.real(_products(_as_real(tangents[:, :, columns], count)))
-        whitening = table.whitening(members[block])
-        coherence[:, block] = _coherence(shared[..., :count, :count], whitening)
-        loss[:, block] = _bound_loss(table, columns, count, shared, bent)
-    whole, weakest = _condition(table, rows, num_keys, members)
-    silent = np.bincount(rows.keys, minlength=num_keys) == 0
-    for layer in (whole, weakest, coherence, loss):
-        layer[silent] = np.nan
+    columns = table.num_kinds * table.num_lines
+    row = (channel.num_paths + 2) * (columns + radar.num_samples)
+    each = row * min(radar.num_ramps, interferers.ramp_counts[-1])
+    pairs = len(interferers.ramp_counts) * (columns + 1) * table.num_kinds * table.num_others
+    step = max(1, _BLOCK // (each + pairs))
+    parts = []
+    for start in range(0, len(interferers.sequences), step):
+        rows = make_bursts(radar, channel, interferers.select(slice(start, start + step)))
+        parts.append(_layers(rows, table, counts, len(interferers.ramp_counts)))
+    layers = np.concatenate(parts, axis=1)
+    shape = 4, -1, len(interferers.ramp_counts), *layers.shape[2:]
+    whole, weakest, coherence, loss = layers.reshape(shape)
     return PairLayers(whole_db=whole, weakest_db=weakest, coherence=coherence, bound_loss_db=loss)
 
 
-def _condition(
-    table: ObjectTable, rows: BurstRows, num_keys: int, members: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Both readings of (27) at SIR 0 dB, (B, O) each."""
-    # The conjugate of phi^H U Psi beta has its magnitude.
-    products = on_lines(rows, rows.signals[:, None, :], table)[:, 0, : table.num_lines]
-    other = np.abs(sum_by_key(products, rows.keys, num_keys)) ** 2
-    energies = sum_by_key(np.sum(np.abs(rows.signals) ** 2, axis=1), rows.keys, num_keys)
-    scale = 1.0 / np.maximum(np.real(energies), 1e-300)
-    energy, own = table.own_projections(members)
-    met = other[:, members] * scale[:, None, None] * energy[:, None]
-    each = np.abs(table.amplitudes[members]) ** 2 / np.maximum(met, 1e-300)
-    whole = own / np.maximum(met.sum(axis=2), 1e-300)
-    return np.asarray(to_db(whole)), np.asarray(to_db(each.min(axis=2)))
-
-
-def _products(values: ComplexArray | FloatArray) -> ComplexArray:
-    """(B, O, C, C) inner products of the columns of (B, R, O, C) values."""
-    ordered = np.ascontiguousarray(values.transpose(0, 2, 1, 3))
-    return np.asarray(np.matmul(ordered.conj().swapaxes(2, 3), ordered))
-
-
-def _as_real(values: ComplexArray, count: int) -> FloatArray:
-    """Real inner products with the columns of the real parameters, (B, R, O, C + L)."""
-    atoms = values[..., :count]
-    return np.concatenate([atoms.real, -atoms.imag, values[..., count:].real], axis=-1)
-
-
-def _coherence(shared: ComplexArray, whitening: ComplexArray) -> FloatArray:
-    """Largest cosine: root of the largest eigenvalue of the whitened Gram matrix, (B, O)."""
-    seen = whitening.conj().swapaxes(1, 2) @ shared @ whitening
-    largest = np.linalg.eigvalsh(seen)[..., -1]
-    return np.asarray(np.sqrt(np.clip(largest, 0.0, 1.0)))
-
-
-def _bound_loss(
-    table: ObjectTable,
-    columns: IntArray,
-    count: int,
-    shared: ComplexArray,
-    bent: FloatArray,
+def _layers(
+    rows: BurstRows, table: ObjectTable, counts: Sequence[int], num_segments: int
 ) -> FloatArray:
-    """Ratio of the mean bounds with unknown and known interference in dB, (B, O)."""
-    own = table.products[columns[:, :, None], columns[:, None, :]]
-    known = _real_products(own, count)
-    unknown = _real_products(own - shared, count) - bent
-    scale = 1.0 / np.sqrt(np.diagonal(known, axis1=1, axis2=2))
-    weights = scale[:, None, :] * scale[:, :, None]
-    first = 2 * count
-    few = scale[:, first:] ** 2
-    bound_known = np.sum(_marginal_variances(known * weights, first) * few, axis=-1)
-    bound_unknown = np.sum(_marginal_variances(unknown * weights, first) * few, axis=-1)
-    ratio = bound_unknown / bound_known
-    usable = (ratio > 0.0) & (ratio < _LARGEST_LOSS)
-    # The bound cannot fall; what lies below one is rounding.
-    ratio = np.maximum(np.where(usable, ratio, 1.0), 1.0)
-    return np.where(usable, np.asarray(to_db(ratio)), np.inf)
+    """All four layers, (4, number of keys, number of counts, D)."""
+    products = on_lines(rows, table)
+    spans = make_products(stack_by_key(products[:, :-2], rows), table.num_others)
+    bent = make_products(stack_by_key(_as_real(products[:, -2:]), rows), table.num_others)
+    spans, bent = spans.summed(num_segments), bent.summed(num_segments)
+    met = sum_by_key(_met(rows, table), rows).reshape(-1, num_segments, table.num_lines)
+    energies = sum_by_key(np.sum(np.abs(rows.signals) ** 2, axis=1), rows)
+    energies = np.cumsum(energies.reshape(-1, num_segments), axis=1).ravel()
+    other = np.abs(np.cumsum(met, axis=1).reshape(-1, table.num_lines)) ** 2
+    layers = np.stack(
+        [
+            *conditions(table, other / np.maximum(energies, 1e-300)[:, None], counts),
+            coherences(table.products, spans, counts),
+            bound_losses(table.products, spans, bent, counts),
+        ]
+    )
+    layers[:, energies == 0.0] = np.nan
+    return layers
 
 
-def _real_products(products: ComplexArray, count: int) -> FloatArray:
-    """Inner products of the columns of the real parameters: parts of the weights, then the rest."""
-    chosen = np.concatenate([np.arange(count), np.arange(products.shape[-1])])
-    turn = np.concatenate([np.ones(count), np.full(count, 1j), np.ones(len(chosen) - 2 * count)])
-    picked = products[..., chosen[:, None], chosen[None, :]]
-    return np.asarray((turn.conj()[:, None] * turn[None, :] * picked).real)
+def _met(rows: BurstRows, table: ObjectTable) -> ComplexArray:
+    """(M, U) products of bursts with the atoms, conjugates of phi^H U Psi beta."""
+    return np.asarray(
+        (rows.signals.conj() @ table.beat_lines.T) * table.doppler_lines.T[rows.ramps]
+    )
 
 
-def _marginal_variances(information: FloatArray, first: int) -> FloatArray:
-    """Diagonal of the inverse from a parameter on; the diagonal of what comes in is about one."""
-    ridge = _RIDGE * np.eye(information.shape[-1])
-    inverse = np.linalg.inv(information + ridge)
-    return np.diagonal(inverse, axis1=-2, axis2=-1)[..., first:]
+def _as_real(products: ComplexArray) -> FloatArray:
+    """Real products with the columns of the real parameters; (M, 2, C, U) get one kind more."""
+    return np.concatenate(
+        [products[:, :, :1].real, -products[:, :, :1].imag, products[:, :, 1:].real], axis=2
+    )

@@ -63,13 +63,8 @@ class Passages:
 
     def stay_inside(self, limit_hz: float, duration_s: float) -> tuple[FloatArray, FloatArray]:
         """(B,) first and last fast time with a course within +-limit; first > last if never."""
-        start, slope = self.start_frequencies_hz, self.slope_hz_per_s
-        if slope == 0.0:
-            never = np.where(np.abs(start) <= limit_hz, 0.0, math.inf)
-            return never, np.full_like(never, duration_s)
-        centre = -start / slope
-        half = limit_hz / abs(slope)
-        return np.maximum(centre - half, 0.0), np.minimum(centre + half, duration_s)
+        slopes = np.full(len(self.ramps), self.slope_hz_per_s)
+        return _times_inside(self.start_frequencies_hz, slopes, limit_hz, duration_s)
 
 
 def overlapping_passages(radar: ChirpSequence, sequence: InterfererSequence) -> Passages:
@@ -108,10 +103,52 @@ def crossings(
     cut-off frequency and within the ramp; without a filter that is the middle of the ramp.
     """
     passages = overlapping_passages(radar, sequence)
-    reach = _REACH * anti_aliasing_filter.cutoff_hz
-    first, last = passages.stay_inside(reach, radar.sample_times_s[-1])
-    age = np.where(first <= last, 0.5 * (first + last), math.inf) + passages.offsets_s
-    return passages.select((age >= 0.0) & (age <= sequence.ramp_duration_s))
+    slopes = np.full(len(passages.ramps), passages.slope_hz_per_s)
+    cutoffs = np.full(len(slopes), anti_aliasing_filter.cutoff_hz)
+    courses = passages.start_frequencies_hz, slopes
+    return passages.select(
+        cross_while_on(radar, sequence.ramp_duration_s, passages.offsets_s, courses, cutoffs)
+    )
+
+
+def cross_while_on(
+    radar: ChirpSequence,
+    ramp_duration_s: float,
+    offsets_s: FloatArray,
+    courses: tuple[FloatArray, FloatArray],
+    cutoffs_hz: FloatArray,
+) -> BoolArray:
+    """Whether an interferer's ramps are on while they cross the band, see `crossings`.
+
+    Parameters
+    ----------
+    radar : ChirpSequence
+        The victim.
+    ramp_duration_s : float
+        Of the interferer.
+    offsets_s : float array
+        Age of the interferer's ramp at the first sample of the victim's.
+    courses : tuple of two float arrays
+        Intermediate frequencies at the first sample, and slopes, in Hz and Hz/s.
+    cutoffs_hz : float array
+        Half-amplitude frequencies of the filter. All arrays broadcast.
+    """
+    duration = float(radar.sample_times_s[-1])
+    first, last = _times_inside(*courses, _REACH * cutoffs_hz, duration)
+    age = np.where(first <= last, 0.5 * (first + last), math.inf) + offsets_s
+    return np.asarray((age >= 0.0) & (age <= ramp_duration_s))
+
+
+def _times_inside(
+    start_hz: FloatArray, slope: FloatArray, limit_hz: FloatArray | float, duration_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """First and last fast time of courses within +-limit; first > last if never."""
+    parallel = slope == 0.0
+    divisor = np.where(parallel, 1.0, slope)
+    centre, half = -start_hz / divisor, limit_hz / np.abs(divisor)
+    never = np.where(np.abs(start_hz) <= limit_hz, 0.0, math.inf)
+    first = np.where(parallel, never, np.maximum(centre - half, 0.0))
+    return first, np.where(parallel, duration_s, np.minimum(centre + half, duration_s))
 
 
 def true_bursts(
