@@ -32,6 +32,7 @@ FLOORS = {
     "vsep.laboratory": 7,
     "vsep": 7,
     "vsep.first_use": 8,
+    "vsep.iteration_bar": 7,
     "vsep.commands": 8,
     "vsep.calibrate_commands": 8,
     "vsep.convert_commands": 8,
@@ -54,6 +55,7 @@ FLOORS = {
 }
 COMMAND_LINE = (
     "vsep.commands",
+    "vsep.iteration_bar",
     "vsep.calibrate_commands",
     "vsep.lattice_commands",
     "vsep.mitigate_commands",
