@@ -31,6 +31,7 @@ FLOORS = {
     # The laboratory's trials are those of the studies.
     "vsep.laboratory": 7,
     "vsep": 7,
+    "vsep.second_pass": 7,
     "vsep.first_use": 8,
     "vsep.iteration_bar": 7,
     "vsep.commands": 8,

@@ -195,6 +195,12 @@ def _add_separate(commands: "argparse._SubParsersAction[_Parser]") -> None:
         "receiver's settling transient, as the median over the ramps (default: keep)",
     )
     parser.add_argument(
+        "--lattice",
+        action="store_true",
+        help="fit the interfering radars to the bursts found, and look again, with a lower "
+        "threshold, where they must have sent more (factorised and joint)",
+    )
+    parser.add_argument(
         "--workers",
         type=_whole_number(1, 4096),
         default=None,

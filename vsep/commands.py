@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from vsep._arrays import BoolArray, InputError
+from vsep._arrays import BoolArray, ComplexArray, InputError
+from vsep.analysis.lattice import Lattice
 from vsep.analysis.parallel import parallel_ramps
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
@@ -24,8 +25,9 @@ from vsep.files.results import as_json, profile_entry, result_line, separated_si
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import SEVERAL_ANTENNAS, make_estimator
 from vsep.inference.run import run
-from vsep.inference.state import Step
+from vsep.inference.state import Solution, Step
 from vsep.iteration_bar import IterationBar
+from vsep.second_pass import require_lattice, run_twice
 from vsep.signal.clutter import moving_part
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.template import SignalModel
@@ -137,7 +139,7 @@ def separate_frame(
         received = frame.antennas if together and frame.antennas is not None else frame.received
         if options.clutter == "remove":
             received = moving_part(received, frame.name)
-        solution = run(_separator_of(options, frame), received, watch=watch)
+        solution, lattices = _solve(_separator_of(options, frame), received, frame, options, watch)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
@@ -147,6 +149,8 @@ def separate_frame(
             "error": str(error) or f"{path} needs more memory than this machine has.",
         }
     line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
+    if lattices is not None:
+        line["lattices"] = len(lattices)
     if parallel := np.flatnonzero(parallel_ramps(frame.received)).tolist():
         line["parallel_ramps"] = parallel
     if frame.num_antennas > 1:
@@ -154,6 +158,19 @@ def separate_frame(
     if frame.num_antennas > 1 and not together:
         line |= {"antenna": frame.antenna}
     return line | ({"profile": profile_entry(solution)} if options.profile else {})
+
+
+def _solve(
+    estimator: Estimator,
+    received: ComplexArray,
+    frame: Frame,
+    options: argparse.Namespace,
+    watch: Callable[[Step], None] | None,
+) -> tuple[Solution, tuple[Lattice, ...] | None]:
+    """Run the estimator, with the interferers' lattices if they are asked for."""
+    if not options.lattice:
+        return run(estimator, received, watch=watch), None
+    return run_twice(require_lattice(estimator), received, frame.radar, watch=watch)
 
 
 def _read_frame(path: str, options: argparse.Namespace) -> Frame:
@@ -187,7 +204,9 @@ def _require_usable(options: argparse.Namespace) -> None:
     model = SignalModel(
         num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
     )
-    make_separator(options, model)
+    estimator = make_separator(options, model)
+    if options.lattice:
+        require_lattice(estimator)
 
 
 def _separator_of(options: argparse.Namespace, frame: Frame) -> Estimator:

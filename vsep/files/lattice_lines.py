@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,17 @@ def read_lattices(path: str) -> Iterator[FrameLattices]:
                     yield _lattices(path, number, stored)
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is no text; the results of vsep separate are needed.") from error
+
+
+def fitted_lattices(line: Mapping[str, Any]) -> tuple[Lattice, ...]:
+    """Fit the lattices of the interferers to the bursts of a result line.
+
+    Raises
+    ------
+    InputError
+        If it is no result line.
+    """
+    return _lattices(str(line.get("file")), 1, dict(line)).lattices
 
 
 def lattice_line(frame: FrameLattices) -> dict[str, Any]:

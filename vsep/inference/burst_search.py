@@ -13,6 +13,11 @@ from vsep.inference.chirp_search import (
     squared_norms,
     tone_scores,
 )
+from vsep.inference.expected_bursts import (
+    ExpectedBursts,
+    expected_scores,
+    expected_threshold,
+)
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.ramp_work import RampWork
 from vsep.inference.sbl import activation_ratio, converged_precision, threshold_of_sum
@@ -39,6 +44,8 @@ class BurstSearch:
         lambda.
     weakest_share : float
         Of the energy of a ramp's strongest burst: what a further burst of the ramp must have.
+    expected : ExpectedBursts or None
+        Places at which a lower threshold holds.
     """
 
     def __init__(
@@ -48,6 +55,7 @@ class BurstSearch:
         noise_precision: float,
         *,
         weakest_share: float,
+        expected: ExpectedBursts | None = None,
     ) -> None:
         self.work = work
         self.residual = residual
@@ -57,11 +65,17 @@ class BurstSearch:
         self.literal = first is None
         threshold = work.threshold if first is None else float(from_db(first))
         self.threshold = threshold_of_sum(threshold, work.model.num_antennas)
+        self.expected = expected
+        if expected is not None:
+            lower = min(expected_threshold(work.assumed, threshold, expected.reach), threshold)
+            self.expected_threshold = threshold_of_sum(lower, work.model.num_antennas)
 
     def run(self) -> None:
         """Check every burst on what the others leave, then look for one more in the quiet ramps."""
         changed = self._check_bursts()
         self._start_bursts(changed)
+        if self.expected is not None:
+            self._start_expected(self.expected)
 
     def _check_bursts(self) -> set[int]:
         """Keep, restart or drop every burst; return the ramps in which something changed."""
@@ -80,7 +94,9 @@ class BurstSearch:
             ]
         )
         scores = self._scores(held, rows)
-        doubtful = np.flatnonzero(self._doubtful(scores, rows))
+        doubtful = np.flatnonzero(
+            self._doubtful(scores, rows) & np.logical_not(self._as_expected(held, scores))
+        )
         if len(doubtful) == 0:
             return set()
         found = self._find(rows[..., doubtful, :])
@@ -134,6 +150,22 @@ class BurstSearch:
         certain = (CLEARLY_BETTER * explained > row_energies(rows)) & (SURE * single > needed)
         return np.asarray(~certain | self.literal)
 
+    def _as_expected(
+        self, held: Sequence[tuple[RampWork, int]], scores: FloatArray
+    ) -> BoolArray | bool:
+        """(B,) whether a burst lies where one is expected and is still strong enough for that."""
+        expected, work = self.expected, self.work
+        if expected is None:
+            return False
+        margin = work.threshold / work.prune_threshold
+        places = [(ramp.ramp, ramp.chirps[index]) for ramp, index in held]
+        near = [
+            expected.near(p, -chirp.start_frequency / chirp.slope, chirp.slope, work.model)
+            for p, chirp in places
+        ]
+        strong = self.noise_precision * scores[0] * margin > self.expected_threshold
+        return np.asarray(np.array(near) & strong)
+
     def _verdict(self, found: ChirpCandidates, number: int, score: float) -> EventKind | None:
         """Tell what a search means for a burst; None if it stays as it is.
 
@@ -174,6 +206,36 @@ class BurstSearch:
         self._start(starts, found)
         for p, number in starts:
             self._record(EventKind.CHIRP_STARTED, p, found, number)
+
+    def _start_expected(self, expected: ExpectedBursts) -> None:
+        """Begin a burst at every expected place that holds one and is not modelled yet."""
+        work = self.work
+        rest = (self.residual - work.signal).reshape(-1, *work.model.shape)
+        tones = tone_scores(rest)
+        starts, slopes = expected.candidates()
+        for p in np.unique(expected.ramps).tolist():
+            chirps = work.ramps[p].chirps if p in work.ramps else []
+            centres = np.array([-chirp.start_frequency / chirp.slope for chirp in chirps])
+            free = np.flatnonzero(expected.free(p, centres, work.model))
+            if len(free) == 0 or len(chirps) >= work.schedule.bursts_per_ramp:
+                continue
+            rows = np.repeat(rest[:, p : p + 1], len(free), axis=1)
+            scores = expected_scores(rows, starts[free], slopes[free], work.model)
+            place = np.unravel_index(int(np.argmax(scores)), scores.shape)
+            best = free[place[0]], place[1]
+            found = ChirpCandidates(
+                starts[best][None], slopes[best][None], scores[place][None], tones[p : p + 1]
+            )
+            if self._expected_there(p, found):
+                self._start([(p, 0)], found)
+                self._record(EventKind.CHIRP_STARTED, p, found, 0)
+
+    def _expected_there(self, p: int, found: ChirpCandidates) -> bool:
+        """Whether a burst is there, and no strong tone that would explain more."""
+        score, tone = float(found.score[0]), float(found.tone_score[0])
+        is_tone = tone >= score and self.noise_precision * tone > self.threshold
+        enough = self.noise_precision * score > self.expected_threshold
+        return enough and not is_tone and self._strong(p, score)
 
     def _num_bursts(self, p: int) -> int:
         return len(self.work.ramps[p].chirps) if p in self.work.ramps else 0

@@ -14,6 +14,7 @@ from vsep.inference.antennas import project_all
 from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
+from vsep.inference.expected_bursts import ExpectedBursts
 from vsep.inference.filter_correction import update_correction
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
@@ -48,6 +49,8 @@ class FactorisedSeparator:
         Order of the updates, see `vsep.inference.schedule`.
     max_iterations : int
         Where a run stops at the latest.
+    expected_bursts : ExpectedBursts or None
+        Where weak bursts are looked for as well, see `vsep.second_pass`.
 
     Examples
     --------
@@ -64,6 +67,7 @@ class FactorisedSeparator:
     interference_threshold_db: float | None = None
     schedule: str = "robust"
     max_iterations: int = 100
+    expected_bursts: ExpectedBursts | None = None
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -159,6 +163,7 @@ class FactorisedSeparator:
             received - state.object_signal,
             state.noise_precision,
             weakest_share=schedule.weakest_burst_share(state.iteration),
+            expected=self.expected_bursts,
         ).run()
 
     def set_aside(self, received: ComplexArray, state: SeparationState) -> tuple[ComplexArray, int]:
