@@ -14,6 +14,7 @@ from tests.app.test_browser import (  # noqa: F401
     browser_type_launch_args,
     watched,
 )
+from vsep.cli import main
 from vsep.files.frame import read_frame
 
 pytestmark = [
@@ -129,3 +130,20 @@ def test_nothing_is_wider_than_the_window(recording, width):
     select = page.get_by_role("combobox", name=re.compile("^Fast time shows"))
     box = select.bounding_box()
     assert box["x"] + box["width"] <= width
+
+
+def test_a_frame_of_antennas_is_separated_together_and_one_of_them_shown(recording, tmp_path):
+    page = recording.page
+    array = tmp_path / "array.npz"
+    scene = ["--preset", "simulation-2-a", "--antennas", "3", "--snr-db", "50"]
+    assert main(["simulate", *scene, "--out", str(array)]) == 0
+    recording.drop(RECORDING, ("array.npz", array.read_bytes()))
+    recording.until_told("3 antennas, separated together")
+    recording.button("Step").click()
+    page.get_by_text("angle [°]").first.wait_for(timeout=PATIENCE_MS)
+    page.get_by_role("combobox", name=re.compile("^Antenna")).click()
+    page.get_by_role("menuitem", name="2").click()
+    select = page.get_by_role("combobox", name=re.compile("^Antenna"))
+    recording.until(lambda: select.inner_text().strip() == "2", "antenna 2 is chosen")
+    # Showing another antenna begins no other run.
+    recording.until_status("paused")
