@@ -3,10 +3,12 @@ import io
 import numpy as np
 import pytest
 
-from app.report.recipe import KeptFrame, Recipe
-from app.report.run import carry_out
+from app.report.recipe import KeptFrame, Recipe, read_recipe
+from app.report.run import account, carry_out, listed_settings
 from app.report.snapshot import KINDS, make_snapshot, snapshot_recipe
 from app.report.write import report_bytes
+from app.settings import LOADED_FRAME, Settings
+from vsep.cli import main
 from vsep.files.frame import read_frame
 
 
@@ -46,3 +48,23 @@ def test_a_loaded_frame_comes_back_as_it_was(shown):
     content = make_snapshot("npz", recipe).content
     loaded = Recipe(plan=recipe.plan, frame=KeptFrame(name="a.npz", content=content))
     assert make_snapshot("npz", loaded).content is content
+
+
+def test_a_run_of_several_antennas_is_drawn_as_the_one_shown(tmp_path):
+    path = tmp_path / "array.npz"
+    scene = ["--preset", "simulation-2-a", "--antennas", "3", "--snr-db", "50"]
+    assert main(["simulate", *scene, "--out", str(path)]) == 0
+    kept = KeptFrame(name="array.npz", content=path.read_bytes())
+    plan = Settings(preset=LOADED_FRAME, max_iterations=3).plan()
+    recipe = Recipe(plan=plan, frame=kept, antenna=2, together=True)
+    run = carry_out(recipe)
+    received = read_frame(path).antennas
+    assert run.state.object_signal.shape == (48, 128)
+    np.testing.assert_array_equal(run.seen.object_signal, run.state.object_signal[32:])
+    picture = run.picture()
+    assert picture.backdrop.antenna.number == 2
+    np.testing.assert_array_equal(picture.backdrop.observation.received, received[2])
+    told = account(run)
+    assert "angle_deg" in told["result"]["objects"][0]
+    assert read_recipe(told["recipe"], "a report") == recipe
+    assert listed_settings(run)["antenna"] == "2 of 3, separated together"
