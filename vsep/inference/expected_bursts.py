@@ -148,8 +148,8 @@ def expected_threshold(model: SignalModel, threshold: float, reach: float) -> fl
     >>> from vsep.signal.filters import RaisedCosineFilter
     >>> model = SignalModel(num_ramps=1, num_samples=256, sample_rate_hz=1e7,
     ...                     anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=2.5e6, rolloff=0.25))
-    >>> round(expected_threshold(model, 20.0, 1.0), 1), round(expected_threshold(model, 20.0, 8.0), 1)
-    (10.2, 12.1)
+    >>> [round(expected_threshold(model, 20.0, reach), 1) for reach in (1.0, 8.0)]
+    [10.2, 12.1]
     """
     length = 2.0 * reach * np.pi * 2.0 * model.normalised_cutoff / np.sqrt(3.0)
     allowed = np.log(searched_volume(model) * threshold / np.pi) - threshold
