@@ -14,6 +14,7 @@ from vsep._arrays import to_db
 from vsep.inference.state import Step
 
 DELAY_S: Final = 1.0  # a run that is over sooner shows none
+INTERVAL_S: Final = 0.1
 _LINE: Final = "{desc}: {n_fmt} of at most {total_fmt} iterations |{bar}| {elapsed}{postfix}"
 
 
@@ -28,6 +29,8 @@ class IterationBar:
         Standard error by default. Nothing is written where it is no terminal.
     delay_s : float
         How long a run must take before its bar is drawn.
+    interval_s : float
+        How long it then stands still at least.
 
     Examples
     --------
@@ -38,9 +41,14 @@ class IterationBar:
     """
 
     def __init__(
-        self, max_iterations: int, *, stream: TextIO | None = None, delay_s: float = DELAY_S
+        self,
+        max_iterations: int,
+        *,
+        stream: TextIO | None = None,
+        delay_s: float = DELAY_S,
+        interval_s: float = INTERVAL_S,
     ) -> None:
-        self._max_iterations, self._delay_s = max_iterations, delay_s
+        self._max_iterations, self._delay_s, self._interval_s = max_iterations, delay_s, interval_s
         self._stream = sys.stderr if stream is None else stream
         self._bar: tqdm[None] | None = None
 
@@ -54,6 +62,7 @@ class IterationBar:
             file=self._stream,
             disable=None,
             delay=self._delay_s,
+            mininterval=self._interval_s,
             leave=False,
         )
 

@@ -32,6 +32,8 @@ print(json.dumps({{
 
 @pytest.fixture(scope="module")
 def outcome():
+    # Compiling the kernels takes more memory than the frame; after an installation it is over.
+    subprocess.run([sys.executable, "-m", "vsep.first_use"], check=True, capture_output=True)
     command = [sys.executable, "-W", "error", "-c", PROGRAM]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
