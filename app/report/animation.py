@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from app.picture import Picture
-from app.report.names import require_animation_name
+from app.report.names import ffmpeg_program, require_animation_name
 from app.report.record import status
 from app.report.run import ReportRun, account
 from app.report.sheet import draw_delay, draw_fast_time, draw_map
@@ -140,7 +140,16 @@ def _write_mp4(
     out: Path, images: Sequence[Image.Image], times_ms: Sequence[int], _account: bytes
 ) -> None:
     width, height = images[0].size
-    command = ["ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+    command = [
+        ffmpeg_program() or "ffmpeg",
+        "-loglevel",
+        "error",
+        "-y",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+    ]
     command += ["-s", f"{width}x{height}", "-r", str(VIDEO_RATE), "-i", "-"]
     command += ["-pix_fmt", "yuv420p", "-movflags", "+faststart", str(out)]
     raw = b"".join(

@@ -2,6 +2,8 @@
 
 import shutil
 from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 from vsep._arrays import InputError
@@ -29,11 +31,19 @@ def require_animation_name(out: str) -> None:
     suffix = Path(out).suffix.lower()
     if suffix not in ANIMATIONS:
         raise InputError(f"The animation {Path(out).name!r} must end in .gif, .webp or .mp4.")
-    if suffix == ".mp4" and shutil.which("ffmpeg") is None:
+    if suffix == ".mp4" and ffmpeg_program() is None:
         raise InputError(
             f"{Path(out).name} needs the program ffmpeg, which is not installed; choose .gif or "
-            ".webp."
+            ".webp, or install the extra: pip install 'vsep[video]'."
         )
+
+
+def ffmpeg_program() -> str | None:
+    """Return the program that makes videos: the system's, else that of the extra ``video``."""
+    found = shutil.which("ffmpeg")
+    if found is None and find_spec("imageio_ffmpeg") is not None:
+        found = str(import_module("imageio_ffmpeg").get_ffmpeg_exe())
+    return found
 
 
 def require_room(iterations: Sequence[int]) -> None:

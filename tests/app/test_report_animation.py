@@ -1,5 +1,4 @@
 import os
-import shutil
 import subprocess
 
 import numpy as np
@@ -14,7 +13,7 @@ from app.report.animation import (
     write_animation,
 )
 from app.report.carrier import read_account
-from app.report.names import require_animation_name
+from app.report.names import ffmpeg_program, require_animation_name
 from app.report.run import account
 from app.views.style import COLOURS
 from tests.app.test_report import report_of
@@ -57,6 +56,7 @@ def test_another_suffix_is_one_sentence(name):
 
 def test_a_missing_ffmpeg_is_one_sentence(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr("app.report.names.find_spec", lambda _: None)
     with pytest.raises(InputError, match="needs the program ffmpeg"):
         require_animation_name("run.mp4")
 
@@ -75,11 +75,11 @@ def test_the_video_is_handed_to_ffmpeg_and_its_failure_told(one_ramp, monkeypatc
         write_animation(run, out)
 
 
-@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
 def test_ffmpeg_makes_a_video(one_ramp, tmp_path):
-    out = tmp_path / "run.mp4"
+    out, program = tmp_path / "run.mp4", ffmpeg_program()
+    assert program is not None
     write_animation(report_of(one_ramp, iteration=1), out)
     told = subprocess.run(
-        ["ffmpeg", "-i", out, "-f", "null", os.devnull], capture_output=True, text=True, check=True
+        [program, "-i", out, "-f", "null", os.devnull], capture_output=True, text=True, check=True
     )
     assert "960x560" in told.stderr
