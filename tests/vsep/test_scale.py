@@ -6,6 +6,7 @@ The run is in a process of its own, whose largest memory is its own too.
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ import pytest
 from vsep._arrays import wrap_frequency
 
 NUM_RAMPS, NUM_SAMPLES, NUM_OBJECTS, NUM_BURSTS, SEED = 128, 512, 100, 32, 4
+STATUS = Path("/proc/self/status")
 PROGRAM = f"""
-import json, resource
+import json
+from pathlib import Path
 from tests.benchmarks.scenes import drawn_problem
 from vsep.inference.run import run
 
@@ -25,9 +28,13 @@ print(json.dumps({{
     "dopplers": solution.objects.dopplers.tolist(),
     "ramps": list(solution.state.interfered_ramps),
     "converged": solution.termination.name,
-    "megabytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+    # Not what `resource` tells: there the process that started this one counts too.
+    "kilobytes": int(Path("{STATUS}").read_text().split("VmHWM:")[1].split()[0]),
 }}))
 """
+
+
+pytestmark = pytest.mark.skipif(not STATUS.exists(), reason="no memory is told on this system")
 
 
 @pytest.fixture(scope="module")
@@ -58,4 +65,4 @@ def test_every_burst_is_found_and_no_other(outcome):
 
 
 def test_memory(outcome):
-    assert outcome["megabytes"] < 1000.0
+    assert outcome["kilobytes"] < 1000.0 * 1024.0
