@@ -32,7 +32,9 @@ def theme() -> dict[str, Any]:
     title = {"@media (max-width: 1199px)": {"display": "none"}}
     typography = {"fontSize": 12.5, "button": {"textTransform": "none"}, "h3": title}
     bar = {"styleOverrides": {"root": {"backgroundColor": "#0B3A5B", "color": "#FFFFFF"}}}
-    common = {"typography": typography, "components": {"MuiAppBar": bar}}
+    # Switches are wrapped by their label, so the area to click need not stick out of the thumb.
+    switch = {"styleOverrides": {"input": {"left": 0, "width": "100%"}}}
+    common = {"typography": typography, "components": {"MuiAppBar": bar, "MuiSwitch": switch}}
     return {
         "light": {"palette": {"primary": {"main": "#005F94"}}, **common},
         "dark": {"palette": {"primary": {"main": "#56B4E9"}}, **common},
