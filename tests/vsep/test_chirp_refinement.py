@@ -7,7 +7,7 @@ from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
 from vsep.inference.channel import channel_posterior
 from vsep.inference.chirp_refinement import (
     ChannelCosts,
-    place_chirp,
+    place_chirps,
     refine_chirps,
 )
 from vsep.kernels.channel import Channel
@@ -78,8 +78,9 @@ def test_refinement_never_lowers_the_cost():
     for _ in range(20):
         start = rng.uniform(0.5, 1.0)
         slope = -start / rng.uniform(20.0, 110.0)
-        moved = refine_chirps([place_chirp(start, slope, MODEL)], MODEL, cost)[0]
-        after, before = moved.template[None], burst(start, slope)[None]
+        before = place_chirps(np.array([start]), np.array([slope]), MODEL)
+        moved = refine_chirps(before, FIRST, MODEL, cost)
+        after, before = moved.templates, burst(start, slope)[None]
         assert cost.values(FIRST, after) >= cost.values(FIRST, before)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, NUM_SAMPLES, RATE, burst, noise
-from vsep.inference.chirp_refinement import ChannelCosts, place_chirp, refine_chirps
+from vsep.inference.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
 from vsep.inference.chirp_search import find_single_chirps, slope_bank
 from vsep.kernels.ramps import FlatRamps
 from vsep.signal.filters import RaisedCosineFilter
@@ -23,14 +23,15 @@ def test_search_and_refinement_find_a_burst_exactly(centre, slope):
     length = 2 * MODEL.normalised_cutoff / abs(found.slope[1])
     assert abs(-found.start_frequency[1] / found.slope[1] - centre) < 0.1 * length
     assert abs(found.slope[1] / slope - 1) < 0.15
-    start, zero = place_chirp(found.start_frequency[1], found.slope[1], MODEL), np.zeros(1)
+    start = place_chirps(found.start_frequency[1:2], found.slope[1:2], MODEL)
+    zero = np.zeros(1)
     none, ends = zero.astype(int), np.array([0, 1])
-    columns = FlatRamps(start.template[None], ends, none, none, zero, ends, GRID.twiddle)
+    columns = FlatRamps(start.templates, ends, none, none, zero, ends, GRID.twiddle)
     cost = ChannelCosts(ramps=columns, moving=none, residual=residual[1:2], noise_precision=0.5e8)
-    refined = refine_chirps([start], MODEL, cost, max_steps=20)[0]
+    refined = refine_chirps(start, none, MODEL, cost, max_steps=20)
     # Noise 80 dB below the burst: deviations of the parameters are below 1e-6 of their values.
-    assert -refined.start_frequency / refined.slope == pytest.approx(centre, abs=1e-3)
-    assert refined.slope == pytest.approx(slope, rel=1e-4)
+    assert -refined.start_frequency[0] / refined.slope[0] == pytest.approx(centre, abs=1e-3)
+    assert refined.slope[0] == pytest.approx(slope, rel=1e-4)
 
 
 def test_best_chirp_in_pure_noise_scores_about_ten_db():

@@ -75,7 +75,7 @@ def test_added_component_is_the_best_passive_one_of_the_dense_formulas():
     work = workspace()
     search(work, received)
     ramp = work.ramps[1]
-    template = ramp.chirps[0].template
+    template = ramp.templates[0]
     turns = np.outer(np.arange(NUM_SAMPLES), np.arange(MODEL.num_grid_bins))
     atoms = template[:, None] * np.exp(-2j * np.pi * turns / MODEL.num_grid_bins)
     atoms /= np.sqrt(NUM_SAMPLES)
@@ -121,7 +121,7 @@ def test_a_burst_modelled_in_the_wrong_place_is_restarted():
     search(moved, elsewhere)
     assert kinds(moved) == [EventKind.CHIRP_RESTARTED]
     ramp = moved.ramps[1]
-    assert -ramp.chirps[0].start_frequency / ramp.chirps[0].slope == pytest.approx(90.0, abs=2.0)
+    assert -ramp.chirps.start_frequency[0] / ramp.chirps.slope[0] == pytest.approx(90.0, abs=2.0)
 
 
 def test_a_well_modelled_burst_is_left_alone_by_the_search():

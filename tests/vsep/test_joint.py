@@ -76,9 +76,8 @@ def test_posterior_is_that_of_the_concatenated_dictionary(settled):
 def test_chirp_gradient_of_the_joint_evidence_equals_finite_differences(settled):
     model, received, state = settled
     columns = columns_of(model, received, state)
-    ramp = next(iter(columns.interference.ramps.values()))
-    chirp, cost = ramp.chirps[0], columns.chirp_cost(ramp, 0)
-    start, slope = chirp.start_frequency + 1e-4, chirp.slope * 1.001
+    chirps, cost = columns.interference.table.chirps, columns.chirp_cost(0)
+    start, slope = chirps.start_frequency[0] + 1e-4, chirps.slope[0] * 1.001
     reference = -start / slope
 
     def value(frequency_step, slope_step):

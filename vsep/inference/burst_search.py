@@ -1,11 +1,11 @@
 """Where bursts start, stay, restart and end: the modelled ones against an exhaustive search."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from scipy import fft
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, from_db
+from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray, from_db
 from vsep.inference.chirp_refinement import place_chirps
 from vsep.inference.chirp_search import (
     ChirpCandidates,
@@ -19,7 +19,6 @@ from vsep.inference.expected_bursts import (
     expected_threshold,
 )
 from vsep.inference.interference import InterferenceWorkspace
-from vsep.inference.ramp_work import RampWork
 from vsep.inference.sbl import activation_ratio, converged_precision, threshold_of_sum
 from vsep.inference.state import EventKind
 
@@ -72,71 +71,58 @@ class BurstSearch:
 
     def run(self) -> None:
         """Check every burst on what the others leave, then look for one more in the quiet ramps."""
+        self.work.synthesize()
         changed = self._check_bursts()
         self._start_bursts(changed)
         if self.expected is not None:
             self._start_expected(self.expected)
 
+    def _by_antenna(self, rows: ComplexArray) -> ComplexArray:
+        """(T, N) rows of one antenna, or (A, T, N) of several."""
+        num_antennas = self.work.model.num_antennas
+        return rows if num_antennas == 1 else rows.reshape(num_antennas, -1, rows.shape[1])
+
     def _check_bursts(self) -> set[int]:
         """Keep, restart or drop every burst; return the ramps in which something changed."""
-        # From the back, so that an index stays valid while bursts are removed behind it.
-        held = [
-            (ramp, index)
-            for ramp in self.work.first_antenna()
-            for index in reversed(range(len(ramp.chirps)))
-        ]
-        if not held:
+        work, table = self.work, self.work.table
+        if len(table) == 0:
             return set()
-        rows = self._of_antennas(
-            [
-                [self.residual[each.ramp] - each.signal + each.signals[index] for each in together]
-                for together, index in self._together(held)
-            ]
-        )
-        scores = self._scores(held, rows)
+        rest = self._by_antenna((self.residual - work.signal)[table.rows])
+        rows = rest + self._by_antenna(table.signals)
+        scores = self._scores(rows, rest)
         doubtful = np.flatnonzero(
-            self._doubtful(scores, rows) & np.logical_not(self._as_expected(held, scores))
-        )
+            self._doubtful(scores, rows) & np.logical_not(self._as_expected(scores))
+        )[::-1]
         if len(doubtful) == 0:
             return set()
         found = self._find(rows[..., doubtful, :])
         changed = set()
+        # From the back, so that a place stays valid while bursts are removed behind it.
         for number, place in enumerate(doubtful.tolist()):
-            ramp, index = held[place]
             kind = self._verdict(found, number, float(scores[:, place].max()))
             if kind is None:
                 continue
-            changed.add(ramp.ramp)
-            self.work.remove_burst(ramp, index)
+            ramp = int(table.rows[place])
+            changed.add(ramp)
+            work.remove_bursts(np.array([place]))
             if kind is EventKind.CHIRP_RESTARTED:
-                self._start([(ramp.ramp, number)], found)
-            self._record(kind, ramp.ramp, found, number)
+                self._start([(ramp, number)], found)
+            self._record(kind, ramp, found, number)
         return changed
 
-    def _together(
-        self, held: Sequence[tuple[RampWork, int]]
-    ) -> Iterator[tuple[list[RampWork], int]]:
-        """Yield the ramp of each burst as every antenna received it."""
-        return ((self.work.same_ramp(ramp), index) for ramp, index in held)
-
-    @staticmethod
-    def _of_antennas(rows: Sequence[Sequence[ComplexArray]]) -> ComplexArray:
-        """(B, N) rows of B ramps at one antenna, or (A, B, N) at several."""
-        return np.swapaxes(np.array(rows), 0, 1) if len(rows[0]) > 1 else np.array(rows)[:, 0]
-
-    def _scores(self, held: Sequence[tuple[RampWork, int]], rows: ComplexArray) -> FloatArray:
+    def _scores(self, rows: ComplexArray, rest: ComplexArray) -> FloatArray:
         """(2, B) best single-component score of modelled bursts, and what all of each explains.
 
-        The score is ``|a^H r|^2 / ||a||^2`` over the channel grid.
+        The score is ``|a^H r|^2 / ||a||^2`` over the channel grid; `rows` are the bursts as the
+        others leave them, `rest` is what they leave themselves.
         """
-        templates = np.array([ramp.chirps[index].template for ramp, index in held])
-        rest = rows - self._of_antennas(
-            [[each.signals[index] for each in together] for together, index in self._together(held)]
-        )
+        templates = self._by_antenna(self.work.table.chirps.templates)
         num_bins = self.work.grid.num_bins
         products = fft.ifft(templates.conj() * rows, num_bins, axis=-1, norm="forward")
-        power = _sum_of_antennas(np.abs(products) ** 2)
-        single = np.max(power, axis=1) / squared_norms(templates)
+        power = _sum_of_antennas(products.real**2 + products.imag**2)
+        single = np.max(power, axis=1) / squared_norms(
+            self.work.table.chirps.templates[: len(power)]
+        )
         return np.array([single, row_energies(rows) - row_energies(rest)])
 
     def _doubtful(self, scores: FloatArray, rows: ComplexArray) -> BoolArray:
@@ -150,19 +136,16 @@ class BurstSearch:
         certain = (CLEARLY_BETTER * explained > row_energies(rows)) & (SURE * single > needed)
         return np.asarray(~certain | self.literal)
 
-    def _as_expected(
-        self, held: Sequence[tuple[RampWork, int]], scores: FloatArray
-    ) -> BoolArray | bool:
+    def _as_expected(self, scores: FloatArray) -> BoolArray | bool:
         """(B,) whether a burst lies where one is expected and is still strong enough for that."""
         expected, work = self.expected, self.work
         if expected is None:
             return False
         margin = work.threshold / work.prune_threshold
-        places = [(ramp.ramp, ramp.chirps[index]) for ramp, index in held]
-        near = [
-            expected.near(p, -chirp.start_frequency / chirp.slope, chirp.slope, work.model)
-            for p, chirp in places
-        ]
+        chirps, count = work.table.chirps, work.num_shared
+        centres = (-chirps.start_frequency / chirps.slope)[:count].tolist()
+        places = zip(work.table.rows[:count].tolist(), centres, chirps.slope.tolist(), strict=False)
+        near = [expected.near(*place, work.model) for place in places]
         strong = self.noise_precision * scores[0] * margin > self.expected_threshold
         return np.asarray(np.array(near) & strong)
 
@@ -182,26 +165,22 @@ class BurstSearch:
     def _start_bursts(self, changed: set[int]) -> None:
         """Begin a burst in every ramp whose rest holds a chirp."""
         work = self.work
-        rest = self.residual - work.signal
-        if work.model.num_antennas > 1:
-            rest = rest.reshape(-1, *work.model.shape)
-        energies = row_energies(rest)
-        ramps = [
-            p
-            for p in range(work.model.num_ramps)
-            if p not in changed
-            and self._num_bursts(p) < work.schedule.bursts_per_ramp
-            # No chirp scores more than the energy there is.
-            and self._strong(p, energies[p])
-        ]
-        if not ramps:
+        rest = self._by_antenna(self.residual - work.signal)
+        # No chirp scores more than the energy there is.
+        candidates = self._strong(row_energies(rest))
+        candidates &= self._num_bursts() < work.schedule.bursts_per_ramp
+        candidates[list(changed)] = False
+        ramps = np.flatnonzero(candidates)
+        if len(ramps) == 0:
             return
         found = self._find(rest[..., ramps, :])
+        scores = np.zeros(work.model.num_ramps)
+        scores[ramps] = found.score
+        strong = self._strong(scores)
         starts = [
             (p, number)
-            for number, p in enumerate(ramps)
-            if self.literal
-            or (self._confirmed(found, number) and self._strong(p, found.score[number]))
+            for number, p in enumerate(ramps.tolist())
+            if self.literal or (strong[p] and self._confirmed(found, number))
         ]
         self._start(starts, found)
         for p, number in starts:
@@ -214,8 +193,9 @@ class BurstSearch:
         tones = tone_scores(rest)
         starts, slopes = expected.candidates()
         for p in np.unique(expected.ramps).tolist():
-            chirps = work.ramps[p].chirps if p in work.ramps else []
-            centres = np.array([-chirp.start_frequency / chirp.slope for chirp in chirps])
+            table = work.table
+            chirps = table.chirps.chosen(table.rows == p)
+            centres = -chirps.start_frequency / chirps.slope
             free = np.flatnonzero(expected.free(p, centres, work.model))
             if len(free) == 0 or len(chirps) >= work.schedule.bursts_per_ramp:
                 continue
@@ -235,10 +215,13 @@ class BurstSearch:
         score, tone = float(found.score[0]), float(found.tone_score[0])
         is_tone = tone >= score and self.noise_precision * tone > self.threshold
         enough = self.noise_precision * score > self.expected_threshold
-        return enough and not is_tone and self._strong(p, score)
+        return enough and not is_tone and bool(self._strong(np.array(score))[p])
 
-    def _num_bursts(self, p: int) -> int:
-        return len(self.work.ramps[p].chirps) if p in self.work.ramps else 0
+    def _num_bursts(self) -> IntArray:
+        """(P,) bursts modelled in every ramp."""
+        work = self.work
+        own = work.table.rows[: work.num_shared]
+        return np.bincount(own, minlength=work.model.num_ramps)
 
     def _find(self, rows: ComplexArray) -> ChirpCandidates:
         """Best chirp of every row; the schedule that keeps one in every ramp uses all of them."""
@@ -249,13 +232,13 @@ class BurstSearch:
         ratio = self.noise_precision * float(found.score[number])
         return ratio > self.threshold and bool(found.score[number] > found.tone_score[number])
 
-    def _strong(self, p: int, score: float) -> bool:
-        """Whether a further burst is not just what the fit of the others has not reached yet."""
-        if p not in self.work.ramps:
-            return True
-        together = self.work.same_ramp(self.work.ramps[p])
-        energy = sum(np.sum(np.abs(each.signals) ** 2, axis=1) for each in together)
-        return bool(score >= self.weakest_share * energy.max())
+    def _strong(self, scores: FloatArray) -> BoolArray:
+        """(P,) whether a further burst is not just what the fit of the others has not reached."""
+        work = self.work
+        energies = np.zeros(work.model.num_ramps)
+        own = row_energies(self._by_antenna(work.table.signals))
+        np.maximum.at(energies, work.table.rows[: work.num_shared], own)
+        return np.asarray(scores >= self.weakest_share * energies)
 
     def _record(self, kind: EventKind, p: int, found: ChirpCandidates, number: int) -> None:
         ratio = self.noise_precision * float(found.score[number])
@@ -267,48 +250,45 @@ class BurstSearch:
             return
         work, numbers = self.work, [number for _, number in starts]
         chirps = place_chirps(found.start_frequency[numbers], found.slope[numbers], work.model)
-        begun: dict[int, list[RampWork]] = {}  # by the index of the burst in its ramp
-        for (p, _), chirp in zip(starts, chirps, strict=True):
-            rows = range(p, p + work.model.rows_shape[0], work.model.num_ramps)
-            together = [work.ramps.setdefault(row, RampWork(row)) for row in rows]
-            begun.setdefault(len(together[0].chirps), []).extend(together)
-            for ramp in together:
-                ramp.chirps.append(chirp)
-        for index, ramps in begun.items():
-            self._weigh_first(ramps, index)
-            work.synthesize(ramps)
+        ramps = np.array([p for p, _ in starts])
+        antennas = np.arange(work.model.num_antennas)
+        rows = (antennas[:, None] * work.model.num_ramps + ramps).ravel()
+        places = work.table.add_bursts(
+            rows, chirps.chosen(np.tile(np.arange(len(ramps)), len(antennas)))
+        )
+        if not self.literal:
+            self._weigh_first(places)
 
-    def _weigh_first(self, ramps: Sequence[RampWork], index: int) -> None:
+    def _weigh_first(self, places: IntArray) -> None:
         """Give new bursts one component at zero delay, polished from the search grid."""
-        work, noise_precision = self.work, self.noise_precision
-        if self.literal:
-            for ramp in ramps:
-                active = work.posterior(ramp, self.residual[ramp.ramp], noise_precision)
-                work.take_over(ramp, active)
-            return
-        for ramp in ramps:
-            ramp.owners, ramp.bins = np.append(ramp.owners, index), np.append(ramp.bins, 0)
-            ramp.precisions = np.append(ramp.precisions, 0.0)
-        work.refine_burst(ramps, index, self.residual, noise_precision, max_steps=START_STEPS)
-        for ramp in ramps:
-            self._weigh_new(ramp)
+        work, table = self.work, self.work.table
+        columns = table.add_columns(places, np.zeros_like(places), np.zeros(len(places)))
+        work.refine_burst(places, self.residual, self.noise_precision, max_steps=START_STEPS)
+        lost = [
+            last
+            for ramp, last in zip(
+                table.ramps_of_bursts[places].tolist(), columns.tolist(), strict=True
+            )
+            if not self._weigh_new(ramp)
+        ]
+        table.remove_columns(lost)
+        work.synthesize()
 
-    def _weigh_new(self, ramp: RampWork) -> None:
-        """Give the last column of a ramp its prior precision, or take it out.
+    def _weigh_new(self, ramp: int) -> bool:
+        """Give the last column of a ramp its prior precision, and tell whether it stays.
 
         An antenna may receive next to nothing of a burst that the others show.
         """
-        work, residual = self.work, self.residual[ramp.ramp]
-        active = work.posterior(ramp, residual, self.noise_precision)
-        last = len(active) - 1
+        work, table = self.work, self.work.table
+        active = work.posterior(ramp, self.residual, self.noise_precision)
+        columns, last = table.columns_of(ramp), len(active) - 1
         rho, omega_sq = active.flat_prior_moments(last)
         if work.model.num_antennas > 1 and activation_ratio(rho, omega_sq) <= work.threshold:
-            ramp.owners, ramp.bins = ramp.owners[:last], ramp.bins[:last]
-            ramp.precisions = ramp.precisions[:last]
-            active = work.posterior(ramp, residual, self.noise_precision)
-        else:
-            active.set_precision(last, converged_precision(rho, omega_sq))
-        work.take_over(ramp, active)
+            table.amplitudes[columns] = np.append(active.without(last).amplitudes, 0.0)
+            return False
+        active.set_precision(last, converged_precision(rho, omega_sq))
+        table.amplitudes[columns], table.precisions[columns] = active.amplitudes, active.precisions
+        return True
 
 
 def row_energies(rows: ComplexArray) -> FloatArray:

@@ -3,14 +3,13 @@
 Gradient and curvature stand in `vsep.kernels.channel.template_slopes`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.kernels.ramps import FlatRamps, all_costs, all_slopes, damped_steps
 from vsep.signal.template import SignalModel
 
@@ -83,7 +82,7 @@ class SharedCosts:
     costs : ChirpCosts
         Of every row.
     owners : (R,) int
-        Which of the shared templates each row has.
+        Which of the shared templates each row has; -1 for none of them.
     """
 
     costs: ChirpCosts
@@ -114,68 +113,90 @@ class SharedCosts:
         """Rows of the chosen bursts, and which of them each belongs to."""
         places = np.full(int(self.owners.max()) + 1, -1)
         places[chosen] = np.arange(len(chosen))
-        rows = np.flatnonzero(places[self.owners] >= 0)
+        rows = np.flatnonzero((self.owners >= 0) & (places[self.owners] >= 0))
         return rows, places[self.owners[rows]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlacedChirp:
-    """Start frequency and slope (normalised) with what they imply.
+class PlacedChirps:
+    """Start frequencies and slopes (normalised) of B bursts with what they imply.
 
     Attributes
     ----------
-    start_frequency, slope : float
+    start_frequency, slope : (B,) float
         Cycles per sample and cycles per sample squared.
-    reference : float
+    reference : (B,) float
         The sample of the ramp next to the burst's centre.
-    template : (N,) complex
-    derivatives : (2, N) complex
+    templates : (B, N) complex
+    derivatives : (B, 2, N) complex
         By the frequency at the reference, and by the slope.
     """
 
-    start_frequency: float
-    slope: float
-    reference: float
-    template: ComplexArray
+    start_frequency: FloatArray
+    slope: FloatArray
+    reference: FloatArray
+    templates: ComplexArray
     derivatives: ComplexArray
 
-    @property
-    def place(self) -> tuple[float, float, float]:
-        """Start frequency, slope and reference."""
-        return self.start_frequency, self.slope, self.reference
+    def __len__(self) -> int:
+        """Return the number of bursts."""
+        return len(self.slope)
+
+    def chosen(self, places: IntArray | BoolArray) -> "PlacedChirps":
+        """Return some of the bursts, as copies."""
+        return PlacedChirps(
+            self.start_frequency[places],
+            self.slope[places],
+            self.reference[places],
+            self.templates[places],
+            self.derivatives[places],
+        )
+
+    def with_others(self, places: IntArray, others: "PlacedChirps") -> "PlacedChirps":
+        """Return these bursts with others inserted before some places."""
+        return PlacedChirps(
+            np.insert(self.start_frequency, places, others.start_frequency),
+            np.insert(self.slope, places, others.slope),
+            np.insert(self.reference, places, others.reference),
+            np.insert(self.templates, places, others.templates, axis=0),
+            np.insert(self.derivatives, places, others.derivatives, axis=0),
+        )
+
+    def put(self, places: IntArray, others: "PlacedChirps") -> None:
+        """Overwrite some of the bursts."""
+        self.start_frequency[places] = others.start_frequency
+        self.slope[places] = others.slope
+        self.reference[places] = others.reference
+        self.templates[places] = others.templates
+        self.derivatives[places] = others.derivatives
 
 
 def place_chirps(
     start_frequency: FloatArray, slope: FloatArray, model: SignalModel
-) -> list[PlacedChirp]:
+) -> PlacedChirps:
     """Templates of several pairs of parameters, (B,) each."""
     last = model.num_samples - 1.0
     reference = np.minimum(np.maximum(-start_frequency / slope, 0.0), last)
     jets = model.template_jet(start_frequency, slope, reference)
-    parameters = start_frequency.tolist(), slope.tolist(), reference.tolist()
-    return [PlacedChirp(*each) for each in zip(*parameters, *jets, strict=True)]
-
-
-def place_chirp(start_frequency: float, slope: float, model: SignalModel) -> PlacedChirp:
-    """Template of one pair of parameters."""
-    reference = min(max(-start_frequency / slope, 0.0), model.num_samples - 1.0)
-    jet = model.template_jet(start_frequency, slope, reference)
-    return PlacedChirp(start_frequency, slope, reference, *jet)
+    return PlacedChirps(start_frequency, slope, reference, *jets)
 
 
 def refine_chirps(
-    chirps: Sequence[PlacedChirp],
+    chirps: PlacedChirps,
+    places: IntArray,
     model: SignalModel,
     costs: ChirpCosts,
     *,
     max_steps: int = 1,
-) -> list[PlacedChirp]:
+) -> PlacedChirps:
     """Climb costs in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
 
     Parameters
     ----------
-    chirps : sequence of PlacedChirp
-        Where to start; no two in one ramp, whose costs would depend on each other.
+    chirps : PlacedChirps
+        Where B bursts start; no two in one ramp, whose costs would depend on each other.
+    places : (B,) int
+        By which numbers the costs know them.
     model : SignalModel
         Makes the templates, those of all trials in one call.
     costs : ChirpCosts
@@ -185,50 +206,49 @@ def refine_chirps(
 
     Returns
     -------
-    list of PlacedChirp
+    PlacedChirps
         No cost falls.
     """
-    refined = list(chirps)
-    moving = np.arange(len(refined))
+    refined = chirps.chosen(np.arange(len(chirps)))
+    moving = np.arange(len(chirps))
     for _ in range(max_steps):
         if len(moving) == 0:
             break
-        values, moves = np.empty(len(refined)), np.empty((len(refined), 2))
-        values[moving], moves[moving], promises = _damped_steps(refined, moving, costs, model)
-        trying = moving[promises >= NO_GAIN]
-        moved = []
-        for halving in range(HALVINGS):
+        values, moves, promises = _damped_steps(
+            refined.chosen(moving), places[moving], costs, model
+        )
+        worth = promises >= NO_GAIN
+        trying, values, moves = moving[worth], values[worth], moves[worth]
+        moved = np.zeros(len(refined), dtype=bool)
+        for _ in range(HALVINGS):
             if len(trying) == 0:
                 break
-            shifts, stretches = moves[trying].T * 0.25**halving
-            start, slope, reference = np.array([refined[index].place for index in trying]).T
-            trials = place_chirps(start + shifts - stretches * reference, slope + stretches, model)
-            found = costs.values(trying, np.array([trial.template for trial in trials]))
-            better = found >= values[trying]
-            for number in np.flatnonzero(better):
-                refined[trying[number]] = trials[number]
-            moved.append(trying[better])
-            trying = trying[~better]
-        moving = np.sort(np.concatenate(moved)) if moved else trying
+            trials = _moved(refined, trying, moves, model)
+            better = costs.values(places[trying], trials.templates) >= values
+            refined.put(trying[better], trials.chosen(better))
+            moved[trying[better]] = True
+            trying, values, moves = trying[~better], values[~better], 0.25 * moves[~better]
+        moving = np.flatnonzero(moved)
     return refined
 
 
+def _moved(
+    chirps: PlacedChirps, chosen: IntArray, moves: FloatArray, model: SignalModel
+) -> PlacedChirps:
+    """Chosen chirps after moves (T, 2) of the frequency at the reference, and of the slope."""
+    shift, stretch = moves.T
+    start = chirps.start_frequency[chosen] + shift - stretch * chirps.reference[chosen]
+    return place_chirps(start, chirps.slope[chosen] + stretch, model)
+
+
 def _damped_steps(
-    chirps: Sequence[PlacedChirp], chosen: IntArray, costs: ChirpCosts, model: SignalModel
+    chirps: PlacedChirps, places: IntArray, costs: ChirpCosts, model: SignalModel
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Costs (T,), Gauss-Newton steps (T, 2) no longer than allowed, and what they promise (T,)."""
-    moving = [chirps[index] for index in chosen]
-    values, gradients, curvatures = costs.slopes(
-        chosen,
-        np.array([chirp.template for chirp in moving]),
-        np.array([chirp.derivatives for chirp in moving]),
-    )
-    if not np.all(np.isfinite(values)):
+    values, gradients, curvatures = costs.slopes(places, chirps.templates, chirps.derivatives)
+    if not np.isfinite(values).all():
         raise LinAlgError("the precision matrix of a ramp is not positive definite")
-    longest = np.array(
-        [
-            (2.0 * LONGEST_SHIFT * model.normalised_cutoff, LONGEST_STRETCH * abs(chirp.slope))
-            for chirp in moving
-        ]
-    )
+    longest = np.empty(gradients.shape)
+    longest[:, 0] = 2.0 * LONGEST_SHIFT * model.normalised_cutoff
+    longest[:, 1] = LONGEST_STRETCH * np.abs(chirps.slope)
     return values, *damped_steps(gradients, curvatures, longest)

@@ -17,9 +17,9 @@ from typing import Final
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db
+from vsep.inference.burst_table import RampBursts
 from vsep.inference.channel import ChannelGrid, passive_ratios
 from vsep.inference.interference import InterferenceWorkspace
-from vsep.inference.ramp_work import RampWork
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.state import NO_CORRECTION, EventKind, FilterCorrection
 from vsep.signal.corrected_filter import NUM_SPLINES, knots_hz, modified_splines
@@ -49,7 +49,7 @@ def update_correction(
     noise_precision : float
         lambda.
     """
-    if not np.isfinite(work.assumed.anti_aliasing_filter.cutoff_hz) or not work.ramps:
+    if not np.isfinite(work.assumed.anti_aliasing_filter.cutoff_hz) or len(work.table) == 0:
         return
     model = SplineModel(work, residual, noise_precision)
     if work.correction.num_splines == 0 and model.first_ratios().max() <= _first_threshold(work):
@@ -159,13 +159,13 @@ class SplineModel:
 
 
 def spline_columns(
-    ramps: Sequence[RampWork], grid: ChannelGrid, assumed: SignalModel
+    ramps: Sequence[RampBursts], grid: ChannelGrid, assumed: SignalModel
 ) -> ComplexArray:
     """(R, N, NUM_SPLINES) derivatives of the bursts of R ramps by the splines' coefficients.
 
     Parameters
     ----------
-    ramps : sequence of RampWork
+    ramps : sequence of RampBursts
         The bursts and their channels.
     grid : ChannelGrid
         The channel grid.
@@ -174,21 +174,21 @@ def spline_columns(
     """
     n = np.arange(assumed.num_samples)
     rate = assumed.sample_rate_hz
-    chirps = [chirp for ramp in ramps for chirp in ramp.chirps]
-    start = np.array([chirp.start_frequency for chirp in chirps])[:, None]
-    slope = np.array([chirp.slope for chirp in chirps])[:, None]
+    count = sum(len(ramp.chirps) for ramp in ramps)
+    start = np.concatenate([ramp.chirps.start_frequency for ramp in ramps])[:, None]
+    slope = np.concatenate([ramp.chirps.slope for ramp in ramps])[:, None]
     channels = np.array([line for ramp in ramps for line in _channel_lines(ramp, grid)])
     course_hz: FloatArray = np.asarray((start + slope * n) * rate, dtype=np.float64)
     cutoff_hz = assumed.anti_aliasing_filter.cutoff_hz
     envelopes = modified_splines(course_hz, slope * rate**2, cutoff_hz)
     envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]
-    if len(chirps) == len(ramps):
+    if count == len(ramps):
         return envelopes
     counts = [len(ramp.chirps) for ramp in ramps]
     return np.asarray(np.add.reduceat(envelopes, np.cumsum([0, *counts[:-1]]), axis=0))
 
 
-def _channel_lines(ramp: RampWork, grid: ChannelGrid) -> list[ComplexArray]:
+def _channel_lines(ramp: RampBursts, grid: ChannelGrid) -> list[ComplexArray]:
     """(N,) Psi beta of every burst of a ramp."""
     if len(ramp.chirps) == 1:
         return [ramp.amplitudes @ grid.atoms(ramp.bins)]

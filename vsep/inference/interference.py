@@ -1,22 +1,20 @@
-"""Algorithm 2: the interference estimate of a frame, ramp by ramp, while one step changes it."""
-
-from collections.abc import Sequence
-from itertools import pairwise
+"""Algorithm 2: the interference estimate of a frame, all ramps at once, while a step changes it."""
 
 import numpy as np
 from scipy import fft
 from scipy.linalg import LinAlgError
 
-from vsep._arrays import ComplexArray, from_db, to_db
+from vsep._arrays import ComplexArray, IntArray, from_db, to_db
+from vsep.inference.burst_table import BurstTable, RampBursts
 from vsep.inference.channel import ChannelGrid, channel_posterior
 from vsep.inference.chirp_refinement import (
     ChannelCosts,
+    ChirpCosts,
     SharedCosts,
     place_chirps,
     refine_chirps,
 )
 from vsep.inference.elbo import weights_bound
-from vsep.inference.ramp_work import RampWork, flat_ramps
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import Schedule
 from vsep.inference.state import (
@@ -29,6 +27,7 @@ from vsep.inference.state import (
 from vsep.kernels.channel import Channel
 from vsep.kernels.ramps import (
     FlatRamps,
+    Revision,
     all_posteriors,
     all_product_rows,
     all_revisions,
@@ -61,6 +60,8 @@ class InterferenceWorkspace:
     ----------
     assumed, model : SignalModel
         With the assumed and with the corrected filter.
+    table : BurstTable
+        The bursts and their columns.
     """
 
     def __init__(
@@ -78,70 +79,53 @@ class InterferenceWorkspace:
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
         self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
-        self.ramps: dict[int, RampWork] = {}
         self.events: list[ComponentEvent] = []
-        self._thaw(bursts)
+        self.table = BurstTable(self.model, bursts)
 
-    def _thaw(self, bursts: tuple[BurstComponents, ...]) -> None:
-        """Working copies, with all templates made in one call."""
-        chirps = place_chirps(
-            np.array([burst.start_frequency for burst in bursts]),
-            np.array([burst.slope for burst in bursts]),
-            self.model,
-        )
-        for burst, chirp in zip(bursts, chirps, strict=True):
-            row = burst.antenna * self.model.num_ramps + burst.ramp
-            work = self.ramps.setdefault(row, RampWork(row))
-            owner = np.full(burst.num_components, len(work.chirps))
-            work.chirps.append(chirp)
-            work.owners = np.concatenate([work.owners, owner])
-            work.bins = np.concatenate([work.bins, burst.active_bins])
-            work.precisions = np.concatenate([work.precisions, burst.precisions])
-            work.amplitudes = np.concatenate([work.amplitudes, burst.amplitudes])
-        self.synthesize(list(self.ramps.values()))
+    @property
+    def ramps(self) -> dict[int, RampBursts]:
+        """Return what every interfered row of the frame holds."""
+        return self.table.ramps()
 
     @property
     def trace(self) -> float:
         """tr(U Psi C Psi^H U^H) summed over the ramps, and the correction's share, for (65)."""
-        return sum(ramp.trace for ramp in self.ramps.values()) + self.correction.trace
+        return float(self.table.traces.sum()) + self.correction.trace
 
     @property
     def weights_bound(self) -> float:
         """Terms of all channel weights in the evidence lower bound."""
-        ramps = list(self.ramps.values())
-        if not ramps:
-            return 0.0
+        table = self.table
         return weights_bound(
-            np.concatenate([ramp.amplitudes for ramp in ramps]),
-            np.concatenate([np.diagonal(ramp.covariance) for ramp in ramps]).real,
-            np.concatenate([ramp.precisions for ramp in ramps]),
-            sum(ramp.log_determinant for ramp in ramps),
+            table.amplitudes,
+            table.variances,
+            table.precisions,
+            float(table.log_determinants.sum()),
         )
 
     @property
     def signal(self) -> ComplexArray:
         """(P, N) or, of several antennas, (A P, N) sum of all bursts."""
+        table = self.table
         total = np.zeros(self.model.rows_shape, dtype=np.complex128)
-        for p, ramp in self.ramps.items():
-            total[p] = ramp.signal
+        if len(table.interfered) == len(table):
+            total[table.rows] = table.signals
+        else:
+            np.add.at(total, table.rows, table.signals)
         return total
 
-    def synthesize(self, ramps: Sequence[RampWork]) -> None:
-        """Add up what the columns of every chirp of some ramps make of it."""
-        if ramps:
-            flat = flat_ramps(ramps, self.grid.twiddle)
-            self._take_signals(ramps, flat, np.concatenate([ramp.amplitudes for ramp in ramps]))
+    @property
+    def num_shared(self) -> int:
+        """Number of bursts of one antenna; the others have as many, in the same places."""
+        return len(self.table) // self.model.num_antennas
 
-    def _take_signals(
-        self, ramps: Sequence[RampWork], flat: FlatRamps, amplitudes: ComplexArray
-    ) -> None:
-        signals = all_signals(flat, amplitudes)
-        for ramp, (first, last) in zip(ramps, pairwise(flat.first_burst.tolist()), strict=True):
-            ramp.signals = signals[first:last]
+    def flat(self) -> FlatRamps:
+        """Return what the kernels take of all ramps."""
+        return self.table.flat(self.grid.twiddle)
 
-    def channel(self, ramp: RampWork) -> Channel:
-        """Return the columns of a ramp as the kernels take them."""
-        return Channel(ramp.owners, ramp.bins, ramp.precisions, self.grid.twiddle)
+    def synthesize(self) -> None:
+        """Add up what the columns of every chirp make of it."""
+        self.table.signals = all_signals(self.flat(), self.table.amplitudes)
 
     def update(self, residual: ComplexArray, noise_precision: float) -> None:
         """Run Algorithm 2 on every ramp that holds a burst; the ramps know nothing of each other.
@@ -153,113 +137,72 @@ class InterferenceWorkspace:
         self._revise(residual, noise_precision)
         if not self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
-        for ramp in self.first_antenna():
-            self.drop_empty(ramp)
+        self.drop_empty()
         self.refine_bursts(residual, noise_precision, max_steps=steps)
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
 
-    def first_antenna(self) -> list[RampWork]:
-        """Return the interfered ramps of the first antenna; the others have bursts where it has."""
-        return [ramp for row, ramp in self.ramps.items() if row < self.model.num_ramps]
-
-    def same_ramp(self, ramp: RampWork) -> list[RampWork]:
-        """Return one ramp as every antenna received it."""
-        if self.model.num_antennas == 1:
-            return [ramp]
-        p, num_ramps = ramp.ramp % self.model.num_ramps, self.model.num_ramps
-        return [self.ramps[a * num_ramps + p] for a in range(self.model.num_antennas)]
-
-    def drop_empty(self, ramp: RampWork) -> None:
+    def drop_empty(self) -> None:
         """Drop bursts that lost all their components; the literal schedule keeps the template."""
-        if self.schedule.first_threshold_db is None:
+        if self.schedule.first_threshold_db is None or len(self.table) == 0:
             return
-        owners = {owner for each in self.same_ramp(ramp) for owner in each.owners.tolist()}
-        for index in reversed(range(len(ramp.chirps))):
-            if index not in owners:
-                self.remove_burst(ramp, index)
-                self.record(EventKind.CHIRP_DROPPED, ramp.ramp, 0.0, self.prune_threshold)
+        columns = np.bincount(self.table.owners, minlength=len(self.table))
+        empty = np.flatnonzero(columns.reshape(-1, self.num_shared).sum(axis=0) == 0)
+        if len(empty) == 0:
+            return
+        for row in self.table.rows[empty].tolist():
+            self.record(EventKind.CHIRP_DROPPED, row, 0.0, self.prune_threshold)
+        self.remove_bursts(empty)
 
-    def remove_burst(self, ramp: RampWork, index: int) -> None:
-        """Take one burst of a ramp out, at every antenna."""
-        for each in self.same_ramp(ramp):
-            each.remove_burst(index)
-            if not each.chirps:
-                del self.ramps[each.ramp]
+    def at_antennas(self, places: IntArray) -> IntArray:
+        """Return the places (A, T) that bursts of the first antenna have at every antenna."""
+        return np.asarray(np.arange(self.model.num_antennas)[:, None] * self.num_shared + places)
+
+    def remove_bursts(self, places: IntArray) -> None:
+        """Take bursts of the first antenna out, at every antenna."""
+        self.table.remove_bursts(self.at_antennas(places).ravel())
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
         """Covariance and mean (61)-(62) at the present parameters."""
-        ramps = list(self.ramps.values())
-        if not ramps:
-            return
-        flat = flat_ramps(ramps, self.grid.twiddle)
-        fits = all_posteriors(flat, _rows(residual, ramps), noise_precision)
-        if not np.all(np.isfinite(fits.log_determinants)):
+        rows = residual[self.table.interfered]
+        fit = all_posteriors(self.flat(), rows, noise_precision)
+        if not np.isfinite(fit.log_determinants).all():
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
-        place = 0
-        for r, (first, last) in enumerate(pairwise(flat.first_column.tolist())):
-            ramp, size = ramps[r], last - first
-            ramp.amplitudes = fits.amplitudes[first:last]
-            ramp.covariance = fits.covariances[place : place + size**2].reshape(size, size)
-            ramp.trace = float(fits.traces[r])
-            ramp.log_determinant = float(fits.log_determinants[r])
-            place += size**2
-        self._take_signals(ramps, flat, fits.amplitudes)
-
-    def take_over(self, ramp: RampWork, active: ActiveSet) -> None:
-        """Hand a posterior to its ramp; its signals are still the former ones."""
-        ramp.amplitudes = active.amplitudes
-        ramp.covariance = active.covariance
-        ramp.precisions = active.precisions
-        ramp.trace = active.trace()
-        ramp.log_determinant = active.log_determinant
+        self.table.take_posterior(fit)
 
     def correct(self, correction: FilterCorrection) -> None:
         """Take over a correction of the filter; all templates follow, posteriors do not yet."""
         self.correction = correction
         self.model = corrected_model(self.assumed, correction.coefficients)
-        chirps = [chirp for ramp in self.ramps.values() for chirp in ramp.chirps]
-        placed = iter(
-            place_chirps(
-                np.array([chirp.start_frequency for chirp in chirps]),
-                np.array([chirp.slope for chirp in chirps]),
-                self.model,
-            )
-        )
-        for ramp in self.ramps.values():
-            ramp.chirps = [next(placed) for _ in ramp.chirps]
+        chirps = self.table.chirps
+        self.table.chirps = place_chirps(chirps.start_frequency, chirps.slope, self.model)
 
-    def posterior(
-        self, ramp: RampWork, residual: ComplexArray, noise_precision: float
-    ) -> ActiveSet:
-        """Posterior of all columns of a ramp at its present parameters."""
-        return channel_posterior(ramp.templates, residual, self.channel(ramp), noise_precision)
+    def posterior(self, ramp: int, residual: ComplexArray, noise_precision: float) -> ActiveSet:
+        """Posterior of all columns of an interfered ramp at its present parameters."""
+        held = self.table.ramp(ramp)
+        channel = Channel(held.owners, held.bins, held.precisions, self.grid.twiddle)
+        return channel_posterior(held.templates, residual[held.ramp], channel, noise_precision)
 
     def refine_bursts(
         self, residual: ComplexArray, noise_precision: float, *, max_steps: int
     ) -> None:
         """Climb (71) in the parameters of all bursts: the first of every ramp, then the second."""
-        for index in range(max((len(ramp.chirps) for ramp in self.ramps.values()), default=0)):
-            ramps = [ramp for ramp in self.ramps.values() if index < len(ramp.chirps)]
-            self.refine_burst(ramps, index, residual, noise_precision, max_steps=max_steps)
+        first = self.table.first_burst
+        for index in range(int(np.diff(first).max(initial=0))):
+            places = first[:-1] + index
+            self.refine_burst(
+                places[places < first[1:]], residual, noise_precision, max_steps=max_steps
+            )
 
     def refine_burst(
-        self,
-        ramps: Sequence[RampWork],
-        index: int,
-        residual: ComplexArray,
-        noise_precision: float,
-        *,
-        max_steps: int,
+        self, places: IntArray, residual: ComplexArray, noise_precision: float, *, max_steps: int
     ) -> None:
         """Climb (71) in the parameters of one burst of each of some ramps.
 
         Parameters
         ----------
-        ramps : sequence of RampWork
-            Changed in place.
-        index : int
-            Which of their bursts.
+        places : (T,) int
+            Which bursts; those without a column stay where they are.
         residual : (P, N) complex
             Received signal minus the objects.
         noise_precision : float
@@ -267,43 +210,42 @@ class InterferenceWorkspace:
         max_steps : int
             Newton steps at most.
         """
-        moved = [ramp for ramp in ramps if index in ramp.owners.tolist()]
-        if not moved:
+        table = self.table
+        carrying = np.zeros(len(table), dtype=bool)
+        carrying[table.owners] = True
+        places = places[carrying[places]]
+        if len(places) == 0:
             return
-        costs = ChannelCosts(
-            ramps=flat_ramps(moved, self.grid.twiddle),
-            moving=np.full(len(moved), index),
-            residual=_rows(residual, moved),
+        ramps = table.ramps_of_bursts[places]
+        moving = np.zeros(len(table.interfered), dtype=np.int64)
+        moving[ramps] = places - table.first_burst[ramps]
+        costs: ChirpCosts = ChannelCosts(
+            ramps=self.flat(),
+            moving=moving,
+            residual=residual[table.interfered],
             noise_precision=noise_precision,
         )
+        together = places[None]
         if self.model.num_antennas > 1:
-            self._refine_together(moved, index, costs, max_steps)
-            return
-        chirps = [ramp.chirps[index] for ramp in moved]
-        refined = refine_chirps(chirps, self.model, costs, max_steps=max_steps)
-        for ramp, chirp in zip(moved, refined, strict=True):
-            ramp.chirps[index] = chirp
-
-    def _refine_together(
-        self, moved: Sequence[RampWork], index: int, costs: ChannelCosts, max_steps: int
-    ) -> None:
-        """Climb the sum over the antennas; a burst has one place at all of them."""
-        own = [ramp.ramp % self.model.num_ramps for ramp in moved]
-        _, first, owners = np.unique(own, return_index=True, return_inverse=True)
-        shared = SharedCosts(costs=costs, owners=owners)
-        chirps = [moved[place].chirps[index] for place in first]
-        refined = refine_chirps(chirps, self.model, shared, max_steps=max_steps)
-        for place, chirp in zip(first, refined, strict=True):
-            for ramp in self.same_ramp(moved[place]):
-                ramp.chirps[index] = chirp
+            # A burst has one place at all antennas: the sum over them is climbed.
+            own, owners = np.unique(places % self.num_shared, return_inverse=True)
+            shared = np.full(len(moving), -1)
+            shared[ramps] = owners
+            costs, ramps = SharedCosts(costs=costs, owners=shared), np.arange(len(own))
+            together = self.at_antennas(own)
+        refined = refine_chirps(
+            table.chirps.chosen(together[0]), ramps, self.model, costs, max_steps=max_steps
+        )
+        for same in together:
+            table.chirps.put(same, refined)
 
     def _revise(self, residual: ComplexArray, noise_precision: float) -> None:
         """Add, re-weigh and prune the columns of all ramps, Algorithm 4."""
-        ramps = list(self.ramps.values())
-        if not ramps:
+        table = self.table
+        if len(table) == 0:
             return
-        flat = flat_ramps(ramps, self.grid.twiddle)
-        rows = all_product_rows(flat, _rows(residual, ramps), self.grid.scale)
+        flat = self.flat()
+        rows = all_product_rows(flat, residual[table.interfered], self.grid.scale)
         # At a ratio of one the prior variance would be zero or negative, (77).
         revision = all_revisions(
             fft.ifft(rows, self.grid.num_bins, axis=1, overwrite_x=True),
@@ -312,22 +254,21 @@ class InterferenceWorkspace:
             (self.threshold, max(self.prune_threshold, 1.0)),
             self.schedule.channel_additions,
         )
+        self._record_revision(revision)
         kept = revision.kept
-        for ramp, (first, last) in zip(ramps, pairwise(revision.first_column), strict=True):
-            stay = kept[first:last]
-            ramp.owners = revision.owners[first:last][stay]
-            ramp.bins = revision.bins[first:last][stay]
-            ramp.precisions = revision.precisions[first:last][stay]
-        changes = np.flatnonzero(revision.added | ~kept)
-        owners = np.searchsorted(revision.first_column, changes, side="right") - 1
-        for place, owner in zip(changes.tolist(), owners.tolist(), strict=True):
-            p, channel_bin = ramps[owner].ramp, int(revision.bins[place])
+        table.set_columns(revision.owners[kept], revision.bins[kept], revision.precisions[kept])
+
+    def _record_revision(self, revision: Revision) -> None:
+        changes = np.flatnonzero(revision.added | ~revision.kept)
+        rows = self.table.rows[revision.owners[changes]]
+        for place, row in zip(changes.tolist(), rows.tolist(), strict=True):
+            channel_bin = int(revision.bins[place])
             if revision.added[place]:
                 ratio = float(revision.added_ratios[place])
-                self.record_component(EventKind.CHANNEL_ADDED, p, ratio, channel_bin)
-            if not kept[place]:
+                self.record_component(EventKind.CHANNEL_ADDED, row, ratio, channel_bin)
+            if not revision.kept[place]:
                 ratio = float(revision.ratios[place])
-                self.record_component(EventKind.CHANNEL_PRUNED, p, ratio, channel_bin)
+                self.record_component(EventKind.CHANNEL_PRUNED, row, ratio, channel_bin)
 
     def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:
         """Add an event of a burst."""
@@ -355,28 +296,24 @@ class InterferenceWorkspace:
 
     def frozen_bursts(self) -> tuple[BurstComponents, ...]:
         """Freeze the result of the step."""
-        bursts = []
-        for p in sorted(self.ramps):
-            ramp = self.ramps[p]
-            for index, chirp in enumerate(ramp.chirps):
-                own = ramp.own(index) if len(ramp.chirps) > 1 else slice(None)
-                signal = ramp.signals[index]
-                bursts.append(
-                    BurstComponents(
-                        ramp=p % self.model.num_ramps,
-                        antenna=p // self.model.num_ramps,
-                        start_frequency=chirp.start_frequency,
-                        slope=chirp.slope,
-                        active_bins=ramp.bins[own],
-                        amplitudes=ramp.amplitudes[own],
-                        covariance=ramp.covariance[own][:, own],
-                        precisions=ramp.precisions[own],
-                        energy=float(np.vdot(signal, signal).real),
-                    )
-                )
-        return tuple(bursts)
-
-
-def _rows(frame: ComplexArray, ramps: Sequence[RampWork]) -> ComplexArray:
-    """(R, N) rows of a frame (P, N) that belong to some ramps."""
-    return frame[[ramp.ramp for ramp in ramps]]
+        table, num_ramps = self.table, self.model.num_ramps
+        energies = np.sum(table.signals.real**2 + table.signals.imag**2, axis=1).tolist()
+        places = zip(
+            table.rows.tolist(),
+            table.chirps.start_frequency.tolist(),
+            table.chirps.slope.tolist(),
+            energies,
+            strict=True,
+        )
+        channels = table.channels()
+        return tuple(
+            BurstComponents(
+                ramp=row % num_ramps,
+                antenna=row // num_ramps,
+                start_frequency=start,
+                slope=slope,
+                energy=energy,
+                **channel._asdict(),
+            )
+            for (row, start, slope, energy), channel in zip(places, channels, strict=True)
+        )

@@ -5,22 +5,20 @@ channel atom of ramp p is ``template * psi_k`` over the samples times the unit v
 ramps. So the object algorithm runs over both without knowing which is which.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep.inference.burst_table import RampBursts
 from vsep.inference.channel import passive_ratios
 from vsep.inference.chirp_refinement import ChirpCosts, refine_chirps
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import expected_error
 from vsep.inference.objects import Background
-from vsep.inference.ramp_work import RampWork
 from vsep.inference.refinement import place_components
 from vsep.inference.sbl import activation_ratio, converged_precision
 from vsep.inference.state import EventKind, ObjectComponents
-from vsep.kernels.channel import template_slopes
+from vsep.kernels.channel import split_row, split_rows, template_slopes
 from vsep.signal.atoms import synthesize
 
 OBJECT = -1  # owner of the columns that are object atoms
@@ -55,8 +53,13 @@ class JointColumns:
         self.noise_precision = noise_precision
         self.rebuild()
 
-    def _ramps(self) -> list[tuple[int, RampWork]]:
+    def _ramps(self) -> list[tuple[int, RampBursts]]:
         return list(self.interference.ramps.items())
+
+    def _ramp(self, p: int) -> RampBursts:
+        """Return what ramp p holds."""
+        table = self.interference.table
+        return table.ramp(int(np.searchsorted(table.interfered, p)))
 
     def rebuild(self) -> None:
         """Posterior of all columns from scratch."""
@@ -92,13 +95,13 @@ class JointColumns:
     def update(self) -> None:
         """Run Algorithm 2 on every ramp that holds a burst, on the joint posterior."""
         for p, ramp in self._ramps():
-            self._refine(ramp)
+            self._refine(p)
             for index in range(len(ramp.chirps)):
-                self._add_components(p, ramp, index)
-            self._update_components(p, ramp)
-            self.interference.drop_empty(ramp)
+                self._add_components(p, index)
+            self._update_components(p)
             self.rebuild()
-            self._refine(ramp)
+            self._refine(p)
+        self.interference.drop_empty()
 
     def expected_error(self) -> float:
         """Denominator of (65) with the joint posterior."""
@@ -107,11 +110,12 @@ class JointColumns:
 
     def take_over(self) -> None:
         """Hand every ramp its block of the posterior."""
-        for p, ramp in self._ramps():
-            own = np.flatnonzero(self.owners == p)
-            ramp.amplitudes = self.active.amplitudes[own]
-            ramp.covariance = self.active.covariance[np.ix_(own, own)]
-            self.interference.synthesize([ramp])
+        table, count = self.interference.table, len(self.points)
+        table.amplitudes = self.active.amplitudes[count:]
+        own = [np.flatnonzero(self.owners == p) for p in table.interfered]
+        blocks = [self.active.covariance[np.ix_(each, each)].ravel() for each in own]
+        table.covariances = np.concatenate([np.zeros(0, dtype=np.complex128), *blocks])
+        self.interference.synthesize()
 
     def members(self, p: int) -> IntArray:
         """Return the indices of the columns with a part in ramp p: all objects, and its own."""
@@ -122,24 +126,29 @@ class JointColumns:
         beat, doppler = self.factors
         return np.asarray(beat[members] * doppler[members, p][:, None])
 
-    def _refine(self, ramp: RampWork) -> None:
-        for index in range(len(ramp.chirps)):
-            if len(ramp.own(index)) == 0:
+    def _refine(self, p: int) -> None:
+        table = self.interference.table
+        for place in np.flatnonzero(table.rows == p):
+            if not np.any(table.owners == place):
                 continue
-            (ramp.chirps[index],) = refine_chirps(
-                [ramp.chirps[index]],
+            refined = refine_chirps(
+                table.chirps.chosen(np.array([place])),
+                np.zeros(1, dtype=np.int64),
                 self.interference.model,
-                self.chirp_cost(ramp, index),
+                self.chirp_cost(int(place)),
                 max_steps=self.interference.schedule.refinement_steps,
             )
+            table.chirps.put(np.array([place]), refined)
             self.rebuild()
 
-    def chirp_cost(self, ramp: RampWork, index: int) -> ChirpCosts:
+    def chirp_cost(self, place: int) -> ChirpCosts:
         """Log evidence of the whole frame as a function of one burst's template."""
-        return _JointCost(self, ramp, index)
+        return _JointCost(self, place)
 
-    def _add_components(self, p: int, ramp: RampWork, index: int) -> None:
-        work, template = self.interference, ramp.chirps[index].template
+    def _add_components(self, p: int, index: int) -> None:
+        work, ramp = self.interference, self._ramp(p)
+        burst = int(np.searchsorted(work.table.rows, p)) + index
+        template = ramp.templates[index]
         products = work.grid.products(ramp.templates, self.received[p].copy())
         lags, projections = products[:, index], products[index, len(ramp.chirps)]
         num_bins, energy = work.grid.num_bins, float(lags[index, 0].real)
@@ -148,7 +157,7 @@ class JointColumns:
         seen = beat[:count].conj() * template * doppler[:count, p].conj()[:, None]
         with_objects = fft.fft(seen, num_bins, axis=1) / np.sqrt(work.model.num_samples)
         for _ in range(work.schedule.channel_additions):
-            members = self.members(p)
+            members, ramp = self.members(p), self._ramp(p)
             lag = (ramp.bins[:, None] - np.arange(num_bins)[None, :]) % num_bins
             correlations = np.concatenate([with_objects, lags[ramp.owners[:, None], lag]])
             ratio, inverse_rho = passive_ratios(
@@ -166,46 +175,45 @@ class JointColumns:
             rho = 1.0 / float(inverse_rho[best])
             all_correlations = np.zeros(len(self.active), dtype=np.complex128)
             all_correlations[members] = correlations[:, best]
-            own = np.flatnonzero(self.owners == p)
-            place = int(own[-1]) + 1 if len(own) else len(self.owners)
             precision = converged_precision(rho, float(ratio[best]) * rho)
+            (column,) = work.table.add_columns(
+                np.array([burst]), np.array([best]), np.array([precision])
+            )
+            place = count + int(column)
             self.active = self.active.inserted(
                 place, all_correlations, complex(projections[best]), energy, precision
             )
             self.owners = np.insert(self.owners, place, p)
-            ramp.owners, ramp.bins = np.append(ramp.owners, index), np.append(ramp.bins, best)
-            ramp.precisions = np.append(ramp.precisions, precision)
             work.record_component(EventKind.CHANNEL_ADDED, p, float(ratio[best]), best)
 
-    def _update_components(self, p: int, ramp: RampWork) -> None:
-        work, place = self.interference, 0
-        while place < len(ramp.bins):
-            index = int(np.flatnonzero(self.owners == p)[place])
+    def _update_components(self, p: int) -> None:
+        work, table, count = self.interference, self.interference.table, len(self.points)
+        index = count + int(np.searchsorted(table.rows[table.owners], p))
+        while index < len(self.owners) and self.owners[index] == p:
             rho, omega_sq = self.active.flat_prior_moments(index)
             ratio = activation_ratio(rho, omega_sq)
             if ratio > max(work.prune_threshold, 1.0):
                 self.active.set_precision(index, converged_precision(rho, omega_sq))
-                ramp.precisions = ramp.precisions.copy()
-                ramp.precisions[place] = self.active.precisions[index]
-                place += 1
+                table.precisions[index - count] = self.active.precisions[index]
+                index += 1
                 continue
             self.active = self.active.without(index)
             self.owners = np.delete(self.owners, index)
-            channel_bin = int(ramp.bins[place])
+            channel_bin = int(table.bins[index - count])
             work.record_component(EventKind.CHANNEL_PRUNED, p, ratio, channel_bin)
-            ramp.owners, ramp.bins = np.delete(ramp.owners, place), np.delete(ramp.bins, place)
-            ramp.precisions = np.delete(ramp.precisions, place)
+            table.remove_columns([index - count])
 
 
 class _JointCost:
     """Log evidence of the whole frame as a function of one burst's template."""
 
-    def __init__(self, columns: JointColumns, ramp: RampWork, index: int) -> None:
+    def __init__(self, columns: JointColumns, place: int) -> None:
         self.columns = columns
-        self.ramp = ramp
-        self.index = index
-        self.own = ramp.own(index)
-        self.atoms = columns.interference.grid.atoms(ramp.bins[self.own])
+        self.place = place
+        table = columns.interference.table
+        self.row = int(table.rows[place])
+        self.own = np.flatnonzero(table.owners == place)
+        self.atoms = columns.interference.grid.atoms(table.bins[self.own])
 
     def values(self, chosen: IntArray, templates: ComplexArray) -> FloatArray:
         """(1,) cost with this template (1, N) in the burst, the only one there is to choose."""
@@ -217,22 +225,21 @@ class _JointCost:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Cost, exact gradient and Gauss-Newton curvature."""
         self._place(templates[0])
-        columns, p = self.columns, self.ramp.ramp
+        columns, p = self.columns, self.row
         members = columns.members(p)
         active = columns.active
         gradient, curvature = template_slopes(
             derivatives[0],
-            self.atoms,
-            columns.columns_in_ramp(p, members),
-            active.covariance[np.ix_(members, members)],
-            active.amplitudes[members],
-            np.flatnonzero(columns.owners[members] == p)[self.own],
-            columns.received[p].copy(),
+            split_rows(self.atoms),
+            split_rows(columns.columns_in_ramp(p, members)),
+            (active.covariance[np.ix_(members, members)], active.amplitudes[members]),
+            np.searchsorted(members, self.own + len(columns.points)),
+            split_row(columns.received[p].copy()),
             active.noise_precision,
         )
         costs = np.full(len(chosen), active.cost())
         return costs, gradient[None], curvature[None]
 
     def _place(self, template: ComplexArray) -> None:
-        self.ramp.chirps[self.index] = replace(self.ramp.chirps[self.index], template=template)
+        self.columns.interference.table.chirps.templates[self.place] = template
         self.columns.rebuild()

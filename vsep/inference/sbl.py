@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import gammainccinv, gammaln, lambertw, xlogy
 
 from vsep._arrays import ComplexArray, FloatArray
-from vsep.kernels.channel import Posterior
+from vsep.kernels.posterior import Posterior
 
 MOST_EXPLAINED = 0.5  # of a frame's noise that false alarms may be expected to explain
 

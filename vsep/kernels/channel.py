@@ -2,6 +2,7 @@
 
 A column is ``template * psi_k``, the template of one of the ramp's B bursts times the atom
 ``psi_k = exp(-j 2 pi k n / M) / sqrt(N)`` of a grid of M bins. All columns share one posterior.
+Real and imaginary parts are kept apart, for the vector registers.
 """
 
 from typing import NamedTuple
@@ -10,19 +11,7 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.kernels.compiler import compiled
-
-
-class Posterior(NamedTuple):
-    """Gaussian posterior of K weights: ``C = (lambda A^H A + diag gamma)^-1``, mean, log|C|.
-
-    ``log_determinant`` is NaN where the precision matrix is not positive definite.
-    """
-
-    gram: ComplexArray
-    projections: ComplexArray
-    covariance: ComplexArray
-    amplitudes: ComplexArray
-    log_determinant: float
+from vsep.kernels.posterior import Posterior, weight_posterior
 
 
 class Channel(NamedTuple):
@@ -32,6 +21,13 @@ class Channel(NamedTuple):
     bins: IntArray
     precisions: FloatArray
     twiddle: ComplexArray
+
+
+class Split(NamedTuple):
+    """Rows (K, N) with real and imaginary parts apart."""
+
+    real: FloatArray
+    imag: FloatArray
 
 
 @compiled
@@ -49,74 +45,80 @@ def grid_atoms(num_samples: int, bins: IntArray, twiddle: ComplexArray) -> Compl
 
 
 @compiled
-def channel_columns(templates: ComplexArray, atoms: ComplexArray, owners: IntArray) -> ComplexArray:
-    """(K, N) columns from the templates (B, N) and the columns' atoms (K, N)."""
-    columns = np.empty_like(atoms)
-    for k in range(len(owners)):
-        for n in range(atoms.shape[1]):
-            columns[k, n] = templates[owners[k], n] * atoms[k, n]
-    return columns
+def split_rows(rows: ComplexArray) -> Split:
+    """Take the parts of complex rows (K, N) apart."""
+    real, imag = np.empty(rows.shape), np.empty(rows.shape)
+    for k in range(rows.shape[0]):
+        for n in range(rows.shape[1]):
+            real[k, n], imag[k, n] = rows[k, n].real, rows[k, n].imag
+    return Split(real, imag)
 
 
 @compiled
-def _inner(a: ComplexArray, b: ComplexArray) -> complex:
+def split_row(row: ComplexArray) -> Split:
+    """Take the parts of one complex row (N,) apart, as (1, N)."""
+    real, imag = np.empty((1, len(row))), np.empty((1, len(row)))
+    for n in range(len(row)):
+        real[0, n], imag[0, n] = row[n].real, row[n].imag
+    return Split(real, imag)
+
+
+@compiled
+def channel_columns(templates: Split, atoms: Split, owners: IntArray) -> Split:
+    """(K, N) columns from the templates (B, N) and the columns' atoms (K, N)."""
+    real, imag = np.empty(atoms.real.shape), np.empty(atoms.real.shape)
+    for k in range(len(owners)):
+        a, b = templates.real[owners[k]], templates.imag[owners[k]]
+        c, d = atoms.real[k], atoms.imag[k]
+        for n in range(len(a)):
+            real[k, n] = a[n] * c[n] - b[n] * d[n]
+            imag[k, n] = a[n] * d[n] + b[n] * c[n]
+    return Split(real, imag)
+
+
+@compiled
+def inner(a: Split, i: int, b: Split, j: int) -> complex:
+    """Inner product of row i of a with row j of b."""
+    a_real, a_imag, b_real, b_imag = a.real[i], a.imag[i], b.real[j], b.imag[j]
     real = imag = 0.0
-    for n in range(len(a)):
-        real += a[n].real * b[n].real + a[n].imag * b[n].imag
-        imag += a[n].real * b[n].imag - a[n].imag * b[n].real
+    for n in range(len(a_real)):
+        real += a_real[n] * b_real[n] + a_imag[n] * b_imag[n]
+        imag += a_real[n] * b_imag[n] - a_imag[n] * b_real[n]
     return complex(real, imag)
 
 
 @compiled
-def weight_posterior(
-    gram: ComplexArray, projections: ComplexArray, precisions: FloatArray, noise_precision: float
-) -> Posterior:
-    """Posterior from the Gram matrix and projections, by Cholesky's factors; O(K^3)."""
-    size = len(precisions)
-    # inverse: of the Cholesky factor L of the precision matrix, so that C = L^-H L^-1
-    factor = np.zeros((size, size), dtype=np.complex128)
-    inverse = np.zeros((size, size), dtype=np.complex128)
-    log_determinant = 0.0
-    for i in range(size):
-        for j in range(i):
-            rest = noise_precision * gram[i, j] - _inner(factor[j, :j], factor[i, :j])
-            factor[i, j] = rest / factor[j, j].real
-        pivot = noise_precision * gram[i, i].real + precisions[i]
-        pivot -= _inner(factor[i, :i], factor[i, :i]).real
-        log_determinant -= np.log(pivot) if pivot > 0.0 else np.nan
-        factor[i, i] = np.sqrt(pivot)
-        for j in range(i):
-            total = 0.0j
-            for k in range(j, i):
-                total += factor[i, k] * inverse[k, j]
-            inverse[i, j] = -total / factor[i, i].real
-        inverse[i, i] = 1.0 / factor[i, i].real
-    covariance = np.zeros((size, size), dtype=np.complex128)
-    for k in range(size):
-        for i in range(k + 1):
-            for j in range(k + 1):
-                covariance[i, j] += inverse[k, i].conjugate() * inverse[k, j]
-    amplitudes = np.zeros(size, dtype=np.complex128)
-    for i in range(size):
-        for j in range(size):
-            amplitudes[i] += noise_precision * covariance[i, j] * projections[j]
-    return Posterior(gram, projections, covariance, amplitudes, log_determinant)
+def add_scaled(weight: complex, source: Split, i: int, target: Split, j: int) -> None:
+    """Add a weight times row i of the source to row j of the target."""
+    real, imag = weight.real, weight.imag
+    a, b = source.real[i], source.imag[i]
+    c, d = target.real[j], target.imag[j]
+    for n in range(len(a)):
+        c[n] += real * a[n] - imag * b[n]
+        d[n] += real * b[n] + imag * a[n]
 
 
 @compiled
 def columns_posterior(
-    columns: ComplexArray, residual: ComplexArray, precisions: FloatArray, noise_precision: float
+    columns: Split, residual: Split, precisions: FloatArray, noise_precision: float
 ) -> Posterior:
-    """Posterior of the weights of (K, N) columns."""
-    size = len(columns)
+    """Posterior of the weights of (K, N) columns; the residual is one row."""
+    size = len(precisions)
     gram = np.empty((size, size), dtype=np.complex128)
     projections = np.empty(size, dtype=np.complex128)
     for i in range(size):
-        projections[i] = _inner(columns[i], residual)
+        projections[i] = inner(columns, i, residual, 0)
         for j in range(i + 1):
-            gram[i, j] = _inner(columns[i], columns[j])
+            gram[i, j] = inner(columns, i, columns, j)
             gram[j, i] = gram[i, j].conjugate()
     return weight_posterior(gram, projections, precisions, noise_precision)
+
+
+@compiled
+def ramp_columns(templates: ComplexArray, channel: Channel) -> tuple[Split, Split]:
+    """Atoms and columns (K, N) of one ramp."""
+    atoms = split_rows(grid_atoms(templates.shape[1], channel.bins, channel.twiddle))
+    return atoms, channel_columns(split_rows(templates), atoms, channel.owners)
 
 
 @compiled
@@ -124,60 +126,55 @@ def channel_fit(
     templates: ComplexArray, residual: ComplexArray, channel: Channel, noise_precision: float
 ) -> Posterior:
     """Posterior of the columns of one ramp."""
-    atoms = grid_atoms(len(residual), channel.bins, channel.twiddle)
-    columns = channel_columns(templates, atoms, channel.owners)
-    return columns_posterior(columns, residual, channel.precisions, noise_precision)
+    _, columns = ramp_columns(templates, channel)
+    return columns_posterior(columns, split_row(residual), channel.precisions, noise_precision)
 
 
 @compiled
-def burst_signals(
-    templates: ComplexArray, channel: Channel, amplitudes: ComplexArray
-) -> ComplexArray:
-    """(B, N) bursts U Psi beta."""
-    signals = np.zeros(templates.shape, dtype=np.complex128)
-    atoms = grid_atoms(templates.shape[1], channel.bins, channel.twiddle)
-    for k in range(len(amplitudes)):
-        owner = channel.owners[k]
-        for n in range(templates.shape[1]):
-            signals[owner, n] += amplitudes[k] * templates[owner, n] * atoms[k, n]
-    return signals
+def fill_bursts(
+    columns: Split, owners: IntArray, amplitudes: ComplexArray, signals: ComplexArray
+) -> None:
+    """Write what the columns of each burst add up to into (B, N) signals."""
+    signals[:] = 0.0
+    for k in range(len(owners)):
+        row, weight = signals[owners[k]], amplitudes[k]
+        for n in range(len(row)):
+            row[n] += weight * complex(columns.real[k, n], columns.imag[k, n])
 
 
 @compiled
 def _line_and_spread(
-    atoms: ComplexArray,
-    columns: ComplexArray,
+    atoms: Split,
+    columns: Split,
     fit: tuple[ComplexArray, ComplexArray],
     moving: IntArray,
-) -> tuple[ComplexArray, ComplexArray]:
-    """(N,) ``Psi beta`` and ``diag(A C Psi^H)`` of the weights that carry a template."""
+) -> tuple[Split, Split]:
+    """(1, N) ``Psi beta`` and ``diag(A C Psi^H)`` of the weights that carry a template."""
     covariance, amplitudes = fit
-    num_samples = atoms.shape[1]
-    line = np.zeros(num_samples, dtype=np.complex128)
-    spread = np.zeros(num_samples, dtype=np.complex128)
-    mixed = np.empty(num_samples, dtype=np.complex128)
+    shape = (1, atoms.real.shape[1])
+    line, spread = Split(np.zeros(shape), np.zeros(shape)), Split(np.zeros(shape), np.zeros(shape))
+    mixed = Split(np.empty(shape), np.empty(shape))
     for k in range(len(moving)):
-        mixed[:] = 0.0
-        for m in range(len(columns)):
-            weight = covariance[m, moving[k]]
-            for n in range(num_samples):
-                mixed[n] += weight * columns[m, n]
-        weight = amplitudes[moving[k]]
-        for n in range(num_samples):
-            line[n] += weight * atoms[k, n]
-            spread[n] += mixed[n] * atoms[k, n].conjugate()
+        mixed.real[:] = 0.0
+        mixed.imag[:] = 0.0
+        for m in range(len(columns.real)):
+            add_scaled(covariance[m, moving[k]], columns, m, mixed, 0)
+        add_scaled(amplitudes[moving[k]], atoms, k, line, 0)
+        for n in range(shape[1]):
+            real, imag = atoms.real[k, n], atoms.imag[k, n]
+            spread.real[0, n] += mixed.real[0, n] * real + mixed.imag[0, n] * imag
+            spread.imag[0, n] += mixed.imag[0, n] * real - mixed.real[0, n] * imag
     return line, spread
 
 
 @compiled
 def template_slopes(
     derivatives: ComplexArray,
-    atoms: ComplexArray,
-    columns: ComplexArray,
-    covariance: ComplexArray,
-    amplitudes: ComplexArray,
+    atoms: Split,
+    columns: Split,
+    fit: tuple[ComplexArray, ComplexArray],
     moving: IntArray,
-    residual: ComplexArray,
+    residual: Split,
     noise_precision: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Gradient (2,) and Gauss-Newton curvature (2, 2) of a log evidence by a template.
@@ -190,51 +187,62 @@ def template_slopes(
     ----------
     derivatives : (2, N) complex
         Derivatives of the template by the two parameters.
-    atoms : (K, N) complex
+    atoms : (K, N) rows
         Channel atoms Psi of the columns that carry the template.
-    columns : (M, N) complex
+    columns : (M, N) rows
         All columns that have a part in this ramp.
-    covariance, amplitudes : (M, M), (M,) complex
-        Their posterior.
+    fit : tuple of (M, M) and (M,) complex
+        Covariance and mean of their weights.
     moving : (K,) int
         Which of them carry the template.
-    residual : (N,) complex
+    residual : (1, N) rows
         What the columns explain.
     noise_precision : float
         lambda.
     """
-    num_samples, size = len(residual), len(columns)
-    rest = residual.copy()
+    covariance, amplitudes = fit
+    size = len(columns.real)
+    rest = Split(residual.real.copy(), residual.imag.copy())
     for m in range(size):
-        for n in range(num_samples):
-            rest[n] -= amplitudes[m] * columns[m, n]
-    line, spread = _line_and_spread(atoms, columns, (covariance, amplitudes), moving)
+        add_scaled(-amplitudes[m], columns, m, rest, 0)
+    line, spread = _line_and_spread(atoms, columns, fit, moving)
+    slopes = split_rows(derivatives)
+    moved = channel_columns(slopes, Split(_twice(line.real), _twice(line.imag)), np.arange(2))
     gradient, curvature = np.zeros(2), np.zeros((2, 2))
-    moved = derivatives * line
     crossed = np.empty((2, size), dtype=np.complex128)
     for i in range(2):
-        for n in range(num_samples):
-            pull = rest[n].conjugate() * line[n] - spread[n].conjugate()
-            gradient[i] += 2.0 * noise_precision * (derivatives[i, n] * pull).real
+        # Re(da (r* y - c*)): the moved template on what is left, less the spread.
+        gradient[i] = 2.0 * noise_precision * (inner(rest, 0, moved, i).real)
+        gradient[i] -= 2.0 * noise_precision * inner(spread, 0, slopes, i).real
         for m in range(size):
-            crossed[i, m] = _inner(columns[m], moved[i])
+            crossed[i, m] = inner(columns, m, moved, i)
     for i in range(2):
         for j in range(2):
-            kept = _inner(moved[i], moved[j]).real
+            kept = inner(moved, i, moved, j).real
             for m in range(size):
-                mean = _inner(crossed[j], covariance[:, m])
+                mean = 0.0j
+                for k in range(size):
+                    mean += crossed[j, k].conjugate() * covariance[k, m]
                 kept -= noise_precision * (crossed[i, m] * mean).real
             curvature[i, j] = 2.0 * noise_precision * kept
     return gradient, curvature
 
 
 @compiled
-def channel_cost(
-    templates: ComplexArray, residual: ComplexArray, channel: Channel, noise_precision: float
-) -> float:
-    """Cost (71) of one ramp, ``log|C| + lambda h^H beta`` with the projections h."""
-    fit = channel_fit(templates, residual, channel, noise_precision)
-    return fit.log_determinant + noise_precision * _inner(fit.projections, fit.amplitudes).real
+def _twice(row: FloatArray) -> FloatArray:
+    """(2, N) one row (1, N) above itself."""
+    rows = np.empty((2, row.shape[1]))
+    rows[:] = row
+    return rows
+
+
+@compiled
+def evidence(fit: Posterior, noise_precision: float) -> float:
+    """Cost (71) of a fit, ``log|C| + lambda h^H beta`` with the projections h."""
+    explained = 0.0
+    for k in range(len(fit.amplitudes)):
+        explained += (fit.projections[k].conjugate() * fit.amplitudes[k]).real
+    return fit.log_determinant + noise_precision * explained
 
 
 @compiled
@@ -247,19 +255,17 @@ def channel_slopes(
     noise_precision: float,
 ) -> tuple[float, FloatArray, FloatArray]:
     """Cost (71) of one ramp with gradient and curvature by the template `moving`."""
-    atoms = grid_atoms(len(residual), channel.bins, channel.twiddle)
-    columns = channel_columns(templates, atoms, channel.owners)
-    fit = columns_posterior(columns, residual, channel.precisions, noise_precision)
+    atoms, columns = ramp_columns(templates, channel)
+    split = split_row(residual)
+    fit = columns_posterior(columns, split, channel.precisions, noise_precision)
     own = np.flatnonzero(channel.owners == moving)
     gradient, curvature = template_slopes(
         derivatives,
-        atoms[own],
+        Split(atoms.real[own], atoms.imag[own]),
         columns,
-        fit.covariance,
-        fit.amplitudes,
+        (fit.covariance, fit.amplitudes),
         own,
-        residual,
+        split,
         noise_precision,
     )
-    cost = fit.log_determinant + noise_precision * _inner(fit.projections, fit.amplitudes).real
-    return cost, gradient, curvature
+    return evidence(fit, noise_precision), gradient, curvature

@@ -9,7 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vsep.kernels.channel import Channel, burst_signals, channel_cost, channel_fit, channel_slopes
+from vsep.kernels.channel import (
+    Channel,
+    channel_fit,
+    channel_slopes,
+    columns_posterior,
+    evidence,
+    fill_bursts,
+    ramp_columns,
+    split_row,
+)
 from vsep.kernels.channel_selection import product_rows, revised_channel
 from vsep.kernels.compiler import compiled
 
@@ -21,7 +30,7 @@ class FlatRamps(NamedTuple):
 
     Ramp r has the bursts ``first_burst[r]`` to ``first_burst[r + 1]`` of the templates (B, N), and
     the columns ``first_column[r]`` to ``first_column[r + 1]`` of the others: `owners` (K,) counts
-    the bursts within a ramp, `bins` and `precisions` (K,) are as in `Channel`, `twiddle` (M,) is
+    the bursts of the frame, `bins` and `precisions` (K,) are as in `Channel`, `twiddle` (M,) is
     shared.
     """
 
@@ -35,15 +44,18 @@ class FlatRamps(NamedTuple):
 
 
 class FlatPosterior(NamedTuple):
-    """Posteriors of R ramps: covariances (sum of K^2,), means (K,), tr(A C A^H) and log|C| (R,).
+    """Posteriors of R ramps: covariances (sum of K^2,), their diagonals and the means (K,).
 
-    ``log_determinants`` is NaN where a precision matrix is not positive definite.
+    ``traces`` is tr(A C A^H), ``log_determinants`` log|C| (R,), NaN where a precision matrix is not
+    positive definite; ``signals`` (B, N) are the bursts U Psi beta.
     """
 
     covariances: ComplexArray
+    variances: FloatArray
     amplitudes: ComplexArray
     traces: FloatArray
     log_determinants: FloatArray
+    signals: ComplexArray
 
 
 @compiled
@@ -55,7 +67,7 @@ def _templates_of(ramps: FlatRamps, r: int) -> ComplexArray:
 def _channel_of(ramps: FlatRamps, r: int) -> Channel:
     first, last = ramps.first_column[r], ramps.first_column[r + 1]
     return Channel(
-        ramps.owners[first:last],
+        ramps.owners[first:last] - ramps.first_burst[r],
         ramps.bins[first:last],
         ramps.precisions[first:last],
         ramps.twiddle,
@@ -70,21 +82,27 @@ def all_posteriors(
     sizes = np.diff(ramps.first_column)
     covariances = np.empty(np.sum(sizes * sizes), dtype=np.complex128)
     amplitudes = np.empty(len(ramps.bins), dtype=np.complex128)
+    variances = np.empty(len(ramps.bins))
     traces, log_determinants = np.zeros(len(sizes)), np.empty(len(sizes))
+    signals = np.empty(ramps.templates.shape, dtype=np.complex128)
     place = 0
     for r in range(len(sizes)):
-        fit = channel_fit(
-            _templates_of(ramps, r), residual[r], _channel_of(ramps, r), noise_precision
-        )
+        channel, first = _channel_of(ramps, r), ramps.first_column[r]
+        _, columns = ramp_columns(_templates_of(ramps, r), channel)
+        split = split_row(residual[r])
+        fit = columns_posterior(columns, split, channel.precisions, noise_precision)
         log_determinants[r] = fit.log_determinant
-        amplitudes[ramps.first_column[r] : ramps.first_column[r + 1]] = fit.amplitudes
+        amplitudes[first : first + sizes[r]] = fit.amplitudes
+        own = signals[ramps.first_burst[r] : ramps.first_burst[r + 1]]
+        fill_bursts(columns, channel.owners, fit.amplitudes, own)
         for i in range(sizes[r]):
+            variances[first + i] = fit.covariance[i, i].real
             for j in range(sizes[r]):
                 covariance = fit.covariance[i, j]
                 covariances[place] = covariance
                 place += 1
                 traces[r] += (fit.gram[i, j].conjugate() * covariance).real
-    return FlatPosterior(covariances, amplitudes, traces, log_determinants)
+    return FlatPosterior(covariances, variances, amplitudes, traces, log_determinants, signals)
 
 
 @compiled
@@ -92,10 +110,11 @@ def all_signals(ramps: FlatRamps, amplitudes: ComplexArray) -> ComplexArray:
     """(B, N) bursts U Psi beta of all ramps."""
     signals = np.empty(ramps.templates.shape, dtype=np.complex128)
     for r in range(len(ramps.first_burst) - 1):
-        own = amplitudes[ramps.first_column[r] : ramps.first_column[r + 1]]
-        signals[ramps.first_burst[r] : ramps.first_burst[r + 1]] = burst_signals(
-            _templates_of(ramps, r), _channel_of(ramps, r), own
-        )
+        channel = _channel_of(ramps, r)
+        _, columns = ramp_columns(_templates_of(ramps, r), channel)
+        own = signals[ramps.first_burst[r] : ramps.first_burst[r + 1]]
+        weights = amplitudes[ramps.first_column[r] : ramps.first_column[r + 1]]
+        fill_bursts(columns, channel.owners, weights, own)
     return signals
 
 
@@ -114,7 +133,8 @@ def all_costs(
         r = chosen[i]
         templates = _templates_of(ramps, r).copy()
         templates[moving[r]] = trials[i]
-        costs[i] = channel_cost(templates, residual[r], _channel_of(ramps, r), noise_precision)
+        fit = channel_fit(templates, residual[r], _channel_of(ramps, r), noise_precision)
+        costs[i] = evidence(fit, noise_precision)
     return costs
 
 
@@ -252,7 +272,8 @@ def all_revisions(
         row += size
         first, last = first_column[r], first_column[r] + len(channel.bins)
         first_column[r + 1] = last
-        owners[first:last], bins[first:last] = channel.owners, channel.bins
+        owners[first:last] = channel.owners + ramps.first_burst[r]
+        bins[first:last] = channel.bins
         precisions[first:last], kept[first:last] = channel.precisions, stay
         ratios[first:last] = own_ratios
         added[first + len(before.bins) : last] = True

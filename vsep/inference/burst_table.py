@@ -1,0 +1,266 @@
+"""All bursts of a frame and the columns of their channels while a step changes them.
+
+What belongs to all bursts stands in flat arrays, ramp after ramp, which is how the kernels take it:
+a step then costs a few calls, not a few for every ramp.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray, frozen
+from vsep.inference.chirp_refinement import PlacedChirps, place_chirps
+from vsep.inference.state import BurstComponents
+from vsep.kernels.ramps import FlatPosterior, FlatRamps
+from vsep.signal.template import SignalModel
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RampBursts:
+    """What one ramp holds, for looking at: its B bursts, their K columns and posterior.
+
+    Column i belongs to the chirp ``owners[i]`` and the grid bin ``bins[i]``; ``signals`` (B, N) is
+    what the columns of each chirp add up to.
+    """
+
+    ramp: int
+    chirps: PlacedChirps
+    owners: IntArray
+    bins: IntArray
+    precisions: FloatArray
+    amplitudes: ComplexArray
+    covariance: ComplexArray
+    signals: ComplexArray
+
+    @property
+    def templates(self) -> ComplexArray:
+        """(B, N) templates of the chirps."""
+        return self.chirps.templates
+
+    @property
+    def signal(self) -> ComplexArray:
+        """(N,) sum of the bursts."""
+        total: ComplexArray = self.signals.sum(axis=0)
+        return total
+
+    def own(self, index: int) -> IntArray:
+        """Return the columns of one burst."""
+        return np.flatnonzero(self.owners == index)
+
+
+class Channel(NamedTuple):
+    """Bins, prior precisions, means (K,) and covariance (K, K) of the columns of one burst."""
+
+    active_bins: IntArray
+    precisions: FloatArray
+    amplitudes: ComplexArray
+    covariance: ComplexArray
+
+
+class BurstTable:
+    """The B bursts of a frame in the order of rows, and their K columns in that order.
+
+    Of several antennas every row of the frame is a ramp with bursts and channels of its own.
+
+    Parameters
+    ----------
+    model : SignalModel
+        Size, sampling and filter of the templates.
+    bursts : tuple of BurstComponents
+        Where a step starts from.
+
+    Attributes
+    ----------
+    rows : (B,) int
+        Row of the frame that each burst lies in, ascending.
+    chirps : PlacedChirps
+        Where the bursts are, and their templates.
+    owners, bins : (K,) int
+        Burst and grid bin of every column; the columns of a ramp stand together.
+    precisions, amplitudes : (K,) float and complex
+        Prior precision and mean of their weights.
+    covariances, variances : (sum of K^2,), (K,)
+        Those of every ramp's columns, and their diagonals; of the last posterior.
+    traces, log_determinants : (R,) float
+        tr(A C A^H) and log|C| of every ramp.
+    signals : (B, N) complex
+        What the columns of each burst add up to.
+    """
+
+    def __init__(self, model: SignalModel, bursts: tuple[BurstComponents, ...]) -> None:
+        rows = np.array([b.antenna * model.num_ramps + b.ramp for b in bursts], dtype=np.int64)
+        start = np.array([burst.start_frequency for burst in bursts])
+        slope = np.array([burst.slope for burst in bursts])
+        self.rows = rows
+        self.chirps = place_chirps(start, slope, model)
+        counts = [len(burst.active_bins) for burst in bursts]
+        self.owners = np.repeat(np.arange(len(bursts)), counts)
+        none = np.zeros(0)
+        self.bins = np.concatenate([none.astype(np.int64), *(b.active_bins for b in bursts)])
+        self.precisions = np.concatenate([none, *(burst.precisions for burst in bursts)])
+        self.amplitudes = np.concatenate(
+            [none.astype(np.complex128), *(burst.amplitudes for burst in bursts)]
+        )
+        self.covariances, self.variances = none.astype(np.complex128), none
+        self.traces, self.log_determinants = none, none
+        self.signals = np.zeros(self.chirps.templates.shape, dtype=np.complex128)
+        self._lay_out()
+
+    def __len__(self) -> int:
+        """Return the number of bursts."""
+        return len(self.rows)
+
+    def _lay_out(self) -> None:
+        """Find the first burst and the first column of every interfered row, and these rows."""
+        begins = np.ones(len(self.rows) + 1, dtype=bool)
+        np.not_equal(self.rows[1:], self.rows[:-1], out=begins[1:-1])
+        self.first_burst: IntArray = np.flatnonzero(begins)
+        self.interfered: IntArray = self.rows[self.first_burst[:-1]]
+        self.ramps_of_bursts: IntArray = np.cumsum(begins[:-1]) - 1
+        self._lay_out_columns()
+
+    def _lay_out_columns(self) -> None:
+        counts = np.zeros(len(self.first_burst), dtype=np.int64)
+        own = np.bincount(self.ramps_of_bursts[self.owners], minlength=len(counts) - 1)
+        np.cumsum(own, out=counts[1:])
+        self.first_column: IntArray = counts
+
+    def flat(self, twiddle: ComplexArray) -> FlatRamps:
+        """Return what the kernels take of all ramps; `twiddle` (M,) are values of the atoms."""
+        return FlatRamps(
+            self.chirps.templates,
+            self.first_burst,
+            self.owners,
+            self.bins,
+            self.precisions,
+            self.first_column,
+            twiddle,
+        )
+
+    def take_posterior(self, fit: FlatPosterior) -> None:
+        """Take over posteriors of all ramps."""
+        self.covariances, self.variances, self.amplitudes = fit[:3]
+        self.traces, self.log_determinants, self.signals = fit[3:]
+
+    def columns_of(self, ramp: int) -> slice:
+        """Return where the columns of an interfered ramp stand."""
+        return slice(int(self.first_column[ramp]), int(self.first_column[ramp + 1]))
+
+    def covariance_of(self, ramp: int) -> ComplexArray:
+        """(K, K) covariance of the columns of an interfered ramp, in the last posterior."""
+        sizes = np.diff(self.first_column)
+        if len(self.covariances) != np.sum(sizes**2):
+            return np.zeros((0, 0), dtype=np.complex128)
+        place, size = int(np.sum(sizes[:ramp] ** 2)), int(sizes[ramp])
+        return self.covariances[place : place + size**2].reshape(size, size)
+
+    def ramps(self) -> dict[int, RampBursts]:
+        """Return what every interfered row holds, by its number."""
+        return {int(row): self.ramp(ramp) for ramp, row in enumerate(self.interfered)}
+
+    def ramp(self, ramp: int) -> RampBursts:
+        """Return what an interfered ramp holds."""
+        first, last = int(self.first_burst[ramp]), int(self.first_burst[ramp + 1])
+        columns = self.columns_of(ramp)
+        return RampBursts(
+            ramp=int(self.interfered[ramp]),
+            chirps=self.chirps.chosen(np.arange(first, last)),
+            owners=self.owners[columns] - first,
+            bins=self.bins[columns],
+            precisions=self.precisions[columns],
+            amplitudes=self.amplitudes[columns],
+            covariance=self.covariance_of(ramp),
+            signals=self.signals[first:last],
+        )
+
+    def channels(self) -> Iterator[Channel]:
+        """Yield bins, precisions, amplitudes and covariance of every burst's columns, read-only."""
+        bins, precisions, amplitudes, covariances = (
+            frozen(each.copy())
+            for each in (self.bins, self.precisions, self.amplitudes, self.covariances)
+        )
+        owned = np.split(np.argsort(self.owners, kind="stable"), self._first_owned())
+        ends = self.first_column.tolist()
+        bursts = np.diff(self.first_burst).tolist()
+        place = 0
+        for ramp, (first, last) in enumerate(pairwise(ends)):
+            size = last - first
+            covariance = covariances[place : place + size**2].reshape(size, size)
+            place += size**2
+            if bursts[ramp] == 1:
+                own = slice(first, last)
+                yield Channel(bins[own], precisions[own], amplitudes[own], covariance)
+                continue
+            begin = int(self.first_burst[ramp])
+            for columns in owned[begin : begin + bursts[ramp]]:
+                inside = np.ix_(columns - first, columns - first)
+                yield Channel(
+                    bins[columns], precisions[columns], amplitudes[columns], covariance[inside]
+                )
+
+    def _first_owned(self) -> IntArray:
+        """Where the columns of the second and later bursts begin in the order of bursts."""
+        return np.asarray(np.cumsum(np.bincount(self.owners, minlength=len(self)))[:-1])
+
+    def add_bursts(self, rows: IntArray, chirps: PlacedChirps) -> IntArray:
+        """Add one burst to each of some rows, ascending, after those that are there.
+
+        Returns
+        -------
+        (T,) int
+            Where the new bursts stand.
+        """
+        places = np.searchsorted(self.rows, rows, side="right")
+        self.owners = self.owners + np.searchsorted(places, self.owners, side="right")
+        self.rows = np.insert(self.rows, places, rows)
+        self.chirps = self.chirps.with_others(places, chirps)
+        self.signals = np.insert(self.signals, places, 0.0, axis=0)
+        self._lay_out()
+        return places + np.arange(len(places))
+
+    def remove_bursts(self, places: IntArray | BoolArray) -> None:
+        """Take bursts out with their columns; posteriors are those of the next ones."""
+        stay = np.ones(len(self), dtype=bool)
+        stay[places] = False
+        kept = stay[self.owners]
+        self.owners = (np.cumsum(stay) - 1)[self.owners[kept]]
+        self.bins, self.precisions = self.bins[kept], self.precisions[kept]
+        self.amplitudes = self.amplitudes[kept]
+        self.rows, self.chirps = self.rows[stay], self.chirps.chosen(stay)
+        self.signals = self.signals[stay]
+        self._lay_out()
+
+    def add_columns(self, owners: IntArray, bins: IntArray, precisions: FloatArray) -> IntArray:
+        """Add one column to each of some ramps, ascending, after those that are there.
+
+        Returns
+        -------
+        (T,) int
+            Where the new columns stand.
+        """
+        places = self.first_column[self.ramps_of_bursts[owners] + 1]
+        self.owners = np.insert(self.owners, places, owners)
+        self.bins = np.insert(self.bins, places, bins)
+        self.precisions = np.insert(self.precisions, places, precisions)
+        self.amplitudes = np.insert(self.amplitudes, places, 0.0)
+        self._lay_out_columns()
+        return np.asarray(places + np.arange(len(places)))
+
+    def remove_columns(self, places: Sequence[int]) -> None:
+        """Take columns out."""
+        if len(places) == 0:
+            return
+        stay = np.ones(len(self.owners), dtype=bool)
+        stay[places] = False
+        self.owners, self.bins = self.owners[stay], self.bins[stay]
+        self.precisions, self.amplitudes = self.precisions[stay], self.amplitudes[stay]
+        self._lay_out_columns()
+
+    def set_columns(self, owners: IntArray, bins: IntArray, precisions: FloatArray) -> None:
+        """Put other columns in place of all; their weights are those of the next posterior."""
+        self.owners, self.bins, self.precisions = owners, bins, precisions
+        self.amplitudes = np.zeros(len(bins), dtype=np.complex128)
+        self._lay_out_columns()
