@@ -72,7 +72,11 @@ def cost_of(chirp):
     ends, columns = np.array([0, 1]), np.array([0, len(bins)])
     ramps = FlatRamps(template, ends, np.zeros_like(bins), bins, precisions, columns, twiddle)
     return ChannelCosts(
-        ramps=ramps, moving=ends[:1], residual=row[None], noise_precision=noise_precision
+        ramps=ramps,
+        moving=ends[:1],
+        shared=ends[:1],
+        residual=row[None],
+        noise_precision=noise_precision,
     )
 
 
@@ -143,7 +147,7 @@ def test_refinement_of_a_burst(timed, chirp, way):
         return separator._refined(moved, row, noise_precision)
 
     def fast():
-        return refine_chirps(placed(moved, model), np.zeros(1, int), model, cost)
+        return refine_chirps(placed(moved, model), model, cost)
 
     found = timed(fast if way == "fast" else literally, part="one refinement of (71)", way=way)
     assert abs(np.squeeze(found.slope) - burst.slope) < abs(slope - burst.slope)

@@ -26,7 +26,11 @@ def cost_of(residual, precisions, noise_precision):
         templates, first_burst, OWNERS, BINS, precisions, first_column, GRID.twiddle
     )
     return ChannelCosts(
-        ramps=columns, moving=FIRST, residual=residual[None], noise_precision=noise_precision
+        ramps=columns,
+        moving=FIRST,
+        shared=FIRST,
+        residual=residual[None],
+        noise_precision=noise_precision,
     )
 
 
@@ -79,7 +83,7 @@ def test_refinement_never_lowers_the_cost():
         start = rng.uniform(0.5, 1.0)
         slope = -start / rng.uniform(20.0, 110.0)
         before = place_chirps(np.array([start]), np.array([slope]), MODEL)
-        moved = refine_chirps(before, FIRST, MODEL, cost)
+        moved = refine_chirps(before, MODEL, cost)
         after, before = moved.templates, burst(start, slope)[None]
         assert cost.values(FIRST, after) >= cost.values(FIRST, before)
 

@@ -27,8 +27,10 @@ def test_search_and_refinement_find_a_burst_exactly(centre, slope):
     zero = np.zeros(1)
     none, ends = zero.astype(int), np.array([0, 1])
     columns = FlatRamps(start.templates, ends, none, none, zero, ends, GRID.twiddle)
-    cost = ChannelCosts(ramps=columns, moving=none, residual=residual[1:2], noise_precision=0.5e8)
-    refined = refine_chirps(start, none, MODEL, cost, max_steps=20)
+    cost = ChannelCosts(
+        ramps=columns, moving=none, shared=none, residual=residual[1:2], noise_precision=0.5e8
+    )
+    refined = refine_chirps(start, MODEL, cost, max_steps=20)
     # Noise 80 dB below the burst: deviations of the parameters are below 1e-6 of their values.
     assert -refined.start_frequency[0] / refined.slope[0] == pytest.approx(centre, abs=1e-3)
     assert refined.slope[0] == pytest.approx(slope, rel=1e-4)

@@ -182,28 +182,24 @@ class BurstTable:
             frozen(each.copy())
             for each in (self.bins, self.precisions, self.amplitudes, self.covariances)
         )
-        owned = np.split(np.argsort(self.owners, kind="stable"), self._first_owned())
-        ends = self.first_column.tolist()
-        bursts = np.diff(self.first_burst).tolist()
-        place = 0
+        begins, ends, place = self.first_burst.tolist(), self.first_column.tolist(), 0
         for ramp, (first, last) in enumerate(pairwise(ends)):
             size = last - first
             covariance = covariances[place : place + size**2].reshape(size, size)
             place += size**2
-            if bursts[ramp] == 1:
+            if begins[ramp + 1] - begins[ramp] == 1:
                 own = slice(first, last)
                 yield Channel(bins[own], precisions[own], amplitudes[own], covariance)
                 continue
-            begin = int(self.first_burst[ramp])
-            for columns in owned[begin : begin + bursts[ramp]]:
-                inside = np.ix_(columns - first, columns - first)
+            for burst in range(begins[ramp], begins[ramp + 1]):
+                inside = np.flatnonzero(self.owners[first:last] == burst)
+                columns = first + inside
                 yield Channel(
-                    bins[columns], precisions[columns], amplitudes[columns], covariance[inside]
+                    bins[columns],
+                    precisions[columns],
+                    amplitudes[columns],
+                    covariance[np.ix_(inside, inside)],
                 )
-
-    def _first_owned(self) -> IntArray:
-        """Where the columns of the second and later bursts begin in the order of bursts."""
-        return np.asarray(np.cumsum(np.bincount(self.owners, minlength=len(self)))[:-1])
 
     def add_bursts(self, rows: IntArray, chirps: PlacedChirps) -> IntArray:
         """Add one burst to each of some rows, ascending, after those that are there.

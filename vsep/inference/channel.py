@@ -4,6 +4,8 @@ A column of a ramp is ``template * psi_k``: the template of one of its bursts an
 grid. All columns of a ramp share one posterior, for bursts that cross each other correlate.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from scipy import fft
 
@@ -19,8 +21,7 @@ class ChannelGrid:
     def __init__(self, num_samples: int, num_bins: int) -> None:
         self.num_samples = num_samples
         self.num_bins = num_bins
-        turns = np.arange(num_bins) / num_bins
-        self.twiddle = np.exp(-2j * np.pi * turns) / np.sqrt(num_samples)
+        self.twiddle = _twiddle(num_samples, num_bins)
         self.scale = float(num_bins / np.sqrt(num_samples))
 
     def atoms(self, bins: IntArray) -> ComplexArray:
@@ -45,6 +46,12 @@ class ChannelGrid:
         """
         rows = product_rows(templates, residual, self.scale)
         return np.asarray(fft.ifft(rows, self.num_bins, axis=2, overwrite_x=True))
+
+
+@lru_cache(maxsize=16)
+def _twiddle(num_samples: int, num_bins: int) -> ComplexArray:
+    """(K,) values of the atoms; left writable, as kernels have one machine code for such arrays."""
+    return np.asarray(np.exp(-2j * np.pi * np.arange(num_bins) / num_bins) / np.sqrt(num_samples))
 
 
 def channel_posterior(

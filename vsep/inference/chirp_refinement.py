@@ -33,14 +33,17 @@ class ChirpCosts(Protocol):
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ChannelCosts:
-    """Costs (71) of R ramps: ``log|C| + lambda h^H beta``, by the template of one burst each.
+    """Costs (71): ``log|C| + lambda h^H beta``, by the template of one burst of each of some ramps.
 
     Parameters
     ----------
     ramps : FlatRamps
-        Templates, bins and prior precisions of the ramps.
+        Templates, bins and prior precisions of R ramps.
     moving : (R,) int
         Which burst of each ramp is changed.
+    shared : (R,) int
+        Which of the S bursts that climb it is, -1 for none. One burst as several antennas see it
+        lies in as many ramps, whose costs are summed.
     residual : (R, N) complex
         Received ramps minus the object estimate.
     noise_precision : float
@@ -49,13 +52,19 @@ class ChannelCosts:
 
     ramps: FlatRamps
     moving: IntArray
+    shared: IntArray
     residual: ComplexArray
     noise_precision: float
 
     def values(self, chosen: IntArray, templates: ComplexArray) -> FloatArray:
-        """(T,) costs of T chosen ramps with other templates (T, N)."""
+        """(T,) costs of T chosen bursts with other templates (T, N)."""
         return all_costs(
-            self.ramps, self.moving, chosen, templates, self.residual, self.noise_precision
+            self.ramps,
+            self.moving,
+            self._trial_of(chosen),
+            templates,
+            self.residual,
+            self.noise_precision,
         )
 
     def slopes(
@@ -65,56 +74,18 @@ class ChannelCosts:
         return all_slopes(
             self.ramps,
             self.moving,
-            chosen,
+            self._trial_of(chosen),
             templates,
             derivatives,
             self.residual,
             self.noise_precision,
         )
 
-
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class SharedCosts:
-    """Sums of costs over the rows that share a template: one burst as several antennas see it.
-
-    Parameters
-    ----------
-    costs : ChirpCosts
-        Of every row.
-    owners : (R,) int
-        Which of the shared templates each row has; -1 for none of them.
-    """
-
-    costs: ChirpCosts
-    owners: IntArray
-
-    def values(self, chosen: IntArray, templates: ComplexArray) -> FloatArray:
-        """(T,) costs of T chosen bursts with other templates (T, N)."""
-        rows, places = self._rows(chosen)
-        values = self.costs.values(rows, templates[places])
-        total = np.zeros(len(chosen))
-        np.add.at(total, places, values)
-        return total
-
-    def slopes(
-        self, chosen: IntArray, templates: ComplexArray, derivatives: ComplexArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Costs, gradients and curvatures, each a sum."""
-        rows, places = self._rows(chosen)
-        values, gradients, curvatures = self.costs.slopes(
-            rows, templates[places], derivatives[places]
-        )
-        totals = np.zeros(len(chosen)), np.zeros((len(chosen), 2)), np.zeros((len(chosen), 2, 2))
-        for total, each in zip(totals, (values, gradients, curvatures), strict=True):
-            np.add.at(total, places, each)
-        return totals
-
-    def _rows(self, chosen: IntArray) -> tuple[IntArray, IntArray]:
-        """Rows of the chosen bursts, and which of them each belongs to."""
-        places = np.full(int(self.owners.max()) + 1, -1)
-        places[chosen] = np.arange(len(chosen))
-        rows = np.flatnonzero((self.owners >= 0) & (places[self.owners] >= 0))
-        return rows, places[self.owners[rows]]
+    def _trial_of(self, chosen: IntArray) -> IntArray:
+        """(R,) which of the chosen bursts each ramp holds, -1 for none."""
+        numbers = np.full(len(self.ramps.templates) + 1, -1)  # the last is for ramps with none
+        numbers[chosen] = np.arange(len(chosen))
+        return np.asarray(numbers[self.shared])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,7 +114,9 @@ class PlacedChirps:
         return len(self.slope)
 
     def chosen(self, places: IntArray | BoolArray) -> "PlacedChirps":
-        """Return some of the bursts, as copies."""
+        """Return some of the bursts, as copies; these themselves if they are all of them."""
+        if places.dtype == np.bool_ and places.all():
+            return self
         return PlacedChirps(
             self.start_frequency[places],
             self.slope[places],
@@ -162,13 +135,17 @@ class PlacedChirps:
             np.insert(self.derivatives, places, others.derivatives, axis=0),
         )
 
-    def put(self, places: IntArray, others: "PlacedChirps") -> None:
-        """Overwrite some of the bursts."""
-        self.start_frequency[places] = others.start_frequency
-        self.slope[places] = others.slope
-        self.reference[places] = others.reference
-        self.templates[places] = others.templates
-        self.derivatives[places] = others.derivatives
+    def replaced(self, places: IntArray, others: "PlacedChirps") -> "PlacedChirps":
+        """Return these bursts with others in place of some, given in ascending order."""
+        if len(places) == len(self):
+            return others
+        result = self.chosen(np.arange(len(self)))
+        result.start_frequency[places] = others.start_frequency
+        result.slope[places] = others.slope
+        result.reference[places] = others.reference
+        result.templates[places] = others.templates
+        result.derivatives[places] = others.derivatives
+        return result
 
 
 def place_chirps(
@@ -182,21 +159,14 @@ def place_chirps(
 
 
 def refine_chirps(
-    chirps: PlacedChirps,
-    places: IntArray,
-    model: SignalModel,
-    costs: ChirpCosts,
-    *,
-    max_steps: int = 1,
+    chirps: PlacedChirps, model: SignalModel, costs: ChirpCosts, *, max_steps: int = 1
 ) -> PlacedChirps:
     """Climb costs in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
 
     Parameters
     ----------
     chirps : PlacedChirps
-        Where B bursts start; no two in one ramp, whose costs would depend on each other.
-    places : (B,) int
-        By which numbers the costs know them.
+        Where bursts start; no two in one ramp, whose costs would depend on each other.
     model : SignalModel
         Makes the templates, those of all trials in one call.
     costs : ChirpCosts
@@ -209,46 +179,52 @@ def refine_chirps(
     PlacedChirps
         No cost falls.
     """
-    refined = chirps.chosen(np.arange(len(chirps)))
     moving = np.arange(len(chirps))
+    refined, present = chirps, chirps
+    longest = 2.0 * LONGEST_SHIFT * model.normalised_cutoff, LONGEST_STRETCH
     for _ in range(max_steps):
+        values, gradients, curvatures = costs.slopes(moving, present.templates, present.derivatives)
+        if not np.isfinite(values).all():
+            raise LinAlgError("the precision matrix of a ramp is not positive definite")
+        moves, promises = damped_steps(gradients, curvatures, present.slope, longest)
+        moved = []
+        trying = _Trying(moving, present, values, moves).some(promises >= NO_GAIN)
+        for _ in range(HALVINGS):
+            if len(trying.numbers) == 0:
+                break
+            trials = trying.moved(model)
+            better = costs.values(trying.numbers, trials.templates) >= trying.values
+            winners = trying.numbers[better]
+            refined = refined.replaced(winners, trials.chosen(better))
+            moved.append(winners)
+            trying = trying.some(~better).shorter()
+        moving = np.sort(np.concatenate(moved)) if moved else moving[:0]
         if len(moving) == 0:
             break
-        values, moves, promises = _damped_steps(
-            refined.chosen(moving), places[moving], costs, model
-        )
-        worth = promises >= NO_GAIN
-        trying, values, moves = moving[worth], values[worth], moves[worth]
-        moved = np.zeros(len(refined), dtype=bool)
-        for _ in range(HALVINGS):
-            if len(trying) == 0:
-                break
-            trials = _moved(refined, trying, moves, model)
-            better = costs.values(places[trying], trials.templates) >= values
-            refined.put(trying[better], trials.chosen(better))
-            moved[trying[better]] = True
-            trying, values, moves = trying[~better], values[~better], 0.25 * moves[~better]
-        moving = np.flatnonzero(moved)
+        present = refined.chosen(moving)
     return refined
 
 
-def _moved(
-    chirps: PlacedChirps, chosen: IntArray, moves: FloatArray, model: SignalModel
-) -> PlacedChirps:
-    """Chosen chirps after moves (T, 2) of the frequency at the reference, and of the slope."""
-    shift, stretch = moves.T
-    start = chirps.start_frequency[chosen] + shift - stretch * chirps.reference[chosen]
-    return place_chirps(start, chirps.slope[chosen] + stretch, model)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Trying:
+    """Bursts on their way: their numbers, where they are, their costs and moves (T, 2)."""
 
+    numbers: IntArray
+    chirps: PlacedChirps
+    values: FloatArray
+    moves: FloatArray
 
-def _damped_steps(
-    chirps: PlacedChirps, places: IntArray, costs: ChirpCosts, model: SignalModel
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Costs (T,), Gauss-Newton steps (T, 2) no longer than allowed, and what they promise (T,)."""
-    values, gradients, curvatures = costs.slopes(places, chirps.templates, chirps.derivatives)
-    if not np.isfinite(values).all():
-        raise LinAlgError("the precision matrix of a ramp is not positive definite")
-    longest = np.empty(gradients.shape)
-    longest[:, 0] = 2.0 * LONGEST_SHIFT * model.normalised_cutoff
-    longest[:, 1] = LONGEST_STRETCH * np.abs(chirps.slope)
-    return values, *damped_steps(gradients, curvatures, longest)
+    def some(self, which: BoolArray) -> "_Trying":
+        if which.all():
+            return self
+        chirps = self.chirps.chosen(which)
+        return _Trying(self.numbers[which], chirps, self.values[which], self.moves[which])
+
+    def shorter(self) -> "_Trying":
+        return _Trying(self.numbers, self.chirps, self.values, 0.25 * self.moves)
+
+    def moved(self, model: SignalModel) -> PlacedChirps:
+        """Place the bursts after their moves of the frequency at the reference, and the slope."""
+        (shift, stretch), chirps = self.moves.T, self.chirps
+        start = chirps.start_frequency + shift - stretch * chirps.reference
+        return place_chirps(start, chirps.slope + stretch, model)

@@ -6,6 +6,8 @@ For every active weight the factors are ``q(gamma) = Ga(1, 1/gamma-hat)``, and
 which is left out: bounds are comparable at one model order, and across orders up to that constant.
 """
 
+import math
+
 import numpy as np
 from scipy.special import digamma, gammaln
 
@@ -32,10 +34,11 @@ def weights_bound(
         return 0.0
     if amplitudes.ndim == 2:
         return _shared_weights_bound(amplitudes, variances, precisions, log_determinant)
-    second_moment = np.abs(amplitudes) ** 2 + variances
-    hyper = np.sum(1.0 - np.log(np.pi) + np.log(precisions) - precisions * second_moment)
-    entropy = len(amplitudes) * np.log(np.pi * np.e) + log_determinant
-    return float(hyper + entropy)
+    second_moment = amplitudes.real**2 + amplitudes.imag**2 + variances
+    count = len(amplitudes)
+    hyper = count * (1.0 - math.log(math.pi)) + float(np.log(precisions).sum())
+    entropy = count * math.log(math.pi * math.e) + log_determinant
+    return hyper - float(precisions @ second_moment) + entropy
 
 
 def _shared_weights_bound(
@@ -67,7 +70,7 @@ def noise_bound(num_values: int, noise_precision: float, expected_error: float) 
     """
     shape = float(num_values)
     rate = shape / noise_precision
-    expected_log = digamma(shape) - np.log(rate)
-    likelihood = shape * (expected_log - np.log(np.pi)) - noise_precision * expected_error
-    entropy = shape - np.log(rate) + gammaln(shape) + (1.0 - shape) * digamma(shape)
+    expected_log = digamma(shape) - math.log(rate)
+    likelihood = shape * (expected_log - math.log(math.pi)) - noise_precision * expected_error
+    entropy = shape - math.log(rate) + gammaln(shape) + (1.0 - shape) * digamma(shape)
     return float(likelihood - expected_log + entropy)

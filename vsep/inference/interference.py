@@ -9,8 +9,6 @@ from vsep.inference.burst_table import BurstTable, RampBursts
 from vsep.inference.channel import ChannelGrid, channel_posterior
 from vsep.inference.chirp_refinement import (
     ChannelCosts,
-    ChirpCosts,
-    SharedCosts,
     place_chirps,
     refine_chirps,
 )
@@ -211,33 +209,30 @@ class InterferenceWorkspace:
             Newton steps at most.
         """
         table = self.table
-        carrying = np.zeros(len(table), dtype=bool)
-        carrying[table.owners] = True
+        carrying = np.bincount(table.owners, minlength=len(table)) > 0
         places = places[carrying[places]]
         if len(places) == 0:
             return
-        ramps = table.ramps_of_bursts[places]
-        moving = np.zeros(len(table.interfered), dtype=np.int64)
+        # A burst has one place at all antennas: the sum over them is climbed.
+        ramps, own = table.ramps_of_bursts[places], places
+        shared, moving = np.full(len(table.interfered), -1), table.first_burst[:-1] * 0
         moving[ramps] = places - table.first_burst[ramps]
-        costs: ChirpCosts = ChannelCosts(
+        if self.model.num_antennas == 1:
+            shared[ramps] = np.arange(len(places))
+        else:
+            own, shared[ramps] = np.unique(places % self.num_shared, return_inverse=True)
+        costs = ChannelCosts(
             ramps=self.flat(),
             moving=moving,
+            shared=shared,
             residual=residual[table.interfered],
             noise_precision=noise_precision,
         )
-        together = places[None]
-        if self.model.num_antennas > 1:
-            # A burst has one place at all antennas: the sum over them is climbed.
-            own, owners = np.unique(places % self.num_shared, return_inverse=True)
-            shared = np.full(len(moving), -1)
-            shared[ramps] = owners
-            costs, ramps = SharedCosts(costs=costs, owners=shared), np.arange(len(own))
-            together = self.at_antennas(own)
-        refined = refine_chirps(
-            table.chirps.chosen(together[0]), ramps, self.model, costs, max_steps=max_steps
-        )
-        for same in together:
-            table.chirps.put(same, refined)
+        everywhere = len(own) == len(table)
+        chirps = table.chirps if everywhere else table.chirps.chosen(own)
+        refined = refine_chirps(chirps, self.model, costs, max_steps=max_steps)
+        for same in self.at_antennas(own):
+            table.chirps = table.chirps.replaced(same, refined)
 
     def _revise(self, residual: ComplexArray, noise_precision: float) -> None:
         """Add, re-weigh and prune the columns of all ramps, Algorithm 4."""
@@ -313,7 +308,10 @@ class InterferenceWorkspace:
                 start_frequency=start,
                 slope=slope,
                 energy=energy,
-                **channel._asdict(),
+                active_bins=channel.active_bins,
+                amplitudes=channel.amplitudes,
+                covariance=channel.covariance,
+                precisions=channel.precisions,
             )
             for (row, start, slope, energy), channel in zip(places, channels, strict=True)
         )

@@ -5,6 +5,8 @@ channel atom of ramp p is ``template * psi_k`` over the samples times the unit v
 ramps. So the object algorithm runs over both without knowing which is which.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import fft
 
@@ -133,12 +135,11 @@ class JointColumns:
                 continue
             refined = refine_chirps(
                 table.chirps.chosen(np.array([place])),
-                np.zeros(1, dtype=np.int64),
                 self.interference.model,
                 self.chirp_cost(int(place)),
                 max_steps=self.interference.schedule.refinement_steps,
             )
-            table.chirps.put(np.array([place]), refined)
+            table.chirps = table.chirps.replaced(np.array([place]), refined)
             self.rebuild()
 
     def chirp_cost(self, place: int) -> ChirpCosts:
@@ -241,5 +242,8 @@ class _JointCost:
         return costs, gradient[None], curvature[None]
 
     def _place(self, template: ComplexArray) -> None:
-        self.columns.interference.table.chirps.templates[self.place] = template
+        table = self.columns.interference.table
+        templates = table.chirps.templates.copy()
+        templates[self.place] = template
+        table.chirps = replace(table.chirps, templates=templates)
         self.columns.rebuild()

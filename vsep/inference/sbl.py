@@ -220,6 +220,7 @@ def converged_precision(rho: float, omega_sq: float) -> float:
     return 1.0 / (omega_sq - rho)
 
 
+@lru_cache(maxsize=64)
 def threshold_from_false_alarm_rate(
     rate: float, num_ramps: int, num_samples: int, num_antennas: int = 1
 ) -> float:

@@ -263,12 +263,13 @@ def _separation_bound(
         active.precisions,
         active.log_determinant,
     )
-    bound += weights_bound(
-        filtered.amplitudes,
-        np.diagonal(filtered.covariance).real,
-        filtered.precisions,
-        float(np.linalg.slogdet(filtered.covariance)[1]),
-    )
+    if filtered.num_splines:
+        bound += weights_bound(
+            filtered.amplitudes,
+            np.diagonal(filtered.covariance).real,
+            filtered.precisions,
+            float(np.linalg.slogdet(filtered.covariance)[1]),
+        )
     return bound + noise_bound(num_used, noise_precision, error)
 
 

@@ -15,10 +15,10 @@ from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
 from vsep.signal.corrected_filter import NUM_SPLINES
 
 
-def _freeze_arrays(record: Any) -> None:
-    for name in record.__slots__:
+def _freeze_arrays(record: Any, *names: str) -> None:
+    for name in names:
         value = getattr(record, name)
-        if isinstance(value, np.ndarray) and value.flags.writeable:
+        if value.flags.writeable:
             object.__setattr__(record, name, frozen(value))
 
 
@@ -51,7 +51,9 @@ class ObjectComponents:
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        _freeze_arrays(self)
+        _freeze_arrays(
+            self, "component_ids", "beats", "dopplers", "amplitudes", "covariance", "precisions"
+        )
 
     @property
     def num_components(self) -> int:
@@ -109,7 +111,7 @@ class BurstComponents:
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        _freeze_arrays(self)
+        _freeze_arrays(self, "active_bins", "amplitudes", "covariance", "precisions")
 
     @property
     def num_components(self) -> int:
@@ -148,7 +150,7 @@ class FilterCorrection:
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        _freeze_arrays(self)
+        _freeze_arrays(self, "active_splines", "amplitudes", "covariance", "precisions")
 
     @property
     def num_splines(self) -> int:
@@ -212,7 +214,7 @@ class SeparationState:
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        _freeze_arrays(self)
+        _freeze_arrays(self, "object_signal", "interference_signal")
 
     @property
     def effective_precision(self) -> float:

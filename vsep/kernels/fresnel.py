@@ -104,7 +104,7 @@ def raised_cosine_terms(
     ----------
     frequency : (B, M) float
         Where to evaluate.
-    slope : (B,) float
+    slope : (B, 1) float
         Not zero.
     inner, outer : float
         End of the flat part and of the taper.
@@ -120,7 +120,7 @@ def raised_cosine_terms(
     per_cycle = 0.5 / (outer - inner)
     angular = 2.0 * np.pi * per_cycle
     for b in range(frequency.shape[0]):
-        rate = slope[b]
+        rate = slope[b, 0]
         shift = rate * per_cycle
         kernel = complex(0.25, 0.25 * side(rate))
         common = 0.125 * turn(0.5 * per_cycle * shift)

@@ -119,22 +119,44 @@ def all_signals(ramps: FlatRamps, amplitudes: ComplexArray) -> ComplexArray:
 
 
 @compiled
+def _with_trial(ramps: FlatRamps, r: int, moving: int, trial: ComplexArray) -> ComplexArray:
+    """Templates of a ramp with another one in place of its moving burst's."""
+    templates = _templates_of(ramps, r).copy()
+    templates[moving] = trial
+    return templates
+
+
+@compiled
 def all_costs(
     ramps: FlatRamps,
     moving: IntArray,
-    chosen: IntArray,
+    trial_of: IntArray,
     trials: ComplexArray,
     residual: ComplexArray,
     noise_precision: float,
 ) -> FloatArray:
-    """(T,) costs (71) of T chosen ramps with the templates (T, N) in place of the moving ones."""
-    costs = np.empty(len(chosen))
-    for i in range(len(chosen)):
-        r = chosen[i]
-        templates = _templates_of(ramps, r).copy()
-        templates[moving[r]] = trials[i]
-        fit = channel_fit(templates, residual[r], _channel_of(ramps, r), noise_precision)
-        costs[i] = evidence(fit, noise_precision)
+    """(T,) costs (71) with trial templates in place of moving ones.
+
+    Parameters
+    ----------
+    ramps : FlatRamps
+    moving : (R,) int
+        Which burst of each ramp moves.
+    trial_of : (R,) int
+        The trial that each ramp takes, -1 for none; costs of ramps with one trial are summed.
+    trials : (T, N) complex
+        Templates.
+    residual : (R, N) complex
+    noise_precision : float
+        lambda.
+    """
+    costs = np.zeros(len(trials))
+    for r in range(len(moving)):
+        trial = trial_of[r]
+        if trial >= 0:
+            templates = _with_trial(ramps, r, moving[r], trials[trial])
+            fit = channel_fit(templates, residual[r], _channel_of(ramps, r), noise_precision)
+            costs[trial] += evidence(fit, noise_precision)
     return costs
 
 
@@ -142,7 +164,7 @@ def all_costs(
 def all_slopes(
     ramps: FlatRamps,
     moving: IntArray,
-    chosen: IntArray,
+    trial_of: IntArray,
     trials: ComplexArray,
     derivatives: ComplexArray,
     residual: ComplexArray,
@@ -150,33 +172,24 @@ def all_slopes(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Costs (T,) as `all_costs`, gradients (T, 2) and curvatures (T, 2, 2).
 
-    Parameters
-    ----------
-    ramps : FlatRamps
-    moving : (R,) int
-        Which burst of each ramp moves.
-    chosen : (T,) int
-        The ramps that are asked for.
-    trials, derivatives : (T, N), (T, 2, N) complex
-        Templates of their moving bursts, with derivatives by the two parameters.
-    residual : (R, N) complex
-    noise_precision : float
-        lambda.
+    The derivatives (T, 2, N) of the trials are those by the two parameters.
     """
-    costs, gradients = np.empty(len(chosen)), np.empty((len(chosen), 2))
-    curvatures = np.empty((len(chosen), 2, 2))
-    for i in range(len(chosen)):
-        r = chosen[i]
-        templates = _templates_of(ramps, r).copy()
-        templates[moving[r]] = trials[i]
-        costs[i], gradients[i], curvatures[i] = channel_slopes(
-            templates,
-            moving[r],
-            derivatives[i],
-            residual[r],
-            _channel_of(ramps, r),
-            noise_precision,
-        )
+    costs, gradients = np.zeros(len(trials)), np.zeros((len(trials), 2))
+    curvatures = np.zeros((len(trials), 2, 2))
+    for r in range(len(moving)):
+        trial = trial_of[r]
+        if trial >= 0:
+            cost, gradient, curvature = channel_slopes(
+                _with_trial(ramps, r, moving[r], trials[trial]),
+                moving[r],
+                derivatives[trial],
+                residual[r],
+                _channel_of(ramps, r),
+                noise_precision,
+            )
+            costs[trial] += cost
+            gradients[trial] += gradient
+            curvatures[trial] += curvature
     return costs, gradients, curvatures
 
 
@@ -199,13 +212,21 @@ def newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[float, flo
 
 @compiled
 def damped_steps(
-    gradients: FloatArray, curvatures: FloatArray, longest: FloatArray
+    gradients: FloatArray,
+    curvatures: FloatArray,
+    slopes: FloatArray,
+    longest: tuple[float, float],
 ) -> tuple[FloatArray, FloatArray]:
-    """(T, 2) Gauss-Newton steps no longer than (T, 2) `longest`, and what each promises (T,)."""
+    """(T, 2) Gauss-Newton steps, and what each promises (T,).
+
+    A step is no longer than ``longest[0]`` in the first parameter and ``longest[1]`` of the slope
+    (T,) in the second.
+    """
     steps, promises = np.empty(gradients.shape), np.empty(len(gradients))
     for i in range(len(gradients)):
         shift, stretch = newton_step(gradients[i], curvatures[i])
-        scale = 1.0 / max(1.0, abs(shift) / longest[i, 0], abs(stretch) / longest[i, 1])
+        over = max(abs(shift) / longest[0], abs(stretch) / (longest[1] * abs(slopes[i])))
+        scale = 1.0 / max(1.0, over)
         steps[i, 0], steps[i, 1] = scale * shift, scale * stretch
         promises[i] = 0.5 * scale * (gradients[i, 0] * shift + gradients[i, 1] * stretch)
     return steps, promises

@@ -8,10 +8,23 @@ from vsep.kernels.turns import turn
 
 
 @compiled
+def burst_courses(
+    start_frequency: FloatArray, slope: FloatArray, sample_rate_hz: float, num_samples: int
+) -> tuple[FloatArray, FloatArray]:
+    """Frequencies (B, N) in Hz that bursts run through, and their slopes (B, 1) in Hz/s."""
+    courses = np.empty((len(slope), num_samples))
+    steepness = np.empty((len(slope), 1))
+    for b in range(len(slope)):
+        first, step = sample_rate_hz * start_frequency[b], sample_rate_hz * slope[b]
+        steepness[b, 0] = sample_rate_hz * step
+        for n in range(num_samples):
+            courses[b, n] = first + step * n
+    return courses, steepness
+
+
+@compiled
 def template_jets(
-    start_frequency: FloatArray,
-    slope: FloatArray,
-    reference: FloatArray,
+    parameters: tuple[FloatArray, FloatArray, FloatArray],
     sample_rate_hz: float,
     value: ComplexArray,
     first: ComplexArray,
@@ -21,7 +34,7 @@ def template_jets(
 
     Parameters
     ----------
-    start_frequency, slope, reference : (B,) float
+    parameters : tuple of (B,) float
         f, s, and the sample where the derivatives' frequency is taken and the phase stands still.
     sample_rate_hz : float
         Unit of the frequencies by which `first` and `second` are derivatives.
@@ -34,6 +47,7 @@ def template_jets(
     derivatives : (B, 2, N) complex
         By the frequency at the reference and by the slope; ``dGbar/ds = -j/(4 pi) d^2 Gbar/df^2``.
     """
+    start_frequency, slope, reference = parameters
     templates = np.empty(value.shape, dtype=np.complex128)
     derivatives = np.empty((len(slope), 2, value.shape[1]), dtype=np.complex128)
     for b in range(len(slope)):

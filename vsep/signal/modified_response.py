@@ -67,12 +67,10 @@ def raised_cosine_jet(
     frequency = np.asarray(frequency_hz, dtype=np.float64)
     if frequency.ndim == 2 and slope.shape == (len(frequency), 1):
         # Rows of one slope each, whole bursts: what the estimator asks for.
-        return ResponseJet(
-            *raised_cosine_terms(frequency, slope[:, 0].copy(), inner_hz, outer_hz, SMOOTH)
-        )
+        return ResponseJet(*raised_cosine_terms(frequency, slope, inner_hz, outer_hz, SMOOTH))
     frequency, slope = np.broadcast_arrays(frequency, slope)
     column = frequency.reshape(-1, 1).copy()
-    terms = raised_cosine_terms(column, slope.flatten(), inner_hz, outer_hz, SMOOTH)
+    terms = raised_cosine_terms(column, slope.reshape(-1, 1).copy(), inner_hz, outer_hz, SMOOTH)
     return ResponseJet(*terms.reshape(3, *frequency.shape))
 
 

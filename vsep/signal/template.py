@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
-from vsep.kernels.templates import template_jets
+from vsep.kernels.templates import burst_courses, template_jets
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 
@@ -161,15 +161,11 @@ class SignalModel:
         template : (N,) or (B, N) complex
         derivatives : (2, N) or (B, 2, N) complex
         """
-        parameters = np.empty((3, np.size(slope)))
-        parameters[0], parameters[1], parameters[2] = start_frequency, slope, reference
-        start, slopes, middle = parameters
         rate = self.sample_rate_hz
-        course_hz = (rate * start)[:, None] + (rate * slopes)[:, None] * np.arange(self.num_samples)
-        jet = self.anti_aliasing_filter.modified_response_jet(
-            course_hz, (rate**2 * slopes)[:, None]
-        )
-        templates, derivatives = template_jets(start, slopes, middle, rate, *jet)
+        start, slopes, middle = (np.atleast_1d(x) for x in (start_frequency, slope, reference))
+        course_hz, steepness = burst_courses(start, slopes, rate, self.num_samples)
+        jet = self.anti_aliasing_filter.modified_response_jet(course_hz, steepness)
+        templates, derivatives = template_jets((start, slopes, middle), rate, *jet)
         if np.ndim(slope) == 0:
             return templates[0], derivatives[0]
         return templates, derivatives
