@@ -1,5 +1,6 @@
 """Array types and the few checks that every module shares."""
 
+import math
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -46,11 +47,15 @@ def wrap_frequency(frequency: FloatArray) -> FloatArray:
 
 def to_db(power_ratio: Any) -> Any:
     """Return 10 log10 of a power ratio; zero and below map to -400 dB instead of -inf."""
+    if isinstance(power_ratio, float):  # one of the many of a step
+        return 10.0 * math.log10(max(power_ratio, 1e-40))
     return 10.0 * np.log10(np.maximum(power_ratio, 1e-40))
 
 
 def from_db(level_db: Any) -> Any:
     """Return the power ratio of a level in dB."""
+    if isinstance(level_db, float):
+        return 10.0 ** (level_db / 10.0)
     return 10.0 ** (np.asarray(level_db, dtype=np.float64) / 10.0)
 
 

@@ -12,7 +12,7 @@ from scipy import fft
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.inference.sbl import ActiveSet
 from vsep.kernels.channel import Channel, channel_fit, grid_atoms
-from vsep.kernels.channel_selection import product_rows
+from vsep.kernels.channel_selection import fill_product_rows
 
 
 class ChannelGrid:
@@ -44,8 +44,11 @@ class ChannelGrid:
             Entry (i, j, k) for columns of bursts i and j whose bins differ by k; entry (i, B, k)
             for the column of burst i in bin k and the residual.
         """
-        rows = product_rows(templates, residual, self.scale)
-        return np.asarray(fft.ifft(rows, self.num_bins, axis=2, overwrite_x=True))
+        count, num_samples = templates.shape
+        rows = np.empty((count * (count + 1), num_samples), dtype=np.complex128)
+        fill_product_rows(templates, residual, self.scale, rows)
+        products = fft.ifft(rows, self.num_bins, axis=1, overwrite_x=True)
+        return np.asarray(products.reshape(count, count + 1, self.num_bins))
 
 
 @lru_cache(maxsize=16)

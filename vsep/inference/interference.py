@@ -256,13 +256,13 @@ class InterferenceWorkspace:
     def _record_revision(self, revision: Revision) -> None:
         changes = np.flatnonzero(revision.added | ~revision.kept)
         rows = self.table.rows[revision.owners[changes]]
-        for place, row in zip(changes.tolist(), rows.tolist(), strict=True):
-            channel_bin = int(revision.bins[place])
-            if revision.added[place]:
-                ratio = float(revision.added_ratios[place])
-                self.record_component(EventKind.CHANNEL_ADDED, row, ratio, channel_bin)
-            if not revision.kept[place]:
-                ratio = float(revision.ratios[place])
+        columns = [rows, *(each[changes] for each in revision[2:])]
+        for row, channel_bin, _, added, added_ratio, kept, ratio in zip(
+            *(each.tolist() for each in columns), strict=True
+        ):
+            if added:
+                self.record_component(EventKind.CHANNEL_ADDED, row, added_ratio, channel_bin)
+            if not kept:
                 self.record_component(EventKind.CHANNEL_PRUNED, row, ratio, channel_bin)
 
     def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:
@@ -282,8 +282,8 @@ class InterferenceWorkspace:
         self.events.append(
             ComponentEvent(
                 kind=kind,
-                snr_db=float(to_db(ratio)),
-                threshold_db=float(to_db(self.threshold if added else self.prune_threshold)),
+                snr_db=to_db(ratio),
+                threshold_db=to_db(self.threshold if added else self.prune_threshold),
                 ramp=ramp % self.model.num_ramps,
                 bin=channel_bin,
             )

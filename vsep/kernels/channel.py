@@ -135,7 +135,9 @@ def fill_bursts(
     columns: Split, owners: IntArray, amplitudes: ComplexArray, signals: ComplexArray
 ) -> None:
     """Write what the columns of each burst add up to into (B, N) signals."""
-    signals[:] = 0.0
+    for b in range(signals.shape[0]):
+        for n in range(signals.shape[1]):
+            signals[b, n] = 0.0
     for k in range(len(owners)):
         row, weight = signals[owners[k]], amplitudes[k]
         for n in range(len(row)):
@@ -155,8 +157,8 @@ def _line_and_spread(
     line, spread = Split(np.zeros(shape), np.zeros(shape)), Split(np.zeros(shape), np.zeros(shape))
     mixed = Split(np.empty(shape), np.empty(shape))
     for k in range(len(moving)):
-        mixed.real[:] = 0.0
-        mixed.imag[:] = 0.0
+        for n in range(shape[1]):
+            mixed.real[0, n] = mixed.imag[0, n] = 0.0
         for m in range(len(columns.real)):
             add_scaled(covariance[m, moving[k]], columns, m, mixed, 0)
         add_scaled(amplitudes[moving[k]], atoms, k, line, 0)
@@ -207,7 +209,7 @@ def template_slopes(
         add_scaled(-amplitudes[m], columns, m, rest, 0)
     line, spread = _line_and_spread(atoms, columns, fit, moving)
     slopes = split_rows(derivatives)
-    moved = channel_columns(slopes, Split(_twice(line.real), _twice(line.imag)), np.arange(2))
+    moved = channel_columns(slopes, Split(_twice(line.real), _twice(line.imag)), _both())
     gradient, curvature = np.zeros(2), np.zeros((2, 2))
     crossed = np.empty((2, size), dtype=np.complex128)
     for i in range(2):
@@ -229,10 +231,19 @@ def template_slopes(
 
 
 @compiled
+def _both() -> IntArray:
+    """(2,) numbers of the two parameters."""
+    numbers = np.zeros(2, dtype=np.int64)
+    numbers[1] = 1
+    return numbers
+
+
+@compiled
 def _twice(row: FloatArray) -> FloatArray:
     """(2, N) one row (1, N) above itself."""
     rows = np.empty((2, row.shape[1]))
-    rows[:] = row
+    for n in range(row.shape[1]):
+        rows[0, n] = rows[1, n] = row[0, n]
     return rows
 
 
@@ -243,6 +254,22 @@ def evidence(fit: Posterior, noise_precision: float) -> float:
     for k in range(len(fit.amplitudes)):
         explained += (fit.projections[k].conjugate() * fit.amplitudes[k]).real
     return fit.log_determinant + noise_precision * explained
+
+
+@compiled
+def _carried(atoms: Split, owners: IntArray, burst: int) -> tuple[IntArray, Split]:
+    """Columns of one burst, and their atoms."""
+    count, place = 0, 0
+    for k in range(len(owners)):
+        count += owners[k] == burst
+    shape = (count, atoms.real.shape[1])
+    own, carried = np.empty(count, dtype=np.int64), Split(np.zeros(shape), np.zeros(shape))
+    for k in range(len(owners)):
+        if owners[k] == burst:
+            own[place] = k
+            add_scaled(complex(1.0, 0.0), atoms, k, carried, place)
+            place += 1
+    return own, carried
 
 
 @compiled
@@ -258,10 +285,10 @@ def channel_slopes(
     atoms, columns = ramp_columns(templates, channel)
     split = split_row(residual)
     fit = columns_posterior(columns, split, channel.precisions, noise_precision)
-    own = np.flatnonzero(channel.owners == moving)
+    own, carried = _carried(atoms, channel.owners, moving)
     gradient, curvature = template_slopes(
         derivatives,
-        Split(atoms.real[own], atoms.imag[own]),
+        carried,
         columns,
         (fit.covariance, fit.amplitudes),
         own,

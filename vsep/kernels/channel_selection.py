@@ -31,37 +31,42 @@ class Candidates(NamedTuple):
 
 
 @compiled
-def product_rows(templates: ComplexArray, residual: ComplexArray, scale: float) -> ComplexArray:
-    """(B, B + 1, N) rows whose spectra are the inner products of all possible columns.
+def fill_product_rows(
+    templates: ComplexArray, residual: ComplexArray, scale: float, rows: ComplexArray
+) -> None:
+    """Write the (B (B + 1), N) rows whose spectra are the inner products of all possible columns.
 
-    Row (i, j) is for columns of burst i with those of burst j, row (i, B) with the residual.
+    Row i (B + 1) + j is for columns of burst i with those of burst j, with the residual if j = B.
     """
     count, num_samples = templates.shape
-    rows = np.empty((count, count + 1, num_samples), dtype=np.complex128)
+    between = scale / np.sqrt(num_samples)
     for i in range(count):
+        own, place = templates[i], i * (count + 1)
+        for j in range(count):
+            row, other = rows[place + j], templates[j]
+            for n in range(num_samples):
+                row[n] = between * (own[n].conjugate() * other[n])
+        row = rows[place + count]
         for n in range(num_samples):
-            first = scale * templates[i, n].conjugate()
-            for j in range(count):
-                rows[i, j, n] = first * templates[j, n] / np.sqrt(num_samples)
-            rows[i, count, n] = first * residual[n]
-    return rows
+            row[n] = scale * (own[n].conjugate() * residual[n])
 
 
 @compiled
 def gathered_products(
-    products: ComplexArray, channel: Channel
+    products: ComplexArray, count: int, channel: Channel
 ) -> tuple[ComplexArray, ComplexArray]:
     """Gram matrix and projections of the columns from the products of all possible ones."""
     owners, bins = channel.owners, channel.bins
-    size, count, num_bins = len(bins), len(products), products.shape[2]
+    size, num_bins = len(bins), products.shape[1]
     gram = np.empty((size, size), dtype=np.complex128)
     projections = np.empty(size, dtype=np.complex128)
     for i in range(size):
-        projections[i] = products[owners[i], count, bins[i]]
+        first = owners[i] * (count + 1)
+        projections[i] = products[first + count, bins[i]]
         for j in range(size):
             lag = bins[i] - bins[j]
             lag = lag if lag >= 0 else lag + num_bins
-            gram[i, j] = products[owners[i], owners[j], lag]
+            gram[i, j] = products[first + owners[j], lag]
     return gram, projections
 
 
@@ -123,13 +128,13 @@ def all_candidates(
         Rows kept free for columns that are added.
     """
     size, num_bins = len(projections), products.real.shape[1]
-    shape = (size + spare, num_bins)
-    count = len(products.real) - 1
+    shape, last = (size + spare, num_bins), len(products.real) - 1
     candidates = Candidates(
         Split(np.zeros(shape), np.zeros(shape)),
-        Split(products.real[count:].copy(), products.imag[count:].copy()),
+        Split(np.zeros((1, num_bins)), np.zeros((1, num_bins))),
         np.zeros(num_bins),
     )
+    add_scaled(complex(1.0, 0.0), products, last, candidates.innovation, 0)
     for i in range(size):
         projection = 0.0j
         for k in range(i + 1):
@@ -190,8 +195,39 @@ def _activate(
 
 
 @compiled
+def _longer(channel: Channel, spare: int) -> Channel:
+    """Return the columns with room for more behind them."""
+    size = len(channel.bins)
+    owners, bins = np.empty(size + spare, np.int64), np.empty(size + spare, np.int64)
+    precisions = np.empty(size + spare)
+    for k in range(size):
+        owners[k], bins[k] = channel.owners[k], channel.bins[k]
+        precisions[k] = channel.precisions[k]
+    return Channel(owners, bins, precisions, channel.twiddle)
+
+
+@compiled
+def _first(channel: Channel, size: int) -> Channel:
+    """Return the first columns."""
+    return Channel(
+        channel.owners[:size], channel.bins[:size], channel.precisions[:size], channel.twiddle
+    )
+
+
+@compiled
+def _taken(channel: Channel, burst: int, num_bins: int) -> BoolArray:
+    """(M,) which bins of a burst are active."""
+    taken = np.zeros(num_bins, dtype=np.bool_)
+    for k in range(len(channel.bins)):
+        if channel.owners[k] == burst:
+            taken[channel.bins[k]] = True
+    return taken
+
+
+@compiled
 def with_best_bins(
     products: ComplexArray,
+    count: int,
     channel: Channel,
     noise_precision: float,
     threshold: float,
@@ -203,23 +239,24 @@ def with_best_bins(
     -------
     channel : Channel
         The added columns stand last.
-    ratios : (A,) float
-        Their activation ratios.
+    ratios : (K,) float
+        Their activation ratios; zero for the columns that were there.
     fit : Posterior
         Of all columns.
     """
-    ratios = np.empty(0)
-    gram, projections = gathered_products(products, channel)
+    size = len(channel.bins)
+    room = _longer(channel, count * max_additions)
+    ratios = np.zeros(len(room.bins))
+    gram, projections = gathered_products(products, count, channel)
     factor = inverse_factor(gram, channel.precisions, noise_precision)
-    for burst in range(len(products)):
-        rows, size = split_rows(products[burst]), len(projections)
+    for burst in range(count):
+        first, known = burst * (count + 1), size
+        rows = split_rows(products[first : first + count + 1])
         candidates = all_candidates(
-            rows, channel, projections, factor[0], noise_precision, max_additions
+            rows, _first(room, size), projections, factor[0], noise_precision, max_additions
         )
-        energy = products[burst, burst, 0].real
-        taken = np.zeros(products.shape[2], dtype=np.bool_)
-        taken[channel.bins[channel.owners == burst]] = True
-        number = 0
+        energy = products[first + burst, 0].real
+        taken = _taken(_first(room, size), burst, products.shape[1])
         for _ in range(max_additions):
             best, ratio, inverse_rho = best_candidate(candidates, taken, energy, noise_precision)
             if not ratio > threshold:
@@ -227,19 +264,15 @@ def with_best_bins(
             taken[best] = True
             precision = inverse_rho / (ratio - 1.0)
             pivot = inverse_rho + precision
-            _activate(candidates, (rows, burst, size + number), best, pivot, noise_precision)
-            number += 1
-            ratios = np.append(ratios, ratio)
-            channel = Channel(
-                np.append(channel.owners, np.int64(burst)),
-                np.append(channel.bins, np.int64(best)),
-                np.append(channel.precisions, precision),
-                channel.twiddle,
-            )
-        if number > 0:
-            gram, projections = gathered_products(products, channel)
-            factor = inverse_factor(gram, channel.precisions, noise_precision)
-    return channel, ratios, factored_posterior(gram, projections, factor, noise_precision)
+            _activate(candidates, (rows, burst, size), best, pivot, noise_precision)
+            room.owners[size], room.bins[size], room.precisions[size] = burst, best, precision
+            ratios[size] = ratio
+            size += 1
+        if size > known:
+            gram, projections = gathered_products(products, count, _first(room, size))
+            factor = inverse_factor(gram, room.precisions[:size], noise_precision)
+    fit = factored_posterior(gram, projections, factor, noise_precision)
+    return _first(room, size), ratios, fit
 
 
 @compiled
@@ -256,25 +289,28 @@ def reweighed(
     ratios : (K,) float
         Activation ratio of each when its turn came.
     """
-    covariance, amplitudes, precisions = fit.covariance, fit.amplitudes, precisions.copy()
-    kept, ratios = np.ones(len(precisions), dtype=np.bool_), np.zeros(len(precisions))
-    for index in range(len(precisions)):
+    covariance, amplitudes, size = fit.covariance, fit.amplitudes, len(precisions)
+    precisions, column = precisions.copy(), np.empty(size, dtype=np.complex128)
+    kept, ratios = np.ones(size, dtype=np.bool_), np.zeros(size)
+    for index in range(size):
         variance = covariance[index, index].real
         inverse_rho = 1.0 / variance - precisions[index]
         if inverse_rho > 0.0:
             power = amplitudes[index].real ** 2 + amplitudes[index].imag ** 2
             ratios[index] = power / (variance * variance * inverse_rho)
-        column, amplitude = covariance[:, index].copy(), amplitudes[index]
+        amplitude = amplitudes[index]
+        for i in range(size):
+            column[i] = covariance[i, index]
         gain = 1.0 / variance
         kept[index] = ratios[index] > threshold
         if kept[index]:
             change = inverse_rho / (ratios[index] - 1.0) - precisions[index]
             precisions[index] += change
             gain = change / (1.0 + change * variance)
-        for i in range(len(precisions)):
+        for i in range(size):
             scaled = gain * column[i]
             amplitudes[i] -= scaled * amplitude
-            for j in range(len(precisions)):
+            for j in range(size):
                 covariance[i, j] -= scaled * column[j].conjugate()
     return precisions, kept, ratios
 
@@ -282,6 +318,7 @@ def reweighed(
 @compiled
 def revised_channel(
     products: ComplexArray,
+    count: int,
     channel: Channel,
     noise_precision: float,
     thresholds: tuple[float, float],
@@ -291,8 +328,10 @@ def revised_channel(
 
     Parameters
     ----------
-    products : (B, B + 1, M) complex
-        Spectra of `product_rows`: of columns by their bin difference, and with the residual.
+    products : (B (B + 1), M) complex
+        Spectra of `fill_product_rows`: of columns by their bin difference, and with the residual.
+    count : int
+        B.
     channel : Channel
         The columns before.
     noise_precision : float
@@ -306,13 +345,14 @@ def revised_channel(
     -------
     channel : Channel
         The columns before and the A added ones, with their new precisions.
-    added_ratios : (A,) float
+    added_ratios : (K + A,) float
+        Zero for the columns before.
     kept : (K + A,) bool
         Which of them stay.
     kept_ratios : (K + A,) float
     """
     channel, added_ratios, fit = with_best_bins(
-        products, channel, noise_precision, thresholds[0], max_additions
+        products, count, channel, noise_precision, thresholds[0], max_additions
     )
     precisions, kept, ratios = reweighed(fit, channel.precisions, thresholds[1])
     channel = Channel(channel.owners, channel.bins, precisions, channel.twiddle)

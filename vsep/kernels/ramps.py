@@ -19,7 +19,7 @@ from vsep.kernels.channel import (
     ramp_columns,
     split_row,
 )
-from vsep.kernels.channel_selection import product_rows, revised_channel
+from vsep.kernels.channel_selection import fill_product_rows, revised_channel
 from vsep.kernels.compiler import compiled
 
 RIDGE = 1e-9  # relative, keeps the Newton step finite where the channel absorbs a parameter
@@ -66,8 +66,11 @@ def _templates_of(ramps: FlatRamps, r: int) -> ComplexArray:
 @compiled
 def _channel_of(ramps: FlatRamps, r: int) -> Channel:
     first, last = ramps.first_column[r], ramps.first_column[r + 1]
+    owners = np.empty(last - first, dtype=np.int64)
+    for k in range(last - first):
+        owners[k] = ramps.owners[first + k] - ramps.first_burst[r]
     return Channel(
-        ramps.owners[first:last] - ramps.first_burst[r],
+        owners,
         ramps.bins[first:last],
         ramps.precisions[first:last],
         ramps.twiddle,
@@ -79,25 +82,27 @@ def all_posteriors(
     ramps: FlatRamps, residual: ComplexArray, noise_precision: float
 ) -> FlatPosterior:
     """Weight posteriors (60)-(62) of all ramps at their residuals (R, N)."""
-    sizes = np.diff(ramps.first_column)
-    covariances = np.empty(np.sum(sizes * sizes), dtype=np.complex128)
+    num_ramps, squares = len(ramps.first_column) - 1, 0
+    for r in range(num_ramps):
+        squares += (ramps.first_column[r + 1] - ramps.first_column[r]) ** 2
+    covariances = np.empty(squares, dtype=np.complex128)
     amplitudes = np.empty(len(ramps.bins), dtype=np.complex128)
     variances = np.empty(len(ramps.bins))
-    traces, log_determinants = np.zeros(len(sizes)), np.empty(len(sizes))
+    traces, log_determinants = np.zeros(num_ramps), np.empty(num_ramps)
     signals = np.empty(ramps.templates.shape, dtype=np.complex128)
     place = 0
-    for r in range(len(sizes)):
+    for r in range(num_ramps):
         channel, first = _channel_of(ramps, r), ramps.first_column[r]
         _, columns = ramp_columns(_templates_of(ramps, r), channel)
         split = split_row(residual[r])
         fit = columns_posterior(columns, split, channel.precisions, noise_precision)
         log_determinants[r] = fit.log_determinant
-        amplitudes[first : first + sizes[r]] = fit.amplitudes
         own = signals[ramps.first_burst[r] : ramps.first_burst[r + 1]]
         fill_bursts(columns, channel.owners, fit.amplitudes, own)
-        for i in range(sizes[r]):
+        for i in range(len(fit.amplitudes)):
+            amplitudes[first + i] = fit.amplitudes[i]
             variances[first + i] = fit.covariance[i, i].real
-            for j in range(sizes[r]):
+            for j in range(len(fit.amplitudes)):
                 covariance = fit.covariance[i, j]
                 covariances[place] = covariance
                 place += 1
@@ -121,8 +126,11 @@ def all_signals(ramps: FlatRamps, amplitudes: ComplexArray) -> ComplexArray:
 @compiled
 def _with_trial(ramps: FlatRamps, r: int, moving: int, trial: ComplexArray) -> ComplexArray:
     """Templates of a ramp with another one in place of its moving burst's."""
-    templates = _templates_of(ramps, r).copy()
-    templates[moving] = trial
+    first = ramps.first_burst[r]
+    templates = np.empty((ramps.first_burst[r + 1] - first, len(trial)), dtype=np.complex128)
+    for b in range(len(templates)):
+        for n in range(len(trial)):
+            templates[b, n] = trial[n] if b == moving else ramps.templates[first + b, n]
     return templates
 
 
@@ -188,8 +196,10 @@ def all_slopes(
                 noise_precision,
             )
             costs[trial] += cost
-            gradients[trial] += gradient
-            curvatures[trial] += curvature
+            for i in range(2):
+                gradients[trial, i] += gradient[i]
+                for j in range(2):
+                    curvatures[trial, i, j] += curvature[i, j]
     return costs, gradients, curvatures
 
 
@@ -234,15 +244,17 @@ def damped_steps(
 
 @compiled
 def all_product_rows(ramps: FlatRamps, residual: ComplexArray, scale: float) -> ComplexArray:
-    """(sum of B (B + 1), N) rows of `product_rows` of all ramps."""
-    counts = np.diff(ramps.first_burst)
-    rows = np.empty((np.sum(counts * (counts + 1)), residual.shape[1]), dtype=np.complex128)
+    """(sum of B (B + 1), N) rows of `fill_product_rows` of all ramps."""
+    size = 0
+    for r in range(len(residual)):
+        count = ramps.first_burst[r + 1] - ramps.first_burst[r]
+        size += count * (count + 1)
+    rows = np.empty((size, residual.shape[1]), dtype=np.complex128)
     place = 0
-    for r in range(len(counts)):
-        own = product_rows(_templates_of(ramps, r), residual[r], scale)
-        for i in range(counts[r]):
-            rows[place : place + counts[r] + 1] = own[i]
-            place += counts[r] + 1
+    for r in range(len(residual)):
+        count = ramps.first_burst[r + 1] - ramps.first_burst[r]
+        fill_product_rows(_templates_of(ramps, r), residual[r], scale, rows[place:])
+        place += count * (count + 1)
     return rows
 
 
@@ -272,41 +284,34 @@ def all_revisions(
     max_additions: int,
 ) -> Revision:
     """Algorithm 4 on all ramps, see `revised_channel`; products are the spectra of the rows."""
-    num_ramps, num_bins = len(ramps.first_burst) - 1, products.shape[1]
+    num_ramps = len(ramps.first_burst) - 1
     most = len(ramps.bins) + len(ramps.templates) * max_additions
     first_column = np.zeros(num_ramps + 1, dtype=np.int64)
     owners, bins = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     added, kept = np.zeros(most, dtype=np.bool_), np.empty(most, dtype=np.bool_)
     precisions, added_ratios, ratios = np.empty(most), np.zeros(most), np.empty(most)
-    row = 0
+    row = place = 0
     for r in range(num_ramps):
         count = ramps.first_burst[r + 1] - ramps.first_burst[r]
-        size = count * (count + 1)
         before = _channel_of(ramps, r)
         channel, new_ratios, stay, own_ratios = revised_channel(
-            products[row : row + size].reshape((count, count + 1, num_bins)),
-            before,
-            noise_precision,
-            thresholds,
-            max_additions,
+            products[row:], count, before, noise_precision, thresholds, max_additions
         )
-        row += size
-        first, last = first_column[r], first_column[r] + len(channel.bins)
-        first_column[r + 1] = last
-        owners[first:last] = channel.owners + ramps.first_burst[r]
-        bins[first:last] = channel.bins
-        precisions[first:last], kept[first:last] = channel.precisions, stay
-        ratios[first:last] = own_ratios
-        added[first + len(before.bins) : last] = True
-        added_ratios[first + len(before.bins) : last] = new_ratios
-    end = first_column[num_ramps]
+        row += count * (count + 1)
+        for k in range(len(channel.bins)):
+            owners[place], bins[place] = channel.owners[k] + ramps.first_burst[r], channel.bins[k]
+            precisions[place], kept[place] = channel.precisions[k], stay[k]
+            added[place], added_ratios[place] = k >= len(before.bins), new_ratios[k]
+            ratios[place] = own_ratios[k]
+            place += 1
+        first_column[r + 1] = place
     return Revision(
         first_column,
-        owners[:end],
-        bins[:end],
-        precisions[:end],
-        added[:end],
-        added_ratios[:end],
-        kept[:end],
-        ratios[:end],
+        owners[:place],
+        bins[:place],
+        precisions[:place],
+        added[:place],
+        added_ratios[:place],
+        kept[:place],
+        ratios[:place],
     )
