@@ -94,7 +94,7 @@ def _chirp_score(parts: SingleFloatArray, grid: ChirpGrid, s: int, c: int) -> fl
     offset = grid.kernels.shape[2] // 2 - grid.first - c
     kernel_real = grid.kernels[s, 0, offset : offset + num_samples]
     kernel_imag = grid.kernels[s, 1, offset : offset + num_samples]
-    power = 0.0
+    power = np.float32(0.0)
     for a in range(len(parts)):
         row_real, row_imag = parts[a, 0], parts[a, 1]
         real = imag = np.float32(0.0)
@@ -102,7 +102,7 @@ def _chirp_score(parts: SingleFloatArray, grid: ChirpGrid, s: int, c: int) -> fl
             real += row_real[n] * kernel_real[n] + row_imag[n] * kernel_imag[n]
             imag += row_imag[n] * kernel_real[n] - row_real[n] * kernel_imag[n]
         power += real * real + imag * imag
-    return power * grid.inverse_energy[s, c]
+    return float(power * grid.inverse_energy[s, c])
 
 
 @compiled
@@ -156,16 +156,16 @@ def best_chirps(
     parts = np.empty((len(rows), 2, rows.shape[2]), dtype=np.float32)
     for p in range(num_ramps):
         best = _coarse_scores(correlations, p, grid, scores)
-        m = np.argmax(best)
-        c = np.argmax(scores[m])
-        slopes[p], columns[p], found[p] = grid.coarse[m], c, best[m]
+        first_best = np.argmax(best)
+        slopes[p], columns[p] = grid.coarse[first_best], np.argmax(scores[first_best])
+        found[p] = best[first_best]
         if found[p] < worthwhile[first + p]:
             continue
         parts[:, 0], parts[:, 1] = rows[:, first + p].real, rows[:, first + p].imag
-        least, found[p] = grid.close_share * best[m], -1.0
+        least, found[p] = grid.close_share * found[p], -1.0
         for m in range(len(best)):
             if best[m] >= least:
-                place = polish(parts, grid, grid.coarse[m], np.argmax(scores[m]))
+                place = polish(parts, grid, grid.coarse[m], int(np.argmax(scores[m])))
                 if place[2] > found[p]:
                     slopes[p], columns[p], found[p] = place
     return slopes, columns, found
