@@ -14,34 +14,32 @@ from vsep.kernels.turns import turn
 
 
 @compiled
-def integrals(
-    frequency: float, rate: float, knots: FloatArray, table: FloatArray, rows: ComplexArray
-) -> None:
-    """Fill `rows` (5, K) with H_(-1) to H_3 at the distances of a frequency from K knots.
+def integrals(distances: FloatArray, rate: float, table: FloatArray, rows: ComplexArray) -> None:
+    """Fill `rows` (5, M) with H_(-1) to H_3 at M distances of frequencies from knots.
 
     H_2 and H_1 are the derivatives of H_3. All are right up to one cubic polynomial of the
     distance, which fourth differences remove. Each loop does one thing, so that it runs in vector
     registers.
     """
     scale, direction = np.sqrt(2.0 / abs(rate)), side(rate)
-    for k in range(len(knots)):
-        rows[0, k] = turn(-0.25 * ((frequency - knots[k]) * scale) ** 2)
-    for k in range(len(knots)):
-        rows[1, k] = fresnel_rest(abs(frequency - knots[k]) * scale, table)
-    for k in range(len(knots)):
-        phase, rest, way = rows[0, k], rows[1, k], side(frequency - knots[k])
+    for m in range(len(distances)):
+        rows[0, m] = turn(-0.25 * (distances[m] * scale) ** 2)
+    for m in range(len(distances)):
+        rows[1, m] = fresnel_rest(abs(distances[m]) * scale, table)
+    for m in range(len(distances)):
+        phase, rest, way = rows[0, m], rows[1, m], side(distances[m])
         # Times exp(j pi/4) / sqrt(2), for a positive rate; for a negative one all is conjugate.
         real, imag = 0.5 * (phase.real - phase.imag), 0.5 * (phase.real + phase.imag)
         flat_real = way * (0.5 - real * rest.real - imag * rest.imag)
         flat_imag = way * (real * rest.imag - imag * rest.real)
-        rows[0, k] = complex(scale * real, direction * scale * imag)
-        rows[1, k] = complex(flat_real, direction * flat_imag)
+        rows[0, m] = complex(scale * real, direction * scale * imag)
+        rows[1, m] = complex(flat_real, direction * flat_imag)
     a = -rate / (2.0 * np.pi)  # its imaginary part
     for n in range(1, 4):
         share = 1.0 / n
-        for k in range(len(knots)):
-            x, last, before = frequency - knots[k], rows[n, k], rows[n - 1, k]
-            rows[n + 1, k] = complex(
+        for m in range(len(distances)):
+            x, last, before = distances[m], rows[n, m], rows[n - 1, m]
+            rows[n + 1, m] = complex(
                 share * (x * last.real - a * before.imag),
                 share * (x * last.imag + a * before.real),
             )
@@ -75,7 +73,7 @@ def spline_terms(
     result = np.zeros((3, len(frequency)), dtype=np.complex128)
     rows = np.empty((5, len(knots)), dtype=np.complex128)
     for m in range(len(frequency)):
-        integrals(frequency[m], slope[m], knots, table, rows)
+        integrals(frequency[m] - knots, slope[m], table, rows)
         for i in range(3):
             for k in range(len(knots)):
                 result[i, m] += jumps[k] * rows[4 - i, k]
@@ -101,7 +99,7 @@ def bspline_terms(
     rows = np.empty((5, len(knots)), dtype=np.complex128)
     cubics = rows[4]
     for m in range(len(frequency)):
-        integrals(frequency[m], slope[m], knots, table, rows)
+        integrals(frequency[m] - knots, slope[m], table, rows)
         for k in range(len(knots) - 4):
             outer, middle = cubics[k] + cubics[k + 4], cubics[k + 1] + cubics[k + 3]
             result[m, k] = height * (outer - 4.0 * middle + 6.0 * cubics[k + 2])
