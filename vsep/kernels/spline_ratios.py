@@ -43,28 +43,39 @@ def add_spline_columns(
         Changed in place.
     """
     num_samples = len(line)
-    rows = np.empty((5, 5, num_samples), dtype=np.complex128)  # of the last five knots
-    chirp = np.empty(num_samples, dtype=np.complex128)
+    rows = np.empty((5, 5, 2, num_samples))  # of the last five knots
     course, distances = np.empty(num_samples), np.empty(num_samples)
-    bspline = np.empty(num_samples, dtype=np.complex128)
+    chirp, bspline = np.empty((2, num_samples)), np.empty((2, num_samples))
     height = 1.0 / (grid.knots[1] - grid.knots[0]) ** 3
     for n in range(num_samples):
         course[n] = start + slope * n
-        chirp[n] = height * line[n] * turn(n * (start + 0.5 * slope * n))
+        value = height * line[n] * turn(n * (start + 0.5 * slope * n))
+        chirp[0, n], chirp[1, n] = value.real, value.imag
     for k in range(len(grid.knots)):
         for n in range(num_samples):
             distances[n] = course[n] - grid.knots[k]
         integrals(distances, slope, grid.table, rows[k % 5])
         if k < 4:
             continue
-        lowest, low, middle = rows[(k - 4) % 5, 4], rows[(k - 3) % 5, 4], rows[(k - 2) % 5, 4]
-        high, highest = rows[(k - 1) % 5, 4], rows[k % 5, 4]
-        for n in range(num_samples):
-            bspline[n] = lowest[n] + highest[n] - 4.0 * (low[n] + high[n]) + 6.0 * middle[n]
-        real, imag = columns[k - 4, 0], columns[k - 4, 1]
-        for n in range(num_samples):
-            real[n] += bspline[n].real * chirp[n].real - bspline[n].imag * chirp[n].imag
-            imag[n] += bspline[n].real * chirp[n].imag + bspline[n].imag * chirp[n].real
+        for part in range(2):
+            lowest, low = rows[(k - 4) % 5, 4, part], rows[(k - 3) % 5, 4, part]
+            middle, high = rows[(k - 2) % 5, 4, part], rows[(k - 1) % 5, 4, part]
+            highest, total = rows[k % 5, 4, part], bspline[part]
+            for n in range(num_samples):
+                outer, inner = lowest[n] + highest[n], low[n] + high[n]
+                total[n] = outer - 4.0 * inner + 6.0 * middle[n]
+        _add_products(bspline, chirp, columns[k - 4])
+
+
+@compiled
+def _add_products(a: FloatArray, b: FloatArray, sums: FloatArray) -> None:
+    """Add the products of complex numbers, all as real and imaginary parts (2, N)."""
+    a_real, a_imag, b_real, b_imag = a[0], a[1], b[0], b[1]
+    real, imag = sums[0], sums[1]
+    for n in range(len(real)):
+        real[n] += a_real[n] * b_real[n] - a_imag[n] * b_imag[n]
+    for n in range(len(imag)):
+        imag[n] += a_real[n] * b_imag[n] + a_imag[n] * b_real[n]
 
 
 @compiled
