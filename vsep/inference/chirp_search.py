@@ -145,7 +145,7 @@ def find_single_chirps(
     grid = bank.grid
     tone_score = tone_scores(residual)
     worthwhile = COARSE_SHARE * np.maximum(least_score, tone_score) * (least_score > 0.0)
-    rows = residual.astype(np.complex64).reshape(-1, *residual.shape[-2:])
+    rows = residual.astype(np.complex64, order="C").reshape(-1, *residual.shape[-2:])
     spectra = fft.fft(rows, grid.spectra.shape[1], axis=-1)
     num_antennas, num_ramps = rows.shape[:2]
     step = max(RAMPS_AT_A_TIME // num_antennas, 1)
