@@ -152,7 +152,7 @@ def chirp_dictionary(model):
     rows, parameters = [], []
     for s, slope in enumerate(bank.slopes):
         for c, centre in enumerate(bank.centres):
-            if bank.inverse_energy[s, c] > 0.0:
+            if bank.grid.inverse_energy[s, c] > 0.0:
                 parameters.append((-slope * centre, slope))
                 rows.append(template(model, -slope * centre, slope))
     atoms = np.array(rows)

@@ -6,17 +6,14 @@ centres of all ramps cost one correlation by FFT; slopes are spaced uniformly in
 spaces the phase error at the band's edge uniformly.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
-from vsep.kernels.scores import best_centres, polish
+from vsep.kernels.scores import ChirpGrid, best_chirps, correlation_spectra
 from vsep.signal.template import SignalModel
 
 SHORTEST_BURST = 6.0  # samples; shorter ones are clicks without a shape
@@ -30,9 +27,6 @@ COARSE_SHARE = 0.4  # of a score: what the coarse slope next to it reaches; 0.47
 CLOSE_SHARE = 0.6  # of the best coarse score: what another place must reach to be polished as well
 RAMPS_AT_A_TIME = 8  # correlated by one call: fewer calls, and still within the cache
 LEAST_OVERLAP = 0.25  # share of the burst's energy that must lie inside the ramp
-
-
-SingleComplexArray: TypeAlias = NDArray[np.complex64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +45,7 @@ class ChirpCandidates:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SlopeBank:
-    """Kernels of all searched slopes.
+    """All searched chirps.
 
     Attributes
     ----------
@@ -59,22 +53,13 @@ class SlopeBank:
         Cycles per sample squared, both signs.
     centres : (C,) int
         Burst centres in samples.
-    kernels : (S, 2 R) complex, single precision
-        What a burst looks like around its centre at index R.
-    inverse_energy : (S, C) float
-        1/||a||^2 inside the ramp; zero where too little of the burst lies inside.
-    coarse : (M,) int
-        The slopes that are correlated everywhere.
-    spectra : (M, F) complex, single precision
-        Conjugate spectra of their kernels.
+    grid : ChirpGrid
+        What the bursts look like, for the kernels.
     """
 
     slopes: FloatArray
     centres: IntArray
-    kernels: SingleComplexArray
-    inverse_energy: FloatArray
-    coarse: IntArray
-    spectra: SingleComplexArray
+    grid: ChirpGrid
 
 
 @lru_cache(maxsize=16)
@@ -107,33 +92,17 @@ def slope_bank(model: SignalModel) -> SlopeBank:
     # Circular correlation: every offset has a place of its own, more is not needed.
     size = fft.next_fast_len(len(offsets))
     shifted = np.zeros((len(coarse), size), dtype=np.complex64)
-    shifted[:, offsets % size] = kernels[coarse]
-    return SlopeBank(
-        slopes=frozen(slopes),
-        centres=frozen(centres),
-        kernels=kernels.astype(np.complex64),
-        inverse_energy=inverse_energy,
-        coarse=frozen(coarse),
-        spectra=fft.fft(shifted, axis=1).conj(),
+    shifted[:, (offsets - margin) % size] = kernels[coarse]
+    grid = ChirpGrid(
+        kernels=np.stack([kernels.real, kernels.imag], axis=1).astype(np.float32),
+        inverse_energy=inverse_energy.astype(np.float32),
+        first=-margin,
+        coarse=coarse,
+        spectra=fft.fft(shifted, axis=1, norm="forward").conj(),
+        reach=(COARSE_REACH, CENTRE_REACH),
+        close_share=CLOSE_SHARE,
     )
-
-
-def _correlations(
-    spectra: SingleComplexArray, kernels: SingleComplexArray
-) -> Iterator[SingleComplexArray]:
-    """Yield the circular correlations (M, F) of every ramp's spectrum with all coarse kernels.
-
-    Of several antennas, spectra (A, P, F), the root of the sum of their powers is yielded.
-    """
-    if spectra.ndim == 3:
-        for p in range(spectra.shape[1]):
-            every = fft.ifft(spectra[:, p, None] * kernels, axis=2, overwrite_x=True)
-            power = np.sum(every.real**2 + every.imag**2, axis=0)
-            yield np.sqrt(power).astype(np.complex64)
-        return
-    for first in range(0, len(spectra), RAMPS_AT_A_TIME):
-        products = spectra[first : first + RAMPS_AT_A_TIME, None] * kernels
-        yield from fft.ifft(products, axis=2, overwrite_x=True)
+    return SlopeBank(slopes=frozen(slopes), centres=frozen(centres), grid=grid)
 
 
 def squared_norms(rows: ComplexArray) -> FloatArray:
@@ -173,29 +142,21 @@ def find_single_chirps(
         close, the coarse place is returned. Zero if every chirp is of use.
     """
     bank = slope_bank(model)
-    size, first = bank.spectra.shape[1], int(bank.centres[0])
-    coarse_inverse_energy = bank.inverse_energy[bank.coarse]
+    grid = bank.grid
     tone_score = tone_scores(residual)
     worthwhile = COARSE_SHARE * np.maximum(least_score, tone_score) * (least_score > 0.0)
-    rows = residual.astype(np.complex64)
-    spectra = fft.fft(rows, size, axis=-1)
-    every = rows if rows.ndim == 3 else rows[None]
-    found = np.empty((3, every.shape[1]))
-    for p, correlations in enumerate(_correlations(spectra, bank.spectra)):
-        columns, scores = best_centres(correlations, first, coarse_inverse_energy)
-        row, best = int(np.argmax(scores)), float(scores.max())
-        place = int(bank.coarse[row]), int(columns[row]), best
-        if best >= worthwhile[p]:
-            close = scores >= CLOSE_SHARE * best
-            place = polish(
-                every[:, p],
-                bank.kernels,
-                bank.inverse_energy,
-                first,
-                bank.coarse[close],
-                columns[close],
-                (COARSE_REACH, CENTRE_REACH),
-            )
-        slope = bank.slopes[place[0]]
-        found[:, p] = -slope * bank.centres[place[1]], slope, place[2]
-    return ChirpCandidates(found[0], found[1], found[2], tone_score)
+    rows = residual.astype(np.complex64, order="C").reshape(-1, *residual.shape[-2:])
+    spectra = fft.fft(rows, grid.spectra.shape[1], axis=-1)
+    num_antennas, num_ramps = rows.shape[:2]
+    step = max(RAMPS_AT_A_TIME // num_antennas, 1)
+    slopes, columns = np.empty((2, num_ramps), dtype=np.int64)
+    score = np.empty(num_ramps)
+    for first in range(0, num_ramps, step):
+        last = min(first + step, num_ramps)
+        products = correlation_spectra(spectra, grid.spectra, (first, last))
+        correlations = fft.ifft(products, axis=-1, norm="forward", overwrite_x=True)
+        slopes[first:last], columns[first:last], score[first:last] = best_chirps(
+            correlations, rows, first, grid, worthwhile
+        )
+    slope = bank.slopes[slopes]
+    return ChirpCandidates(-slope * bank.centres[columns], slope, score, tone_score)

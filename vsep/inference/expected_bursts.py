@@ -123,8 +123,9 @@ def expected_scores(
 def searched_volume(model: SignalModel) -> float:
     """Volume V of all that the exhaustive search of a ramp looks at."""
     bank, width = slope_bank(model), 2.0 * model.normalised_cutoff
-    valid = bank.inverse_energy > 0.0
-    energy = np.where(valid, 1.0 / np.where(valid, bank.inverse_energy, 1.0), 0.0)
+    inverse_energy = bank.grid.inverse_energy
+    valid = inverse_energy > 0.0
+    energy = np.where(valid, 1.0 / np.where(valid, inverse_energy, 1.0), 0.0)
     share = np.minimum(energy * np.abs(bank.slopes)[:, None] / width, 1.0)
     step = 2.0 * EDGE_PHASE / model.normalised_cutoff**2  # of 1/slope
     density = np.pi**2 * width**3 / math.sqrt(540.0)

@@ -22,6 +22,8 @@ from vsep.inference.channel import ChannelGrid, passive_ratios
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.inference.state import NO_CORRECTION, EventKind, FilterCorrection
+from vsep.kernels.fresnel import SMOOTH
+from vsep.kernels.spline_ratios import SplineGrid, first_ratios
 from vsep.signal.corrected_filter import NUM_SPLINES, knots_hz, modified_splines
 from vsep.signal.template import SignalModel
 
@@ -51,10 +53,11 @@ def update_correction(
     """
     if not np.isfinite(work.assumed.anti_aliasing_filter.cutoff_hz) or len(work.table) == 0:
         return
-    model = SplineModel(work, residual, noise_precision)
-    if work.correction.num_splines == 0 and model.first_ratios().max() <= _first_threshold(work):
-        return
-    gram, projections = model.moments()
+    if work.correction.num_splines == 0:
+        ratios = passive_spline_ratios(work, residual, noise_precision)
+        if ratios.max() <= _first_threshold(work):
+            return
+    gram, projections = SplineModel(work, residual, noise_precision).moments()
     splines = work.correction.active_splines
     active = ActiveSet(
         gram[np.ix_(splines, splines)],
@@ -77,6 +80,36 @@ def update_correction(
     if correction.num_splines or work.correction.num_splines:
         work.correct(correction)
         work.recompute(residual, noise_precision)
+
+
+def passive_spline_ratios(
+    work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
+) -> FloatArray:
+    """(NUM_SPLINES,) activation ratios while no spline is active.
+
+    The residual without the channels' estimate is then all that the splines can explain.
+
+    Parameters
+    ----------
+    work : InterferenceWorkspace
+        The bursts, one at least, without a correction.
+    residual : (P, N) complex
+        Received signal minus the objects.
+    noise_precision : float
+        lambda.
+    """
+    table = work.table
+    rest = (residual - work.signal)[table.interfered]
+    knots = knots_hz(work.assumed.anti_aliasing_filter.cutoff_hz) / work.assumed.sample_rate_hz
+    return first_ratios(
+        work.flat(),
+        (table.chirps.start_frequency, table.chirps.slope),
+        (table.covariances, table.amplitudes),
+        rest,
+        noise_precision,
+        SplineGrid(knots, SMOOTH),
+        UNSEEN,
+    )
 
 
 class SplineModel:
@@ -127,18 +160,6 @@ class SplineModel:
         seen = own - np.array(explained)
         # What the channels explain to rounding cannot be told from them.
         self.energies: FloatArray = np.where(seen <= UNSEEN * own, 0.0, seen)
-
-    def first_ratios(self) -> FloatArray:
-        """(NUM_SPLINES,) activation ratios while no spline is active.
-
-        The residual without the channels' estimate is then all that the splines can explain.
-        """
-        rest = self.residual - np.array([ramp.signal for ramp in self.ramps])
-        innovation = rest.conj().ravel() @ self.columns.reshape(-1, NUM_SPLINES)
-        energy = self.energies.sum(axis=0)
-        usable = energy > 0.0
-        power = self.noise_precision * np.abs(innovation) ** 2
-        return np.where(usable, power / np.where(usable, energy, 1.0), 0.0)
 
     def moments(self) -> tuple[ComplexArray, ComplexArray]:
         """Gram matrix (NUM_SPLINES, NUM_SPLINES) and projections (NUM_SPLINES,) of the splines.

@@ -59,12 +59,14 @@ class FlatPosterior(NamedTuple):
 
 
 @compiled
-def _templates_of(ramps: FlatRamps, r: int) -> ComplexArray:
+def templates_of(ramps: FlatRamps, r: int) -> ComplexArray:
+    """(B, N) templates of a ramp."""
     return ramps.templates[ramps.first_burst[r] : ramps.first_burst[r + 1]]
 
 
 @compiled
-def _channel_of(ramps: FlatRamps, r: int) -> Channel:
+def channel_of(ramps: FlatRamps, r: int) -> Channel:
+    """Columns of a ramp; its bursts are counted from 0."""
     first, last = ramps.first_column[r], ramps.first_column[r + 1]
     owners = np.empty(last - first, dtype=np.int64)
     for k in range(last - first):
@@ -92,8 +94,8 @@ def all_posteriors(
     signals = np.empty(ramps.templates.shape, dtype=np.complex128)
     place = 0
     for r in range(num_ramps):
-        channel, first = _channel_of(ramps, r), ramps.first_column[r]
-        _, columns = ramp_columns(_templates_of(ramps, r), channel)
+        channel, first = channel_of(ramps, r), ramps.first_column[r]
+        _, columns = ramp_columns(templates_of(ramps, r), channel)
         split = split_row(residual[r])
         fit = columns_posterior(columns, split, channel.precisions, noise_precision)
         log_determinants[r] = fit.log_determinant
@@ -115,8 +117,8 @@ def all_signals(ramps: FlatRamps, amplitudes: ComplexArray) -> ComplexArray:
     """(B, N) bursts U Psi beta of all ramps."""
     signals = np.empty(ramps.templates.shape, dtype=np.complex128)
     for r in range(len(ramps.first_burst) - 1):
-        channel = _channel_of(ramps, r)
-        _, columns = ramp_columns(_templates_of(ramps, r), channel)
+        channel = channel_of(ramps, r)
+        _, columns = ramp_columns(templates_of(ramps, r), channel)
         own = signals[ramps.first_burst[r] : ramps.first_burst[r + 1]]
         weights = amplitudes[ramps.first_column[r] : ramps.first_column[r + 1]]
         fill_bursts(columns, channel.owners, weights, own)
@@ -163,7 +165,7 @@ def all_costs(
         trial = trial_of[r]
         if trial >= 0:
             templates = _with_trial(ramps, r, moving[r], trials[trial])
-            fit = channel_fit(templates, residual[r], _channel_of(ramps, r), noise_precision)
+            fit = channel_fit(templates, residual[r], channel_of(ramps, r), noise_precision)
             costs[trial] += evidence(fit, noise_precision)
     return costs
 
@@ -192,7 +194,7 @@ def all_slopes(
                 moving[r],
                 derivatives[trial],
                 residual[r],
-                _channel_of(ramps, r),
+                channel_of(ramps, r),
                 noise_precision,
             )
             costs[trial] += cost
@@ -253,7 +255,7 @@ def all_product_rows(ramps: FlatRamps, residual: ComplexArray, scale: float) -> 
     place = 0
     for r in range(len(residual)):
         count = ramps.first_burst[r + 1] - ramps.first_burst[r]
-        fill_product_rows(_templates_of(ramps, r), residual[r], scale, rows[place:])
+        fill_product_rows(templates_of(ramps, r), residual[r], scale, rows[place:])
         place += count * (count + 1)
     return rows
 
@@ -293,7 +295,7 @@ def all_revisions(
     row = place = 0
     for r in range(num_ramps):
         count = ramps.first_burst[r + 1] - ramps.first_burst[r]
-        before = _channel_of(ramps, r)
+        before = channel_of(ramps, r)
         channel, new_ratios, stay, own_ratios = revised_channel(
             products[row:], count, before, noise_precision, thresholds, max_additions
         )

@@ -1,101 +1,171 @@
 """Scores ``|a^H r|^2 / ||a||^2`` of single chirps: the best of a correlation, and around it."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vsep._arrays import FloatArray, IntArray
 from vsep.kernels.compiler import compiled
 
+SingleFloatArray = NDArray[np.float32]
+SingleComplexArray = NDArray[np.complex64]
 
-@compiled
-def best_centres(
-    correlations: NDArray[np.complex64], first: int, inverse_energy: FloatArray
-) -> tuple[IntArray, FloatArray]:
-    """Best centre of every slope.
+
+class ChirpGrid(NamedTuple):
+    """Chirps on a grid of S slopes and C centres, in single precision.
 
     Parameters
     ----------
-    correlations : (S, F) complex
-        Circular correlations of a ramp with the kernel of each slope.
-    first : int
-        Lag of the first centre; negative lags lie at the end of a row.
+    kernels : (S, 2, 2 R) float
+        What a chirp of each slope looks like around its centre at index R: real and imaginary part.
     inverse_energy : (S, C) float
-        1/||a||^2.
-
-    Returns
-    -------
-    column : (S,) int
-        Which centre.
-    score : (S,) float
+        1/||a||^2 inside the ramp; zero where too little of the chirp lies inside.
+    first : int
+        Sample of the first centre.
+    coarse : (M,) int
+        Slopes that are correlated at every centre.
+    spectra : (M, F) complex
+        1/F times the conjugate spectra of their kernels, centred at `first`.
+    reach : tuple of int
+        How far the surroundings of a place extend in slopes and in centres.
+    close_share : float
+        Of the best coarse score: what a place must reach to have its surroundings tried.
     """
-    num_slopes, num_centres = inverse_energy.shape
-    size = correlations.shape[1]
-    columns = np.zeros(num_slopes, dtype=np.int64)
-    scores = np.zeros(num_slopes)
-    for s in range(num_slopes):
-        best = -1.0
-        for c in range(num_centres):
-            lag = first + c
-            value = correlations[s, lag if lag >= 0 else lag + size]
-            score = (value.real**2 + value.imag**2) * inverse_energy[s, c]
-            if score > best:
-                best = score
-                columns[s] = c
-        scores[s] = best
-    return columns, scores
+
+    kernels: SingleFloatArray
+    inverse_energy: SingleFloatArray
+    first: int
+    coarse: IntArray
+    spectra: SingleComplexArray
+    reach: tuple[int, int]
+    close_share: float
+
+
+@compiled
+def correlation_spectra(
+    spectra: SingleComplexArray, kernels: SingleComplexArray, ramps: tuple[int, int]
+) -> SingleComplexArray:
+    """Products (A, last - first, M, F) of the spectra (A, P, F) of some ramps and the kernels."""
+    num_antennas, _, size = spectra.shape
+    first, last = ramps
+    products = np.empty((num_antennas, last - first, len(kernels), size), dtype=np.complex64)
+    for a in range(num_antennas):
+        for p in range(last - first):
+            row = spectra[a, first + p]
+            for m in range(len(kernels)):
+                kernel, product = kernels[m], products[a, p, m]
+                for f in range(size):
+                    x, y = row[f], kernel[f]
+                    product[f] = complex(
+                        x.real * y.real - x.imag * y.imag, x.real * y.imag + x.imag * y.real
+                    )
+    return products
+
+
+@compiled
+def _coarse_scores(
+    correlations: SingleComplexArray, p: int, grid: ChirpGrid, scores: SingleFloatArray
+) -> SingleFloatArray:
+    """Write the scores (M, C) of one ramp; return the best of each slope (M,)."""
+    best = np.empty(len(scores), dtype=np.float32)
+    largest_bits = best.view(np.int32)
+    for m in range(len(scores)):
+        row, inverse_energy = scores[m], grid.inverse_energy[grid.coarse[m]]
+        row[:] = np.float32(0.0)
+        for a in range(len(correlations)):
+            values = correlations[a, p, m]
+            for c in range(len(row)):
+                row[c] += values[c].real * values[c].real + values[c].imag * values[c].imag
+        for c in range(len(row)):
+            row[c] *= inverse_energy[c]
+        # The bits of positive numbers are ordered as they are; integers need no care for NaN.
+        bits, largest = row.view(np.int32), np.int32(0)
+        for c in range(len(bits)):
+            largest = max(largest, bits[c])
+        largest_bits[m] = largest
+    return best
+
+
+@compiled
+def _chirp_score(parts: SingleFloatArray, grid: ChirpGrid, s: int, c: int) -> float:
+    """Score of one place of the grid, by direct sums over `parts` (A, 2, N) of a ramp."""
+    num_samples = parts.shape[2]
+    offset = grid.kernels.shape[2] // 2 - grid.first - c
+    kernel_real = grid.kernels[s, 0, offset : offset + num_samples]
+    kernel_imag = grid.kernels[s, 1, offset : offset + num_samples]
+    power = np.float32(0.0)
+    for a in range(len(parts)):
+        row_real, row_imag = parts[a, 0], parts[a, 1]
+        real = imag = np.float32(0.0)
+        for n in range(num_samples):
+            real += row_real[n] * kernel_real[n] + row_imag[n] * kernel_imag[n]
+            imag += row_imag[n] * kernel_real[n] - row_real[n] * kernel_imag[n]
+        power += real * real + imag * imag
+    return float(power * grid.inverse_energy[s, c])
 
 
 @compiled
 def polish(
-    residual: NDArray[np.complex64],
-    kernels: NDArray[np.complex64],
-    inverse_energy: FloatArray,
-    first: int,
-    slopes: IntArray,
-    columns: IntArray,
-    reach: tuple[int, int],
+    parts: SingleFloatArray, grid: ChirpGrid, slope: int, column: int
 ) -> tuple[int, int, float]:
-    """Best chirp around several places of the grid of slopes and centres, by direct sums.
+    """Best slope, centre and score around a place of the grid, of `parts` (A, 2, N) of a ramp."""
+    best_slope, best_column, best = slope, column, -1.0
+    num_slopes, num_centres = grid.inverse_energy.shape
+    for s in range(max(slope - grid.reach[0], 0), min(slope + grid.reach[0] + 1, num_slopes)):
+        first = max(column - grid.reach[1], 0)
+        for c in range(first, min(column + grid.reach[1] + 1, num_centres)):
+            score = _chirp_score(parts, grid, s, c)
+            if score > best:
+                best_slope, best_column, best = s, c, score
+    return best_slope, best_column, best
+
+
+@compiled
+def best_chirps(
+    correlations: SingleComplexArray,
+    rows: SingleComplexArray,
+    first: int,
+    grid: ChirpGrid,
+    worthwhile: FloatArray,
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Best chirp of some ramps: of all coarse places, and of what surrounds the good ones.
 
     Parameters
     ----------
-    residual : (A, N) complex
-        One ramp as every antenna received it.
-    kernels : (S, 2 R) complex
-        Kernel of every slope around its centre, the centre at R.
-    inverse_energy : (S, C) float
-        1/||a||^2.
+    correlations : (A, R, M, F) complex
+        Circular correlations of R ramps, as A antennas received them, with the coarse kernels.
+    rows : (A, P, N) complex
+        All ramps.
     first : int
-        Sample of the first centre.
-    slopes, columns : (M,) int
-        The places.
-    reach : tuple of int
-        How far the surroundings extend in slopes and in centres.
+        The first of the R.
+    grid : ChirpGrid
+    worthwhile : (P,) float
+        What the best coarse score of a ramp must reach; else its place is returned as it is.
 
     Returns
     -------
-    slope, column : int
-    score : float
+    slope, column : (R,) int
+        Where in the grid.
+    score : (R,) float
     """
-    middle = kernels.shape[1] // 2
-    best_slope, best_column, best = slopes[0], columns[0], -1.0
-    for place in range(len(slopes)):
-        for s in range(slopes[place] - reach[0], slopes[place] + reach[0] + 1):
-            if not 0 <= s < kernels.shape[0]:
-                continue
-            for c in range(columns[place] - reach[1], columns[place] + reach[1] + 1):
-                if not 0 <= c < inverse_energy.shape[1]:
-                    continue
-                offset = middle - first - c
-                power = 0.0
-                for antenna in range(len(residual)):
-                    real = imag = 0.0
-                    for n in range(residual.shape[1]):
-                        a, b = residual[antenna, n], kernels[s, n + offset]
-                        real += a.real * b.real + a.imag * b.imag
-                        imag += a.imag * b.real - a.real * b.imag
-                    power += real * real + imag * imag
-                score = power * inverse_energy[s, c]
-                if score > best:
-                    best_slope, best_column, best = s, c, score
-    return best_slope, best_column, best
+    num_ramps = correlations.shape[1]
+    slopes, columns = np.zeros(num_ramps, dtype=np.int64), np.zeros(num_ramps, dtype=np.int64)
+    found = np.zeros(num_ramps)
+    scores = np.empty((len(grid.coarse), grid.inverse_energy.shape[1]), dtype=np.float32)
+    parts = np.empty((len(rows), 2, rows.shape[2]), dtype=np.float32)
+    for p in range(num_ramps):
+        best = _coarse_scores(correlations, p, grid, scores)
+        first_best = np.argmax(best)
+        slopes[p], columns[p] = grid.coarse[first_best], np.argmax(scores[first_best])
+        found[p] = best[first_best]
+        if found[p] < worthwhile[first + p]:
+            continue
+        parts[:, 0], parts[:, 1] = rows[:, first + p].real, rows[:, first + p].imag
+        least, found[p] = grid.close_share * found[p], -1.0
+        for m in range(len(best)):
+            if best[m] >= least:
+                place = polish(parts, grid, grid.coarse[m], int(np.argmax(scores[m])))
+                if place[2] > found[p]:
+                    slopes[p], columns[p], found[p] = place
+    return slopes, columns, found

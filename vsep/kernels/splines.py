@@ -14,37 +14,39 @@ from vsep.kernels.turns import turn
 
 
 @compiled
-def integrals(
-    frequency: float, rate: float, knots: FloatArray, table: FloatArray, rows: ComplexArray
-) -> None:
-    """Fill `rows` (5, K) with H_(-1) to H_3 at the distances of a frequency from K knots.
+def integrals(distances: FloatArray, rate: float, table: FloatArray, rows: FloatArray) -> None:
+    """Fill `rows` (5, 2, M) with H_(-1) to H_3 at M distances of frequencies from knots.
 
-    H_2 and H_1 are the derivatives of H_3. All are right up to one cubic polynomial of the
-    distance, which fourth differences remove. Each loop does one thing, so that it runs in vector
-    registers.
+    Real and imaginary parts stand in rows of their own. H_2 and H_1 are the derivatives of H_3. All
+    are right up to one cubic polynomial of the distance, which fourth differences remove. Each loop
+    does one thing, so that it runs in vector registers.
     """
     scale, direction = np.sqrt(2.0 / abs(rate)), side(rate)
-    for k in range(len(knots)):
-        rows[0, k] = turn(-0.25 * ((frequency - knots[k]) * scale) ** 2)
-    for k in range(len(knots)):
-        rows[1, k] = fresnel_rest(abs(frequency - knots[k]) * scale, table)
-    for k in range(len(knots)):
-        phase, rest, way = rows[0, k], rows[1, k], side(frequency - knots[k])
+    kernel_real, kernel_imag, flat_real, flat_imag = rows[0, 0], rows[0, 1], rows[1, 0], rows[1, 1]
+    for m in range(len(distances)):
+        phase = turn(-0.25 * (distances[m] * scale) ** 2)
         # Times exp(j pi/4) / sqrt(2), for a positive rate; for a negative one all is conjugate.
-        real, imag = 0.5 * (phase.real - phase.imag), 0.5 * (phase.real + phase.imag)
-        flat_real = way * (0.5 - real * rest.real - imag * rest.imag)
-        flat_imag = way * (real * rest.imag - imag * rest.real)
-        rows[0, k] = complex(scale * real, direction * scale * imag)
-        rows[1, k] = complex(flat_real, direction * flat_imag)
+        kernel_real[m] = 0.5 * (phase.real - phase.imag)
+        kernel_imag[m] = 0.5 * (phase.real + phase.imag)
+    for m in range(len(distances)):
+        rest = fresnel_rest(abs(distances[m]) * scale, table)
+        flat_real[m], flat_imag[m] = rest.real, rest.imag
+    for m in range(len(distances)):
+        real, imag, way = flat_real[m], flat_imag[m], side(distances[m])
+        flat_real[m] = way * (0.5 - kernel_real[m] * real - kernel_imag[m] * imag)
+        flat_imag[m] = direction * way * (kernel_real[m] * imag - kernel_imag[m] * real)
+    for m in range(len(distances)):
+        kernel_real[m] *= scale
+        kernel_imag[m] *= direction * scale
     a = -rate / (2.0 * np.pi)  # its imaginary part
     for n in range(1, 4):
-        share = 1.0 / n
-        for k in range(len(knots)):
-            x, last, before = frequency - knots[k], rows[n, k], rows[n - 1, k]
-            rows[n + 1, k] = complex(
-                share * (x * last.real - a * before.imag),
-                share * (x * last.imag + a * before.real),
-            )
+        next_real, next_imag, share = rows[n + 1, 0], rows[n + 1, 1], 1.0 / n
+        last_real, last_imag = rows[n, 0], rows[n, 1]
+        before_real, before_imag = rows[n - 1, 0], rows[n - 1, 1]
+        for m in range(len(distances)):
+            next_real[m] = share * (distances[m] * last_real[m] - a * before_imag[m])
+        for m in range(len(distances)):
+            next_imag[m] = share * (distances[m] * last_imag[m] + a * before_real[m])
 
 
 @compiled
@@ -73,12 +75,12 @@ def spline_terms(
         Value, first and second derivative.
     """
     result = np.zeros((3, len(frequency)), dtype=np.complex128)
-    rows = np.empty((5, len(knots)), dtype=np.complex128)
+    rows = np.empty((5, 2, len(knots)))
     for m in range(len(frequency)):
-        integrals(frequency[m], slope[m], knots, table, rows)
+        integrals(frequency[m] - knots, slope[m], table, rows)
         for i in range(3):
             for k in range(len(knots)):
-                result[i, m] += jumps[k] * rows[4 - i, k]
+                result[i, m] += jumps[k] * complex(rows[4 - i, 0, k], rows[4 - i, 1, k])
     return result
 
 
@@ -98,11 +100,13 @@ def bspline_terms(
     """
     height = 1.0 / (knots[1] - knots[0]) ** 3
     result = np.empty((len(frequency), len(knots) - 4), dtype=np.complex128)
-    rows = np.empty((5, len(knots)), dtype=np.complex128)
-    cubics = rows[4]
+    rows = np.empty((5, 2, len(knots)))
+    real, imag = rows[4, 0], rows[4, 1]
     for m in range(len(frequency)):
-        integrals(frequency[m], slope[m], knots, table, rows)
+        integrals(frequency[m] - knots, slope[m], table, rows)
         for k in range(len(knots) - 4):
-            outer, middle = cubics[k] + cubics[k + 4], cubics[k + 1] + cubics[k + 3]
-            result[m, k] = height * (outer - 4.0 * middle + 6.0 * cubics[k + 2])
+            outer, middle = real[k] + real[k + 4], real[k + 1] + real[k + 3]
+            value = outer - 4.0 * middle + 6.0 * real[k + 2]
+            outer, middle = imag[k] + imag[k + 4], imag[k + 1] + imag[k + 3]
+            result[m, k] = height * complex(value, outer - 4.0 * middle + 6.0 * imag[k + 2])
     return result
