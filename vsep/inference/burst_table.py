@@ -88,6 +88,10 @@ class BurstTable:
         tr(A C A^H) and log|C| of every ramp.
     signals : (B, N) complex
         What the columns of each burst add up to.
+    interfered, first_burst, first_column : (R,), (R + 1,), (R + 1,) int
+        The rows that hold bursts, and where their bursts and columns begin.
+    ramps_of_bursts, num_columns : (B,) int
+        Which of these rows each burst lies in, and how many columns it has.
     """
 
     def __init__(self, model: SignalModel, bursts: tuple[BurstComponents, ...]) -> None:
@@ -117,16 +121,16 @@ class BurstTable:
         """Find the first burst and the first column of every interfered row, and these rows."""
         begins = np.ones(len(self.rows) + 1, dtype=bool)
         np.not_equal(self.rows[1:], self.rows[:-1], out=begins[1:-1])
-        self.first_burst: IntArray = np.flatnonzero(begins)
+        self.first_burst: IntArray = begins.nonzero()[0]
         self.interfered: IntArray = self.rows[self.first_burst[:-1]]
-        self.ramps_of_bursts: IntArray = np.cumsum(begins[:-1]) - 1
+        self.ramps_of_bursts: IntArray = begins[:-1].cumsum() - 1
         self._lay_out_columns()
 
     def _lay_out_columns(self) -> None:
-        counts = np.zeros(len(self.first_burst), dtype=np.int64)
-        own = np.bincount(self.ramps_of_bursts[self.owners], minlength=len(counts) - 1)
-        np.cumsum(own, out=counts[1:])
-        self.first_column: IntArray = counts
+        self.num_columns: IntArray = np.bincount(self.owners, minlength=len(self.rows))
+        ends = np.zeros(len(self.rows) + 1, dtype=np.int64)
+        self.num_columns.cumsum(out=ends[1:])
+        self.first_column: IntArray = ends[self.first_burst]
 
     def flat(self, twiddle: ComplexArray) -> FlatRamps:
         """Return what the kernels take of all ramps; `twiddle` (M,) are values of the atoms."""

@@ -82,7 +82,9 @@ class ChannelCosts:
         )
 
     def _trial_of(self, chosen: IntArray) -> IntArray:
-        """(R,) which of the chosen bursts each ramp holds, -1 for none."""
+        """(R,) which of the chosen bursts, ascending, each ramp holds; -1 for none."""
+        if len(chosen) == len(self.shared):
+            return self.shared
         numbers = np.full(len(self.ramps.templates) + 1, -1)  # the last is for ramps with none
         numbers[chosen] = np.arange(len(chosen))
         return np.asarray(numbers[self.shared])

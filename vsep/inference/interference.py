@@ -144,13 +144,14 @@ class InterferenceWorkspace:
         """Drop bursts that lost all their components; the literal schedule keeps the template."""
         if self.schedule.first_threshold_db is None or len(self.table) == 0:
             return
-        columns = np.bincount(self.table.owners, minlength=len(self.table))
-        empty = np.flatnonzero(columns.reshape(-1, self.num_shared).sum(axis=0) == 0)
-        if len(empty) == 0:
+        if self.table.num_columns.all():
             return
+        columns = self.table.num_columns.reshape(-1, self.num_shared).sum(axis=0)
+        empty = np.flatnonzero(columns == 0)
         for row in self.table.rows[empty].tolist():
             self.record(EventKind.CHIRP_DROPPED, row, 0.0, self.prune_threshold)
-        self.remove_bursts(empty)
+        if len(empty):
+            self.remove_bursts(empty)
 
     def at_antennas(self, places: IntArray) -> IntArray:
         """Return the places (A, T) that bursts of the first antenna have at every antenna."""
@@ -209,8 +210,7 @@ class InterferenceWorkspace:
             Newton steps at most.
         """
         table = self.table
-        carrying = np.bincount(table.owners, minlength=len(table)) > 0
-        places = places[carrying[places]]
+        places = places[table.num_columns[places] > 0]
         if len(places) == 0:
             return
         # A burst has one place at all antennas: the sum over them is climbed.
