@@ -107,7 +107,8 @@ def slope_bank(model: SignalModel) -> SlopeBank:
 
 def squared_norms(rows: ComplexArray) -> FloatArray:
     """(P,) energies of the rows of a (P, N) array, or (A, P) of an (A, P, N) array."""
-    return np.asarray(np.sum(rows.real**2 + rows.imag**2, axis=-1))
+    parts = np.ascontiguousarray(rows).view(np.float64)
+    return np.asarray(np.einsum("...n,...n->...", parts, parts))
 
 
 def tone_scores(rows: ComplexArray) -> FloatArray:
