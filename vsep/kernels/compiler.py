@@ -4,8 +4,10 @@ Numba translates them to machine code on their first call and keeps the result b
 in the user's cache folder where that cannot be written), so that the price is paid once.
 """
 
+import hashlib
 from collections.abc import Callable
-from typing import TypeVar, cast
+from pathlib import Path
+from typing import Final, TypeVar, cast
 
 from numba import njit
 
@@ -13,6 +15,8 @@ Function = TypeVar("Function", bound=Callable[..., object])
 
 # Sums may be reordered, which lets them run in vector registers; NaN and infinity keep their sense.
 RELAXED = {"reassoc", "contract", "nsz"}
+KERNELS: Final = Path(__file__).parent
+MARK: Final = "sources.sha256"  # in the cache: what its machine code was made from
 
 
 def compiled(function: Function) -> Function:
@@ -26,3 +30,31 @@ def compiled(function: Function) -> Function:
         function
     )
     return cast(Function, machine_code)
+
+
+def drop_outdated(folder: Path) -> None:
+    """Remove kept machine code if a source in the folder has changed since it was made.
+
+    Numba looks at the file of a kernel alone, not at those of the kernels that became part of it.
+
+    Parameters
+    ----------
+    folder : Path
+        With the sources; the machine code stands in its ``__pycache__``.
+    """
+    sources = hashlib.sha256()
+    for source in sorted(folder.glob("*.py")):
+        sources.update(source.read_bytes())
+    cache = folder / "__pycache__"
+    try:
+        if (cache / MARK).is_file() and (cache / MARK).read_text() == sources.hexdigest():
+            return
+        for kept in (*cache.glob("*.nbi"), *cache.glob("*.nbc")):
+            kept.unlink(missing_ok=True)
+        cache.mkdir(exist_ok=True)
+        (cache / MARK).write_text(sources.hexdigest())
+    except OSError:
+        return  # not ours to write: Numba keeps the code elsewhere
+
+
+drop_outdated(KERNELS)

@@ -1,0 +1,59 @@
+"""Kept machine code follows the sources of all kernels, not only of its own."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+from vsep.kernels.compiler import KERNELS, MARK, drop_outdated
+
+CALLER = """
+from vsep.kernels.compiler import compiled
+from vsep.kernels.callee import value
+
+@compiled
+def doubled():
+    return 2.0 * value()
+"""
+CALLEE = """
+from vsep.kernels.compiler import compiled
+
+@compiled
+def value():
+    return {}
+"""
+
+
+def doubled(folder):
+    """What a new process gets from the caller."""
+    program = "from vsep.kernels.caller import doubled; print(doubled())"
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    command = [sys.executable, "-c", program]
+    return float(subprocess.check_output(command, env=environment, cwd=folder, text=True))
+
+
+def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(tmp_path):
+    kernels = tmp_path / "vsep" / "kernels"
+    kernels.mkdir(parents=True)
+    (tmp_path / "vsep" / "__init__.py").touch()
+    for name in ("__init__.py", "compiler.py"):
+        shutil.copy(KERNELS / name, kernels / name)
+    (kernels / "caller.py").write_text(CALLER)
+    (kernels / "callee.py").write_text(CALLEE.format(1.0))
+    assert doubled(tmp_path) == 2.0
+    assert list((kernels / "__pycache__").glob("caller.doubled*.nbc"))
+    (kernels / "callee.py").write_text(CALLEE.format(3.0))
+    assert doubled(tmp_path) == 6.0
+
+
+def test_machine_code_stays_while_the_sources_do(tmp_path):
+    (tmp_path / "kernel.py").write_text("one = 1\n")
+    drop_outdated(tmp_path)
+    kept = tmp_path / "__pycache__" / "kernel.one.nbc"
+    kept.write_bytes(b"code")
+    drop_outdated(tmp_path)
+    assert kept.exists()
+    (tmp_path / "kernel.py").write_text("one = 2\n")
+    drop_outdated(tmp_path)
+    assert not kept.exists()
+    assert (tmp_path / "__pycache__" / MARK).exists()
