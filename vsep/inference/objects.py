@@ -1,19 +1,19 @@
 """Algorithm 3: find, refine, add, update and prune the grid-less object components."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import fft
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray, to_db, wrap_frequency
+from vsep._arrays import ComplexArray, FloatArray, to_db, wrap_frequency
 from vsep.inference.refinement import PlacedComponents, joint_step, place_components
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.state import ComponentEvent, EventKind, ObjectComponents
 from vsep.kernels.candidates import Candidate, best_candidate
-from vsep.kernels.climbing import update_lines
+from vsep.kernels.climbing import Updated, update_lines
 from vsep.kernels.moves import largest_move
-from vsep.kernels.placing import lines_trace, object_signals, unexplained_grid
-from vsep.signal.atoms import Factors, line_factors
+from vsep.kernels.placing import lines_trace, object_signals, unexplained
+from vsep.signal.atoms import Factors
 
 ADDITION_WINDOW = 0.25  # of the first candidate's ratio: what a further one of the step must reach
 
@@ -65,15 +65,15 @@ class ObjectWorkspace:
         self.next_id = next_id
         self.events: list[ComponentEvent] = []
         self.ids = components.component_ids.copy()
-        precisions = components.precisions.copy()
         if background is None:
-            num_ramps, num_samples = len(residual) // num_antennas, residual.shape[1]
-            factors = line_factors(np.zeros(0), num_samples), line_factors(np.zeros(0), num_ramps)
-        else:
-            factors = background.factors
-            precisions = np.concatenate([precisions, background.precisions])
-        points = np.array([components.beats, components.dopplers]).T.copy()
-        self.placed = place_components(points, precisions, self.residual, noise_precision, factors)
+            background = no_background(len(residual) // num_antennas, residual.shape[1])
+        self.placed = place_components(
+            np.array([components.beats, components.dopplers]).T.copy(),
+            np.concatenate([components.precisions, background.precisions]),
+            self.residual,
+            noise_precision,
+            background.factors,
+        )
         self.max_frequency_change = 0.0
 
     @property
@@ -119,8 +119,12 @@ class ObjectWorkspace:
     def _best_candidate(self) -> Candidate:
         """Look for one more component in what the columns leave unexplained."""
         columns = self.placed.columns
-        grid = unexplained_grid(self.residual, columns)
-        transforms = fft.ifft2(grid, overwrite_x=True)
+        rest = unexplained(self.residual, columns)
+        num_ramps, num_samples = rest.shape[1:]
+        # Axis after axis: a transform of both would run over the added rows of zeros as well.
+        if num_ramps > 1:
+            rest = fft.ifft(rest, 2 * num_ramps, axis=1)
+        transforms = fft.ifft(rest, 2 * num_samples, axis=2)
         return best_candidate(transforms, self.residual, columns, self.threshold)
 
     def _insert(self, candidate: Candidate) -> None:
@@ -144,24 +148,27 @@ class ObjectWorkspace:
         new = update_lines(
             before.points, active.precisions, self.residual, before.columns, self.threshold
         )
-        kept, stays = new.kept, np.ones(len(active), dtype=np.bool_)
-        stays[: len(kept)] = kept
-        for index in np.flatnonzero(~kept):
-            ratio, component_id = float(new.ratios[index]), int(self.ids[index])
-            self._record(EventKind.OBJECT_PRUNED, ratio, component_id, before.points[index])
-        self.ids = self.ids[kept]
+        points, precisions, start = new.points, new.precisions, before.points
+        if not new.kept.all():
+            self._record_pruned(new)
+            dropped = np.flatnonzero(~new.kept)
+            points, start = points[new.kept], start[new.kept]
+            precisions, self.ids = np.delete(precisions, dropped), self.ids[new.kept]
+        noise_precision = active.noise_precision
         placed = place_components(
-            new.points[kept],
-            new.precisions[stays],
-            self.residual,
-            active.noise_precision,
-            before.background,
+            points, precisions, self.residual, noise_precision, before.background
         )
         placed = joint_step(placed, self.residual)
         self.max_frequency_change = largest_move(
-            before.points[kept], placed.points, placed.active.precisions, placed.columns
+            start, placed.points, placed.active.precisions, placed.columns
         )
-        self.placed = replace(placed, points=wrap_frequency(placed.points))
+        points = wrap_frequency(placed.points)
+        self.placed = PlacedComponents(points, placed.factors, placed.active)
+
+    def _record_pruned(self, new: Updated) -> None:
+        for index in np.flatnonzero(~new.kept):
+            ratio, component_id = float(new.ratios[index]), int(self.ids[index])
+            self._record(EventKind.OBJECT_PRUNED, ratio, component_id, self.points[index])
 
     def _record(self, kind: EventKind, ratio: float, component_id: int, point: FloatArray | tuple[float, float]
     ) -> None:
@@ -178,15 +185,24 @@ class ObjectWorkspace:
 
     def components(self) -> ObjectComponents:
         """Freeze the result of the step."""
-        ids: IntArray = self.ids.astype(np.int64)
+        count, active = len(self.ids), self.active
         return ObjectComponents(
-            component_ids=ids,
-            beats=self.points[:, 0].copy(),
-            dopplers=self.points[:, 1].copy(),
-            amplitudes=self.active.amplitudes[: len(ids)],
-            covariance=self.active.covariance[: len(ids), : len(ids)],
-            precisions=self.active.precisions[: len(ids)],
+            component_ids=self.ids,
+            beats=self.points[:, 0],
+            dopplers=self.points[:, 1],
+            amplitudes=active.amplitudes[:count],
+            covariance=active.covariance[:count, :count],
+            precisions=active.precisions[:count],
         )
+
+
+def no_background(num_ramps: int, num_samples: int) -> Background:
+    """Return a background without columns."""
+    factors = (
+        np.empty((0, num_samples), dtype=np.complex128),
+        np.empty((0, num_ramps), dtype=np.complex128),
+    )
+    return Background(factors, np.empty(0))
 
 
 def no_objects(num_antennas: int = 1) -> ObjectComponents:

@@ -117,23 +117,24 @@ def take_out(columns: SplitColumns, index: int) -> None:
 
 
 @compiled
-def put_in(columns: SplitColumns, index: int, precision: float, fit: AtomFit) -> None:
-    """Block inversion (68): a unit-norm component takes the place of the zeros at `index`.
+def put_in(columns: SplitColumns, index: int, precision: float, inverse_rho: float) -> None:
+    """Block inversion (68): the atom that was fitted last takes the place of the zeros at `index`.
 
     Parameters
     ----------
     columns : SplitColumns
-        Changed in place.
+        Changed in place; `atom_fit` has left the atom in its scratch.
     index : int
         Where the zeros are.
     precision : float
         Prior precision of the new weight.
-    fit : AtomFit
-        The new atom beside the others.
+    inverse_rho : float
+        The atom's, beside the others.
     """
-    covariance, amplitudes, noise_precision = columns[2:]
-    real, imag = noise_precision * fit.weighted.real, noise_precision * fit.weighted.imag
-    variance = 1.0 / (fit.inverse_rho + precision)
+    covariance, amplitudes, noise_precision, scratch = columns[2:]
+    _, innovations, weighted = scratch.jet
+    real, imag = noise_precision * weighted.real[0], noise_precision * weighted.imag[0]
+    variance = 1.0 / (inverse_rho + precision)
     for i in range(len(real)):
         c, d = variance * real[i], variance * imag[i]
         for j in range(len(real)):
@@ -143,16 +144,14 @@ def put_in(columns: SplitColumns, index: int, precision: float, fit: AtomFit) ->
         covariance.imag[i, index], covariance.imag[index, i] = -d, d
     covariance.real[index, index], covariance.imag[index, index] = variance, 0.0
     for a in range(amplitudes.real.shape[1]):
-        c = noise_precision * variance * fit.innovations.real[a]
-        d = noise_precision * variance * fit.innovations.imag[a]
+        c = noise_precision * variance * innovations.real[0, a]
+        d = noise_precision * variance * innovations.imag[0, a]
         for i in range(len(real)):
             amplitudes.real[i, a] -= real[i] * c - imag[i] * d
             amplitudes.imag[i, a] -= real[i] * d + imag[i] * c
         amplitudes.real[index, a], amplitudes.imag[index, a] = c, d
-    columns.beat_factors.real[index] = fit.beat_line.real
-    columns.beat_factors.imag[index] = fit.beat_line.imag
-    columns.doppler_factors.real[index] = fit.doppler_line.real
-    columns.doppler_factors.imag[index] = fit.doppler_line.imag
+    columns.beat_factors.real[index], columns.beat_factors.imag[index] = scratch.beat_line
+    columns.doppler_factors.real[index], columns.doppler_factors.imag[index] = scratch.doppler_line
 
 
 @compiled
@@ -217,5 +216,5 @@ def update_lines(
         new.points[index] = moved
         # gamma = 1 / (omega^2 - rho), the fixed point (77) with the antennas' mean omega^2
         new.precisions[index] = fit.inverse_rho / (new.ratios[index] / num_antennas - 1.0)
-        put_in(posterior, index, new.precisions[index], fit)
+        put_in(posterior, index, new.precisions[index], fit.inverse_rho)
     return new

@@ -5,7 +5,7 @@ import numpy as np
 from vsep._arrays import ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.lines import Columns, atom_jet, split_columns
-from vsep.kernels.split_arrays import row_of, split
+from vsep.kernels.split_arrays import Split, row_of, split
 
 
 @compiled
@@ -34,37 +34,48 @@ def joint_slopes(
     curvature : (2 L, 2 L) float, of a single ramp (L, L)
     """
     rest, posterior = split(residual), split_columns(columns)
-    covariance, amplitudes, noise_precision = columns[2:]
-    size, num_antennas = amplitudes.shape
+    covariance, amplitudes, noise_precision, _ = posterior[2:]
+    size, num_antennas = amplitudes.real.shape
     axes = 2 if columns.doppler_factors.shape[1] > 1 else 1
-    rows = np.empty((num_objects, 6, size), dtype=np.complex128)
-    weighted = np.empty((num_objects, 3, size), dtype=np.complex128)
+    rows = Split(np.empty((num_objects, 6, size)), np.empty((num_objects, 6, size)))
+    explained = Split(np.empty((num_objects, 3, size)), np.empty((num_objects, 3, size)))
     gradient = np.empty(axes * num_objects)
     for i in range(num_objects):
-        beat_line, doppler_line = posterior.beat_factors, posterior.doppler_factors
-        jet = atom_jet(row_of(beat_line, i), row_of(doppler_line, i), rest, posterior)
-        rows[i] = jet.rows.real + 1j * jet.rows.imag
-        weighted[i] = jet.weighted.real + 1j * jet.weighted.imag
+        jet = atom_jet(
+            row_of(posterior.beat_factors, i), row_of(posterior.doppler_factors, i), rest, posterior
+        )
+        rows.real[i], rows.imag[i] = jet.rows
+        explained.real[i] = noise_precision * jet.weighted.real
+        explained.imag[i] = noise_precision * jet.weighted.imag
         for s in range(axes):
             pull = 0.0
             for a in range(num_antennas):
-                pull += amplitudes[i, a].real * jet.innovations.real[s + 1, a]
-                pull += amplitudes[i, a].imag * jet.innovations.imag[s + 1, a]
+                pull += amplitudes.real[i, a] * jet.innovations.real[s + 1, a]
+                pull += amplitudes.imag[i, a] * jet.innovations.imag[s + 1, a]
             for j in range(size):
-                pull -= num_antennas * (covariance[j, i] * rows[i, s + 1, j]).real
+                spread = covariance.real[i, j] * jet.rows.real[s + 1, j]
+                spread += covariance.imag[i, j] * jet.rows.imag[s + 1, j]
+                pull -= num_antennas * spread
             gradient[s * num_objects + i] = 2.0 * noise_precision * pull
     curvature = np.empty((axes * num_objects, axes * num_objects))
     for i in range(num_objects):
         for k in range(num_objects):
-            together = 0.0j
+            # sum_a of alpha_ia^* alpha_ka
+            real = imag = 0.0
             for a in range(num_antennas):
-                together += amplitudes[i, a].conjugate() * amplitudes[k, a]
+                b, c = amplitudes.real[i, a], amplitudes.imag[i, a]
+                d, e = amplitudes.real[k, a], amplitudes.imag[k, a]
+                real += b * d + c * e
+                imag += b * e - c * d
             for s in range(axes):
                 for t in range(axes):
                     # The lines move with their middle at rest: dphi_i^H dphi_k = -d^2 phi_i^H phi_k
-                    product = -rows[i, 3 + s + t, k]
+                    apart_real, apart_imag = -rows.real[i, 3 + s + t, k], -rows.imag[i, 3 + s + t, k]
                     for j in range(size):
-                        product -= noise_precision * rows[i, s + 1, j] * weighted[k, t + 1, j]
-                    value = 2.0 * noise_precision * (together * product).real
+                        b, c = rows.real[i, s + 1, j], rows.imag[i, s + 1, j]
+                        d, e = explained.real[k, t + 1, j], explained.imag[k, t + 1, j]
+                        apart_real -= b * d - c * e
+                        apart_imag -= b * e + c * d
+                    value = 2.0 * noise_precision * (real * apart_real - imag * apart_imag)
                     curvature[s * num_objects + i, t * num_objects + k] = value
     return gradient, curvature

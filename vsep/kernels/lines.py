@@ -12,10 +12,18 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
-from vsep.kernels.split_arrays import Split, line_moments, split
+from vsep.kernels.split_arrays import (
+    Split,
+    empty_row,
+    empty_rows,
+    line_moments,
+    multiply,
+    row_of,
+    split,
+)
 from vsep.kernels.turns import turn
 
-EXACT = 8  # samples of an exponential set one by one; the others are these, turned on
+EXACT = 4  # samples of an exponential set one by one; the others are these, turned on
 
 # Which derivatives, by the beat and by the Doppler frequency, stand in the six rows of a jet.
 BEAT_ORDERS = (0, 1, 0, 2, 1, 0)
@@ -36,16 +44,6 @@ class Columns(NamedTuple):
     noise_precision: float
 
 
-class SplitColumns(NamedTuple):
-    """`Columns` with the parts of each array apart."""
-
-    beat_factors: Split
-    doppler_factors: Split
-    covariance: Split
-    amplitudes: Split
-    noise_precision: float
-
-
 class AtomJet(NamedTuple):
     """What an atom phi has in common with the residual and the columns, and its derivatives.
 
@@ -59,15 +57,54 @@ class AtomJet(NamedTuple):
     weighted: Split
 
 
+class Scratch(NamedTuple):
+    """Memory of one atom's inner products, in use until the next one's.
+
+    Its lines (N,) and (P,); moments with the residual, ``along`` (3, A P) the samples and over the
+    ``whole`` (3, 3 A) frame; moments ``beat`` and ``doppler`` (3, L) with the columns' factors.
+    """
+
+    beat_line: Split
+    doppler_line: Split
+    along: Split
+    whole: Split
+    beat: Split
+    doppler: Split
+    jet: AtomJet
+
+
+class SplitColumns(NamedTuple):
+    """`Columns` with the parts of each array apart, and memory for an atom beside them."""
+
+    beat_factors: Split
+    doppler_factors: Split
+    covariance: Split
+    amplitudes: Split
+    noise_precision: float
+    scratch: Scratch
+
+
 @compiled
 def split_columns(columns: Columns) -> SplitColumns:
     """Take all arrays apart."""
+    size, num_antennas = columns.amplitudes.shape
+    num_ramps = columns.doppler_factors.shape[1]
+    scratch = Scratch(
+        empty_row(columns.beat_factors.shape[1]),
+        empty_row(num_ramps),
+        empty_rows(3, num_antennas * num_ramps),
+        empty_rows(3, 3 * num_antennas),
+        empty_rows(3, size),
+        empty_rows(3, size),
+        AtomJet(empty_rows(6, size), empty_rows(6, num_antennas), empty_rows(3, size)),
+    )
     return SplitColumns(
         split(columns.beat_factors),
         split(columns.doppler_factors),
         split(columns.covariance),
         split(columns.amplitudes),
         columns.noise_precision,
+        scratch,
     )
 
 
@@ -92,23 +129,11 @@ def fill_line(frequency: float, line: Split) -> None:
 @compiled
 def fill_lines(frequencies: FloatArray, lines: ComplexArray) -> None:
     """Write one exponential into every row (L, M)."""
-    line = Split(np.empty(lines.shape[1]), np.empty(lines.shape[1]))
+    line = empty_row(lines.shape[1])
     for row in range(len(frequencies)):
         fill_line(frequencies[row], line)
         for m in range(lines.shape[1]):
             lines[row, m] = complex(line.real[m], line.imag[m])
-
-
-@compiled
-def atom_lines(beat: float, doppler: float, columns: SplitColumns) -> tuple[Split, Split]:
-    """Lines over the samples and over the ramps of the atom at a point."""
-    num_samples = columns.beat_factors.real.shape[1]
-    num_ramps = columns.doppler_factors.real.shape[1]
-    beat_line = Split(np.empty(num_samples), np.empty(num_samples))
-    doppler_line = Split(np.empty(num_ramps), np.empty(num_ramps))
-    fill_line(beat, beat_line)
-    fill_line(doppler, doppler_line)
-    return beat_line, doppler_line
 
 
 @compiled
@@ -148,7 +173,7 @@ def subtract_fit(rows: Split, amplitudes: Split, innovations: Split) -> None:
 def atom_jet(
     beat_line: Split, doppler_line: Split, residual: Split, columns: SplitColumns
 ) -> AtomJet:
-    """Inner products of one atom, given by its lines; O(APN + L (N + P) + L^2).
+    """Inner products of one atom, given by its lines, in scratch; O(APN + L (N + P) + L^2).
 
     Parameters
     ----------
@@ -159,28 +184,20 @@ def atom_jet(
     columns : SplitColumns
         All columns, or all others.
     """
-    along = line_moments(residual, beat_line)
-    moments = line_moments(by_ramps(along, len(doppler_line.real)), doppler_line)
-    beat = line_moments(columns.beat_factors, beat_line)
-    doppler = line_moments(columns.doppler_factors, doppler_line)
-    size, num_antennas = columns.amplitudes.real.shape
-    rows = Split(np.empty((6, size)), np.empty((6, size)))
-    innovations = Split(np.empty((6, num_antennas)), np.empty((6, num_antennas)))
+    scratch, num_ramps = columns.scratch, len(doppler_line.real)
+    along, whole, beat, doppler, jet = scratch[2:]
+    line_moments(residual, beat_line, along)
+    line_moments(by_ramps(along, num_ramps), doppler_line, whole)
+    line_moments(columns.beat_factors, beat_line, beat)
+    line_moments(columns.doppler_factors, doppler_line, doppler)
+    num_antennas = columns.amplitudes.real.shape[1]
     for s in range(6):
         i, j = BEAT_ORDERS[s], DOPPLER_ORDERS[s]
-        for k in range(size):
-            c, d = doppler.real[j, k], doppler.imag[j, k]
-            rows.real[s, k] = beat.real[i, k] * c - beat.imag[i, k] * d
-            rows.imag[s, k] = beat.real[i, k] * d + beat.imag[i, k] * c
+        multiply(beat, i, doppler, j, row_of(jet.rows, s))
         for a in range(num_antennas):
-            innovations.real[s, a] = moments.real[j, i * num_antennas + a]
-            innovations.imag[s, a] = moments.imag[j, i * num_antennas + a]
-    subtract_fit(rows, columns.amplitudes, innovations)
-    weighted = Split(np.empty((3, size)), np.empty((3, size)))
+            jet.innovations.real[s, a] = whole.real[j, i * num_antennas + a]
+            jet.innovations.imag[s, a] = whole.imag[j, i * num_antennas + a]
+    subtract_fit(jet.rows, columns.amplitudes, jet.innovations)
     for s in range(3):
-        weigh(
-            Split(rows.real[s], rows.imag[s]),
-            columns.covariance,
-            Split(weighted.real[s], weighted.imag[s]),
-        )
-    return AtomJet(rows, innovations, weighted)
+        weigh(row_of(jet.rows, s), columns.covariance, row_of(jet.weighted, s))
+    return jet

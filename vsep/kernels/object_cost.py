@@ -15,12 +15,12 @@ from vsep.kernels.lines import (
     AtomJet,
     SplitColumns,
     atom_jet,
-    atom_lines,
     by_ramps,
+    fill_line,
     subtract_fit,
     weigh,
 )
-from vsep.kernels.split_arrays import Split, line_products
+from vsep.kernels.split_arrays import Split, line_products, multiply, row_of
 
 LEAST_SCHUR = 1e-12  # of lambda: what D is at least
 
@@ -43,18 +43,11 @@ class CostJet(NamedTuple):
 
 
 class AtomFit(NamedTuple):
-    """Cost (70) without derivatives, and what block inversion (68) takes to put the atom in.
-
-    Its lines, ``weighted`` (L,) ``C v`` and ``innovations`` (A,) q.
-    """
+    """Cost (70) without derivatives, and the moments as in `CostJet`."""
 
     value: float
     inverse_rho: float
     power: float
-    beat_line: Split
-    doppler_line: Split
-    weighted: Split
-    innovations: Split
 
 
 @compiled
@@ -94,7 +87,9 @@ def cost_jet(
     others : SplitColumns
         The other components.
     """
-    beat_line, doppler_line = atom_lines(beat, doppler, others)
+    beat_line, doppler_line = others.scratch[:2]
+    fill_line(beat, beat_line)
+    fill_line(doppler, doppler_line)
     jet = atom_jet(beat_line, doppler_line, residual, others)
     num_antennas, noise_precision = others.amplitudes.real.shape[1], others.noise_precision
     square = noise_precision * noise_precision
@@ -127,38 +122,38 @@ def cost_jet(
 
 
 @compiled
+def _first(rows: Split) -> Split:
+    return Split(rows.real[:1], rows.imag[:1])
+
+
+@compiled
 def atom_fit(
     beat: float, doppler: float, precision: float, residual: Split, others: SplitColumns
 ) -> AtomFit:
-    """Cost (70) of one component alone; arguments as for `cost_jet`."""
-    beat_line, doppler_line = atom_lines(beat, doppler, others)
-    size, num_antennas = others.amplitudes.real.shape
-    along = line_products(residual, beat_line)
-    innovations = line_products(by_ramps(along, len(doppler_line.real)), doppler_line)
-    beats = line_products(others.beat_factors, beat_line)
-    dopplers = line_products(others.doppler_factors, doppler_line)
-    row = Split(np.empty((1, size)), np.empty((1, size)))
-    for k in range(size):
-        c, d = dopplers.real[k], dopplers.imag[k]
-        row.real[0, k] = beats.real[k] * c - beats.imag[k] * d
-        row.imag[0, k] = beats.real[k] * d + beats.imag[k] * c
-    subtract_fit(
-        row,
-        others.amplitudes,
-        Split(innovations.real.reshape((1, -1)), innovations.imag.reshape((1, -1))),
-    )
-    weighted = Split(np.empty(size), np.empty(size))
-    weigh(Split(row.real[0], row.imag[0]), others.covariance, weighted)
+    """Cost (70) of one component without derivatives; arguments as for `cost_jet`.
+
+    What block inversion takes stays in scratch: the lines, and the jet's first row of each.
+    """
+    beat_line, doppler_line, along, whole, beats, dopplers, jet = others.scratch
+    fill_line(beat, beat_line)
+    fill_line(doppler, doppler_line)
+    num_antennas, num_ramps = others.amplitudes.real.shape[1], len(doppler_line.real)
+    innovations, row, weighted = _first(jet.innovations), _first(jet.rows), jet.weighted
+    line_products(residual, beat_line, row_of(along, 0))
+    line_products(by_ramps(row_of(along, 0), num_ramps), doppler_line, row_of(innovations, 0))
+    line_products(others.beat_factors, beat_line, row_of(beats, 0))
+    line_products(others.doppler_factors, doppler_line, row_of(dopplers, 0))
+    multiply(beats, 0, dopplers, 0, row_of(row, 0))
+    subtract_fit(row, others.amplitudes, innovations)
+    weigh(row_of(row, 0), others.covariance, row_of(weighted, 0))
     power = overlap = 0.0
     for a in range(num_antennas):
-        power += innovations.real[a] ** 2 + innovations.imag[a] ** 2
-    for k in range(size):
-        overlap += row.real[0, k] * weighted.real[k] - row.imag[0, k] * weighted.imag[k]
+        power += innovations.real[0, a] ** 2 + innovations.imag[0, a] ** 2
+    for k in range(row.real.shape[1]):
+        overlap += row.real[0, k] * weighted.real[0, k] - row.imag[0, k] * weighted.imag[0, k]
     noise_precision = others.noise_precision
     square = noise_precision * noise_precision
     inverse_rho = noise_precision - square * overlap
     schur = max(inverse_rho + precision, LEAST_SCHUR * noise_precision)
     value = square * power / schur - num_antennas * np.log(schur)
-    return AtomFit(
-        value, inverse_rho, square * power, beat_line, doppler_line, weighted, innovations
-    )
+    return AtomFit(value, inverse_rho, square * power)

@@ -8,7 +8,7 @@ from vsep._arrays import ComplexArray, FloatArray
 from vsep.kernels.channel import weight_posterior
 from vsep.kernels.compiler import compiled
 from vsep.kernels.lines import Columns, by_ramps, fill_lines
-from vsep.kernels.split_arrays import Split, line_products, row_of, split
+from vsep.kernels.split_arrays import Split, empty_row, line_products, row_of, split
 
 
 class Placement(NamedTuple):
@@ -28,15 +28,20 @@ class Placement(NamedTuple):
 
 
 @compiled
+def rows_to(parts: Split, last: int) -> Split:
+    """Rows of a matrix up to one of them."""
+    return Split(parts.real[: last + 1], parts.imag[: last + 1])
+
+
+@compiled
 def separable_gram(beat: Split, doppler: Split) -> ComplexArray:
     """(K, K) inner products of separable columns (K, N) x (K, P)."""
     size = len(beat.real)
     gram = np.empty((size, size), dtype=np.complex128)
+    beats, dopplers = empty_row(size), empty_row(size)
     for k in range(size):
-        beats = line_products(Split(beat.real[: k + 1], beat.imag[: k + 1]), row_of(beat, k))
-        dopplers = line_products(
-            Split(doppler.real[: k + 1], doppler.imag[: k + 1]), row_of(doppler, k)
-        )
+        line_products(rows_to(beat, k), row_of(beat, k), beats)
+        line_products(rows_to(doppler, k), row_of(doppler, k), dopplers)
         for i in range(k + 1):
             product = complex(beats.real[i], beats.imag[i]) * complex(
                 dopplers.real[i], dopplers.imag[i]
@@ -52,9 +57,10 @@ def separable_products(signals: Split, beat: Split, doppler: Split) -> ComplexAr
     num_ramps = doppler.real.shape[1]
     num_antennas = len(signals.real) // num_ramps
     products = np.empty((len(beat.real), num_antennas), dtype=np.complex128)
+    along, whole = empty_row(len(signals.real)), empty_row(num_antennas)
     for k in range(len(products)):
-        along = line_products(signals, row_of(beat, k))
-        whole = line_products(by_ramps(along, num_ramps), row_of(doppler, k))
+        line_products(signals, row_of(beat, k), along)
+        line_products(by_ramps(along, num_ramps), row_of(doppler, k), whole)
         for a in range(num_antennas):
             products[k, a] = complex(whole.real[a], whole.imag[a])
     return products
@@ -168,19 +174,15 @@ def object_signals(
 
 
 @compiled
-def unexplained_grid(residual: ComplexArray, columns: Columns) -> ComplexArray:
-    """(A, R, C) what the columns leave of the residual (A P, N), with zeros up to twice the size.
+def unexplained(residual: ComplexArray, columns: Columns) -> ComplexArray:
+    """(A, P, N) residual (A P, N) without the columns.
 
-    Single precision: its transform's peaks are starting points of a climb. One ramp stays one.
+    In single precision: the peaks of its transform are starting points of a climb.
     """
-    num_ramps, num_antennas = columns.doppler_factors.shape[1], columns.amplitudes.shape[1]
-    num_samples = residual.shape[1]
     rest = split(residual)
     add_signals(columns.beat_factors, columns.doppler_factors, -columns.amplitudes, rest)
-    num_rows = 2 * num_ramps if num_ramps > 1 else 1
-    grid = np.zeros((num_antennas, num_rows, 2 * num_samples), dtype=np.complex64)
-    for row in range(len(residual)):
-        for n in range(num_samples):
-            value = complex(rest.real[row, n], rest.imag[row, n])
-            grid[row // num_ramps, row % num_ramps, n] = value
-    return grid
+    signals = np.empty(residual.shape, dtype=np.complex64)
+    for row in range(signals.shape[0]):
+        for n in range(signals.shape[1]):
+            signals[row, n] = complex(rest.real[row, n], rest.imag[row, n])
+    return signals.reshape((columns.amplitudes.shape[1], -1, signals.shape[1]))

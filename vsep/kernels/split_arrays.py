@@ -32,46 +32,64 @@ def row_of(parts: Split, row: int) -> Split:
 
 
 @compiled
-def line_products(signals: Split, line: Split) -> Split:
-    """(R,) inner products ``line^H signal`` of a line (M,) with every signal (R, M)."""
-    count = len(signals.real)
-    products = Split(np.empty(count), np.empty(count))
-    c, d = line.real, line.imag
-    for row in range(count):
-        a, b = signals.real[row], signals.imag[row]
-        real = imag = 0.0
-        for m in range(len(c)):
-            real += a[m] * c[m] + b[m] * d[m]
-            imag += b[m] * c[m] - a[m] * d[m]
-        products.real[row], products.imag[row] = real, imag
-    return products
+def empty_row(size: int) -> Split:
+    """(M,) values to be written, in one piece of memory."""
+    parts = np.empty((2, size))
+    return Split(parts[0], parts[1])
 
 
 @compiled
-def line_moments(signals: Split, line: Split) -> Split:
-    """(3, R) inner products as `line_products`, with two derivatives by the line's frequency.
+def empty_rows(num_rows: int, size: int) -> Split:
+    """(R, M) values to be written, in one piece of memory."""
+    parts = np.empty((2, num_rows, size))
+    return Split(parts[0], parts[1])
+
+
+@compiled
+def multiply(first: Split, i: int, second: Split, j: int, product: Split) -> None:
+    """Write the product (L,) of row i of one matrix and row j of another."""
+    for k in range(len(product.real)):
+        a, b = first.real[i, k], first.imag[i, k]
+        c, d = second.real[j, k], second.imag[j, k]
+        product.real[k], product.imag[k] = a * c - b * d, a * d + b * c
+
+
+@compiled
+def line_products(signals: Split, line: Split, products: Split) -> None:
+    """Write the (R,) inner products ``line^H signal`` of a line (M,) with every signal (R, M)."""
+    a, b = signals
+    c, d = line
+    for row in range(len(a)):
+        real = imag = 0.0
+        for m in range(len(c)):
+            real += a[row, m] * c[m] + b[row, m] * d[m]
+            imag += b[row, m] * c[m] - a[row, m] * d[m]
+        products.real[row], products.imag[row] = real, imag
+
+
+@compiled
+def line_moments(signals: Split, line: Split, moments: Split) -> None:
+    """Write (3, R) `line_products` with their first two derivatives by the line's frequency.
 
     A derivative multiplies the line by ``-j 2 pi m``, m counted from its middle.
     """
-    count = len(signals.real)
-    moments = Split(np.empty((3, count)), np.empty((3, count)))
-    c, d = line.real, line.imag
-    middle, angular = 0.5 * (len(c) - 1), 2.0 * np.pi
-    for row in range(count):
-        a, b = signals.real[row], signals.imag[row]
+    a, b = signals
+    c, d = line
+    angular = 2.0 * np.pi
+    for row in range(len(a)):
         zeroth_real = zeroth_imag = first_real = first_imag = second_real = second_imag = 0.0
+        offset = -0.5 * (len(c) - 1)
         for m in range(len(c)):
-            real = a[m] * c[m] + b[m] * d[m]
-            imag = b[m] * c[m] - a[m] * d[m]
-            offset = m - middle
+            real = a[row, m] * c[m] + b[row, m] * d[m]
+            imag = b[row, m] * c[m] - a[row, m] * d[m]
             zeroth_real += real
             zeroth_imag += imag
             first_real += offset * real
             first_imag += offset * imag
             second_real += offset * offset * real
             second_imag += offset * offset * imag
+            offset += 1.0  # counted, not converted from m, which would keep the loop scalar
         moments.real[0, row], moments.imag[0, row] = zeroth_real, zeroth_imag
         moments.real[1, row], moments.imag[1, row] = -angular * first_imag, angular * first_real
         moments.real[2, row] = -angular * angular * second_real
         moments.imag[2, row] = -angular * angular * second_imag
-    return moments
