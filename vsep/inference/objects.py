@@ -170,7 +170,12 @@ class ObjectWorkspace:
             ratio, component_id = float(new.ratios[index]), int(self.ids[index])
             self._record(EventKind.OBJECT_PRUNED, ratio, component_id, self.points[index])
 
-    def _record(self, kind: EventKind, ratio: float, component_id: int, point: FloatArray | tuple[float, float]
+    def _record(
+        self,
+        kind: EventKind,
+        ratio: float,
+        component_id: int,
+        point: FloatArray | tuple[float, float],
     ) -> None:
         self.events.append(
             ComponentEvent(

@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep._arrays import ComplexArray, IntArray
 from vsep.kernels.climbing import climb
 from vsep.kernels.compiler import compiled
 from vsep.kernels.lines import Columns, split_columns
@@ -47,7 +48,7 @@ def candidate_at(
 
 
 @compiled
-def _highest(row: FloatArray) -> int:
+def _highest(row: NDArray[np.float32]) -> int:
     best = 0
     for column in range(1, len(row)):
         if row[column] > row[best]:
@@ -56,7 +57,7 @@ def _highest(row: FloatArray) -> int:
 
 
 @compiled
-def grid_power(transforms: ComplexArray) -> FloatArray:
+def grid_power(transforms: NDArray[np.complex64]) -> NDArray[np.float32]:
     """(R, C) periodogram of A transforms (A, R, C), summed."""
     num_antennas, num_rows, num_columns = transforms.shape
     power = np.zeros((num_rows, num_columns), dtype=np.float32)
@@ -69,7 +70,7 @@ def grid_power(transforms: ComplexArray) -> FloatArray:
 
 
 @compiled
-def next_peak(power: FloatArray, highest: IntArray) -> tuple[int, int]:
+def next_peak(power: NDArray[np.float32], highest: IntArray) -> tuple[int, int]:
     """Find the largest value of a grid (R, C) that wraps around, and clear what lies beside it.
 
     Parameters
@@ -95,7 +96,7 @@ def next_peak(power: FloatArray, highest: IntArray) -> tuple[int, int]:
 
 @compiled
 def best_candidate(
-    transforms: ComplexArray, residual: ComplexArray, columns: Columns, threshold: float
+    transforms: NDArray[np.complex64], residual: ComplexArray, columns: Columns, threshold: float
 ) -> Candidate:
     """Return the first usable of the highest grid peaks, refined if that stays clear.
 

@@ -9,6 +9,45 @@ from vsep.kernels.split_arrays import Split, row_of, split
 
 
 @compiled
+def joint_information(rows: Split, explained: Split, amplitudes: Split, axes: int) -> FloatArray:
+    """Fisher information of the joint step, over ``2 lambda``.
+
+    Parameters
+    ----------
+    rows : (L, 6, K) complex
+        Inner products of the atoms with the columns, see `AtomJet`.
+    explained : (L, 3, K) complex
+        lambda times the jets' ``weighted``.
+    amplitudes : (K, A) complex
+        Weights of all columns.
+    axes : int
+        Frequencies of an object: 1 or 2.
+    """
+    count, _, size = rows.real.shape
+    information = np.empty((axes * count, axes * count))
+    for i in range(count):
+        for k in range(count):
+            # sum_a of alpha_ia^* alpha_ka
+            real = imag = 0.0
+            for a in range(amplitudes.real.shape[1]):
+                b, c = amplitudes.real[i, a], amplitudes.imag[i, a]
+                d, e = amplitudes.real[k, a], amplitudes.imag[k, a]
+                real += b * d + c * e
+                imag += b * e - c * d
+            for s in range(axes):
+                for t in range(axes):
+                    # The lines move with their middle at rest: dphi_i^H dphi_k = -d^2 phi_i^H phi_k
+                    rest_real, rest_imag = -rows.real[i, 3 + s + t, k], -rows.imag[i, 3 + s + t, k]
+                    for j in range(size):
+                        b, c = rows.real[i, s + 1, j], rows.imag[i, s + 1, j]
+                        d, e = explained.real[k, t + 1, j], explained.imag[k, t + 1, j]
+                        rest_real -= b * d - c * e
+                        rest_imag -= b * e + c * d
+                    information[s * count + i, t * count + k] = real * rest_real - imag * rest_imag
+    return information
+
+
+@compiled
 def joint_slopes(
     num_objects: int, residual: ComplexArray, columns: Columns
 ) -> tuple[FloatArray, FloatArray]:
@@ -57,25 +96,4 @@ def joint_slopes(
                 spread += covariance.imag[i, j] * jet.rows.imag[s + 1, j]
                 pull -= num_antennas * spread
             gradient[s * num_objects + i] = 2.0 * noise_precision * pull
-    curvature = np.empty((axes * num_objects, axes * num_objects))
-    for i in range(num_objects):
-        for k in range(num_objects):
-            # sum_a of alpha_ia^* alpha_ka
-            real = imag = 0.0
-            for a in range(num_antennas):
-                b, c = amplitudes.real[i, a], amplitudes.imag[i, a]
-                d, e = amplitudes.real[k, a], amplitudes.imag[k, a]
-                real += b * d + c * e
-                imag += b * e - c * d
-            for s in range(axes):
-                for t in range(axes):
-                    # The lines move with their middle at rest: dphi_i^H dphi_k = -d^2 phi_i^H phi_k
-                    apart_real, apart_imag = -rows.real[i, 3 + s + t, k], -rows.imag[i, 3 + s + t, k]
-                    for j in range(size):
-                        b, c = rows.real[i, s + 1, j], rows.imag[i, s + 1, j]
-                        d, e = explained.real[k, t + 1, j], explained.imag[k, t + 1, j]
-                        apart_real -= b * d - c * e
-                        apart_imag -= b * e + c * d
-                    value = 2.0 * noise_precision * (real * apart_real - imag * apart_imag)
-                    curvature[s * num_objects + i, t * num_objects + k] = value
-    return gradient, curvature
+    return gradient, 2.0 * noise_precision * joint_information(rows, explained, amplitudes, axes)

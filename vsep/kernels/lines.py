@@ -18,7 +18,6 @@ from vsep.kernels.split_arrays import (
     empty_rows,
     line_moments,
     multiply,
-    row_of,
     split,
 )
 from vsep.kernels.turns import turn
@@ -60,13 +59,15 @@ class AtomJet(NamedTuple):
 class Scratch(NamedTuple):
     """Memory of one atom's inner products, in use until the next one's.
 
-    Its lines (N,) and (P,); moments with the residual, ``along`` (3, A P) the samples and over the
-    ``whole`` (3, 3 A) frame; moments ``beat`` and ``doppler`` (3, L) with the columns' factors.
+    Its lines (N,) and (P,); moments with the residual, ``along`` (3, A P) the samples, the same
+    memory ``by_ramps`` (3 A, P), and over the ``whole`` (3, 3 A) frame; moments ``beat`` and
+    ``doppler`` (3, L) with the columns' factors.
     """
 
     beat_line: Split
     doppler_line: Split
     along: Split
+    by_ramps: Split
     whole: Split
     beat: Split
     doppler: Split
@@ -85,14 +86,22 @@ class SplitColumns(NamedTuple):
 
 
 @compiled
+def by_ramps(along: Split, num_ramps: int) -> Split:
+    """Give every antenna a row: (S, A P) or (A P,) inner products along the ramps to (S A, P)."""
+    return Split(along.real.reshape((-1, num_ramps)), along.imag.reshape((-1, num_ramps)))
+
+
+@compiled
 def split_columns(columns: Columns) -> SplitColumns:
     """Take all arrays apart."""
     size, num_antennas = columns.amplitudes.shape
     num_ramps = columns.doppler_factors.shape[1]
+    along = empty_rows(3, num_antennas * num_ramps)
     scratch = Scratch(
         empty_row(columns.beat_factors.shape[1]),
         empty_row(num_ramps),
-        empty_rows(3, num_antennas * num_ramps),
+        along,
+        by_ramps(along, num_ramps),
         empty_rows(3, 3 * num_antennas),
         empty_rows(3, size),
         empty_rows(3, size),
@@ -137,28 +146,24 @@ def fill_lines(frequencies: FloatArray, lines: ComplexArray) -> None:
 
 
 @compiled
-def by_ramps(along: Split, num_ramps: int) -> Split:
-    """Give every antenna a row: (S, A P) or (A P,) inner products along the ramps to (S A, P)."""
-    return Split(along.real.reshape((-1, num_ramps)), along.imag.reshape((-1, num_ramps)))
+def weigh(rows: Split, covariance: Split, weighted: Split, num_rows: int) -> None:
+    """Write ``C v`` of the first rows ``v^*``, each (L,)."""
+    size = rows.real.shape[1]
+    for s in range(num_rows):
+        for k in range(size):
+            real = imag = 0.0
+            for other in range(size):
+                a, b = covariance.real[k, other], covariance.imag[k, other]
+                c, d = rows.real[s, other], rows.imag[s, other]
+                real += a * c + b * d
+                imag += b * c - a * d
+            weighted.real[s, k], weighted.imag[s, k] = real, imag
 
 
 @compiled
-def weigh(row: Split, covariance: Split, weighted: Split) -> None:
-    """Write ``C v`` of a row ``v^*`` (L,)."""
-    for k in range(len(row.real)):
-        real = imag = 0.0
-        for other in range(len(row.real)):
-            a, b = covariance.real[k, other], covariance.imag[k, other]
-            c, d = row.real[other], row.imag[other]
-            real += a * c + b * d
-            imag += b * c - a * d
-        weighted.real[k], weighted.imag[k] = real, imag
-
-
-@compiled
-def subtract_fit(rows: Split, amplitudes: Split, innovations: Split) -> None:
-    """Take ``row mu`` off the inner products (S, A) of an atom, rows (S, L)."""
-    for s in range(len(rows.real)):
+def subtract_fit(rows: Split, amplitudes: Split, innovations: Split, num_rows: int) -> None:
+    """Take ``row mu`` off an atom's inner products with the residual, (A,) for each row (L,)."""
+    for s in range(num_rows):
         for a in range(amplitudes.real.shape[1]):
             real = imag = 0.0
             for k in range(rows.real.shape[1]):
@@ -184,20 +189,18 @@ def atom_jet(
     columns : SplitColumns
         All columns, or all others.
     """
-    scratch, num_ramps = columns.scratch, len(doppler_line.real)
-    along, whole, beat, doppler, jet = scratch[2:]
+    along, along_ramps, whole, beat, doppler, jet = columns.scratch[2:]
     line_moments(residual, beat_line, along)
-    line_moments(by_ramps(along, num_ramps), doppler_line, whole)
+    line_moments(along_ramps, doppler_line, whole)
     line_moments(columns.beat_factors, beat_line, beat)
     line_moments(columns.doppler_factors, doppler_line, doppler)
     num_antennas = columns.amplitudes.real.shape[1]
     for s in range(6):
         i, j = BEAT_ORDERS[s], DOPPLER_ORDERS[s]
-        multiply(beat, i, doppler, j, row_of(jet.rows, s))
+        multiply(beat, i, doppler, j, jet.rows, s)
         for a in range(num_antennas):
             jet.innovations.real[s, a] = whole.real[j, i * num_antennas + a]
             jet.innovations.imag[s, a] = whole.imag[j, i * num_antennas + a]
-    subtract_fit(jet.rows, columns.amplitudes, jet.innovations)
-    for s in range(3):
-        weigh(row_of(jet.rows, s), columns.covariance, row_of(jet.weighted, s))
+    subtract_fit(jet.rows, columns.amplitudes, jet.innovations, 6)
+    weigh(jet.rows, columns.covariance, jet.weighted, 3)
     return jet

@@ -15,12 +15,11 @@ from vsep.kernels.lines import (
     AtomJet,
     SplitColumns,
     atom_jet,
-    by_ramps,
     fill_line,
     subtract_fit,
     weigh,
 )
-from vsep.kernels.split_arrays import Split, line_products, multiply, row_of
+from vsep.kernels.split_arrays import Split, line_products, multiply, rows_to
 
 LEAST_SCHUR = 1e-12  # of lambda: what D is at least
 
@@ -122,11 +121,6 @@ def cost_jet(
 
 
 @compiled
-def _first(rows: Split) -> Split:
-    return Split(rows.real[:1], rows.imag[:1])
-
-
-@compiled
 def atom_fit(
     beat: float, doppler: float, precision: float, residual: Split, others: SplitColumns
 ) -> AtomFit:
@@ -134,23 +128,23 @@ def atom_fit(
 
     What block inversion takes stays in scratch: the lines, and the jet's first row of each.
     """
-    beat_line, doppler_line, along, whole, beats, dopplers, jet = others.scratch
+    beat_line, doppler_line, along, along_ramps, _, beats, dopplers, jet = others.scratch
     fill_line(beat, beat_line)
     fill_line(doppler, doppler_line)
-    num_antennas, num_ramps = others.amplitudes.real.shape[1], len(doppler_line.real)
-    innovations, row, weighted = _first(jet.innovations), _first(jet.rows), jet.weighted
-    line_products(residual, beat_line, row_of(along, 0))
-    line_products(by_ramps(row_of(along, 0), num_ramps), doppler_line, row_of(innovations, 0))
-    line_products(others.beat_factors, beat_line, row_of(beats, 0))
-    line_products(others.doppler_factors, doppler_line, row_of(dopplers, 0))
-    multiply(beats, 0, dopplers, 0, row_of(row, 0))
-    subtract_fit(row, others.amplitudes, innovations)
-    weigh(row_of(row, 0), others.covariance, row_of(weighted, 0))
+    num_antennas = others.amplitudes.real.shape[1]
+    line_products(residual, beat_line, along)
+    line_products(rows_to(along_ramps, num_antennas), doppler_line, jet.innovations)
+    line_products(others.beat_factors, beat_line, beats)
+    line_products(others.doppler_factors, doppler_line, dopplers)
+    multiply(beats, 0, dopplers, 0, jet.rows, 0)
+    subtract_fit(jet.rows, others.amplitudes, jet.innovations, 1)
+    weigh(jet.rows, others.covariance, jet.weighted, 1)
     power = overlap = 0.0
     for a in range(num_antennas):
-        power += innovations.real[0, a] ** 2 + innovations.imag[0, a] ** 2
-    for k in range(row.real.shape[1]):
-        overlap += row.real[0, k] * weighted.real[0, k] - row.imag[0, k] * weighted.imag[0, k]
+        power += jet.innovations.real[0, a] ** 2 + jet.innovations.imag[0, a] ** 2
+    for k in range(jet.rows.real.shape[1]):
+        overlap += jet.rows.real[0, k] * jet.weighted.real[0, k]
+        overlap -= jet.rows.imag[0, k] * jet.weighted.imag[0, k]
     noise_precision = others.noise_precision
     square = noise_precision * noise_precision
     inverse_rho = noise_precision - square * overlap

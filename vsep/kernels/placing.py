@@ -3,12 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vsep._arrays import ComplexArray, FloatArray
 from vsep.kernels.channel import weight_posterior
 from vsep.kernels.compiler import compiled
 from vsep.kernels.lines import Columns, by_ramps, fill_lines
-from vsep.kernels.split_arrays import Split, empty_row, line_products, row_of, split
+from vsep.kernels.split_arrays import Split, empty_rows, line_products, row_of, rows_to, split
 
 
 class Placement(NamedTuple):
@@ -28,24 +29,17 @@ class Placement(NamedTuple):
 
 
 @compiled
-def rows_to(parts: Split, last: int) -> Split:
-    """Rows of a matrix up to one of them."""
-    return Split(parts.real[: last + 1], parts.imag[: last + 1])
-
-
-@compiled
 def separable_gram(beat: Split, doppler: Split) -> ComplexArray:
     """(K, K) inner products of separable columns (K, N) x (K, P)."""
     size = len(beat.real)
     gram = np.empty((size, size), dtype=np.complex128)
-    beats, dopplers = empty_row(size), empty_row(size)
+    beats, dopplers = empty_rows(1, size), empty_rows(1, size)
     for k in range(size):
-        line_products(rows_to(beat, k), row_of(beat, k), beats)
-        line_products(rows_to(doppler, k), row_of(doppler, k), dopplers)
+        line_products(rows_to(beat, k + 1), row_of(beat, k), beats)
+        line_products(rows_to(doppler, k + 1), row_of(doppler, k), dopplers)
         for i in range(k + 1):
-            product = complex(beats.real[i], beats.imag[i]) * complex(
-                dopplers.real[i], dopplers.imag[i]
-            )
+            beat_product = complex(beats.real[0, i], beats.imag[0, i])
+            product = beat_product * complex(dopplers.real[0, i], dopplers.imag[0, i])
             gram[k, i], gram[i, k] = product, product.conjugate()
         gram[k, k] = gram[k, k].real
     return gram
@@ -57,12 +51,12 @@ def separable_products(signals: Split, beat: Split, doppler: Split) -> ComplexAr
     num_ramps = doppler.real.shape[1]
     num_antennas = len(signals.real) // num_ramps
     products = np.empty((len(beat.real), num_antennas), dtype=np.complex128)
-    along, whole = empty_row(len(signals.real)), empty_row(num_antennas)
+    along, whole = empty_rows(1, len(signals.real)), empty_rows(1, num_antennas)
     for k in range(len(products)):
         line_products(signals, row_of(beat, k), along)
         line_products(by_ramps(along, num_ramps), row_of(doppler, k), whole)
         for a in range(num_antennas):
-            products[k, a] = complex(whole.real[a], whole.imag[a])
+            products[k, a] = complex(whole.real[0, a], whole.imag[0, a])
     return products
 
 
@@ -162,7 +156,7 @@ def add_signals(
 def object_signals(
     beat_factors: ComplexArray, doppler_factors: ComplexArray, weights: ComplexArray
 ) -> ComplexArray:
-    """(A P, N) signals Phi alpha of separable columns (K, N) x (K, P) with weights (K, A)."""
+    """Object signals Phi alpha (A P, N) of separable columns (K, N) x (K, P) with weights (K, A)."""
     shape = weights.shape[1] * doppler_factors.shape[1], beat_factors.shape[1]
     total = Split(np.zeros(shape), np.zeros(shape))
     add_signals(beat_factors, doppler_factors, weights, total)
@@ -174,15 +168,16 @@ def object_signals(
 
 
 @compiled
-def unexplained(residual: ComplexArray, columns: Columns) -> ComplexArray:
-    """(A, P, N) residual (A P, N) without the columns.
+def unexplained(residual: ComplexArray, columns: Columns) -> NDArray[np.complex64]:
+    """Residual (A P, N) without the columns, (A, P, N).
 
     In single precision: the peaks of its transform are starting points of a climb.
     """
     rest = split(residual)
     add_signals(columns.beat_factors, columns.doppler_factors, -columns.amplitudes, rest)
-    signals = np.empty(residual.shape, dtype=np.complex64)
-    for row in range(signals.shape[0]):
-        for n in range(signals.shape[1]):
+    num_rows, num_samples = residual.shape
+    signals = np.empty((num_rows, num_samples), dtype=np.complex64)
+    for row in range(num_rows):
+        for n in range(num_samples):
             signals[row, n] = complex(rest.real[row, n], rest.imag[row, n])
-    return signals.reshape((columns.amplitudes.shape[1], -1, signals.shape[1]))
+    return signals.reshape((columns.amplitudes.shape[1], -1, num_samples))

@@ -32,6 +32,12 @@ def row_of(parts: Split, row: int) -> Split:
 
 
 @compiled
+def rows_to(parts: Split, end: int) -> Split:
+    """Rows of a matrix up to one of them."""
+    return Split(parts.real[:end], parts.imag[:end])
+
+
+@compiled
 def empty_row(size: int) -> Split:
     """(M,) values to be written, in one piece of memory."""
     parts = np.empty((2, size))
@@ -46,17 +52,20 @@ def empty_rows(num_rows: int, size: int) -> Split:
 
 
 @compiled
-def multiply(first: Split, i: int, second: Split, j: int, product: Split) -> None:
-    """Write the product (L,) of row i of one matrix and row j of another."""
-    for k in range(len(product.real)):
+def multiply(first: Split, i: int, second: Split, j: int, products: Split, row: int) -> None:
+    """Write the product of row i of a matrix and row j of another into a row of a third."""
+    for k in range(products.real.shape[1]):
         a, b = first.real[i, k], first.imag[i, k]
         c, d = second.real[j, k], second.imag[j, k]
-        product.real[k], product.imag[k] = a * c - b * d, a * d + b * c
+        products.real[row, k], products.imag[row, k] = a * c - b * d, a * d + b * c
 
 
 @compiled
 def line_products(signals: Split, line: Split, products: Split) -> None:
-    """Write the (R,) inner products ``line^H signal`` of a line (M,) with every signal (R, M)."""
+    """Write inner products ``line^H signal`` of a line (M,) with signals (R, M) into the first row.
+
+    Of ``products``, (1, R) at least.
+    """
     a, b = signals
     c, d = line
     for row in range(len(a)):
@@ -64,7 +73,7 @@ def line_products(signals: Split, line: Split, products: Split) -> None:
         for m in range(len(c)):
             real += a[row, m] * c[m] + b[row, m] * d[m]
             imag += b[row, m] * c[m] - a[row, m] * d[m]
-        products.real[row], products.imag[row] = real, imag
+        products.real[0, row], products.imag[0, row] = real, imag
 
 
 @compiled
