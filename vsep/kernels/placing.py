@@ -156,7 +156,7 @@ def add_signals(
 def object_signals(
     beat_factors: ComplexArray, doppler_factors: ComplexArray, weights: ComplexArray
 ) -> ComplexArray:
-    """Object signals Phi alpha (A P, N) of separable columns (K, N) x (K, P) with weights (K, A)."""
+    """Object signals (A P, N) of separable columns (K, N) x (K, P) with weights (K, A)."""
     shape = weights.shape[1] * doppler_factors.shape[1], beat_factors.shape[1]
     total = Split(np.zeros(shape), np.zeros(shape))
     add_signals(beat_factors, doppler_factors, weights, total)
