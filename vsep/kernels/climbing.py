@@ -8,7 +8,7 @@ from vsep._arrays import BoolArray, ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.lines import Columns, SplitColumns, split_columns
 from vsep.kernels.object_cost import LEAST_SCHUR, AtomFit, CostJet, atom_fit, cost_jet
-from vsep.kernels.split_arrays import Split, split
+from vsep.kernels.split_arrays import Split, split, write_row
 
 NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
 MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
@@ -74,22 +74,21 @@ def climb(
     """
     num_samples = others.beat_factors.real.shape[1]
     num_ramps = others.doppler_factors.real.shape[1]
-    beat, doppler = point[0], point[1]
-    start = current = cost_jet(beat, doppler, precision, residual, others)
-    for _ in range(max_steps):
+    beat, doppler, by_beat, by_doppler = point[0], point[1], 0.0, 0.0
+    start = current = CostJet(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    # The cost where it starts counts as the first of the trials: one call, compiled once.
+    steps, trials = -1, 0
+    while steps < max_steps and trials < TRIALS:
+        trial = cost_jet(beat + by_beat, doppler + by_doppler, precision, residual, others)
+        if steps >= 0 and trial.value < current.value:
+            by_beat, by_doppler, trials = 0.25 * by_beat, 0.25 * by_doppler, trials + 1
+            continue
+        beat, doppler, current = beat + by_beat, doppler + by_doppler, trial
+        start = current if steps < 0 else start
+        steps, trials = steps + 1, 0
         by_beat, by_doppler = newton_or_gradient_step(current, num_samples, num_ramps)
         if current.by_beat * by_beat + current.by_doppler * by_doppler < 2.0 * NO_GAIN:
             break
-        trials = 0
-        while trials < TRIALS:
-            trial = cost_jet(beat + by_beat, doppler + by_doppler, precision, residual, others)
-            if trial.value >= current.value:
-                break
-            by_beat, by_doppler = 0.25 * by_beat, 0.25 * by_doppler
-            trials += 1
-        if trials == TRIALS:
-            break
-        beat, doppler, current = beat + by_beat, doppler + by_doppler, trial
     return Climb(beat, doppler, current, start)
 
 
@@ -97,23 +96,26 @@ def climb(
 def take_out(columns: SplitColumns, index: int) -> None:
     """Posterior of the other components as if one were not there, which leaves zeros behind."""
     covariance, amplitudes = columns.covariance, columns.amplitudes
-    real, imag = covariance.real[:, index].copy(), covariance.imag[:, index].copy()
-    variance = real[index]
-    for a in range(amplitudes.real.shape[1]):
-        c, d = amplitudes.real[index, a] / variance, amplitudes.imag[index, a] / variance
-        for i in range(len(real)):
-            amplitudes.real[i, a] -= real[i] * c - imag[i] * d
-            amplitudes.imag[i, a] -= real[i] * d + imag[i] * c
-    for i in range(len(real)):
-        c, d = real[i] / variance, imag[i] / variance
-        for j in range(len(real)):
-            covariance.real[i, j] -= c * real[j] + d * imag[j]
-            covariance.imag[i, j] -= d * real[j] - c * imag[j]
-    for part in (covariance.real, covariance.imag):
-        part[index, :] = 0.0
-        part[:, index] = 0.0
-    for part in (amplitudes.real, amplitudes.imag):
-        part[index, :] = 0.0
+    size, num_antennas = amplitudes.real.shape
+    variance = covariance.real[index, index]
+    for i in range(size):
+        c, d = covariance.real[i, index] / variance, covariance.imag[i, index] / variance
+        for a in range(num_antennas):
+            real, imag = amplitudes.real[index, a], amplitudes.imag[index, a]
+            if i != index:
+                amplitudes.real[i, a] -= c * real - d * imag
+                amplitudes.imag[i, a] -= c * imag + d * real
+        for j in range(size):
+            # The row at `index` is what it was as long as others are changed.
+            if i != index:
+                real, imag = covariance.real[index, j], covariance.imag[index, j]
+                covariance.real[i, j] -= c * real - d * imag
+                covariance.imag[i, j] -= c * imag + d * real
+    for i in range(size):
+        covariance.real[i, index] = covariance.imag[i, index] = 0.0
+        covariance.real[index, i] = covariance.imag[index, i] = 0.0
+    for a in range(num_antennas):
+        amplitudes.real[index, a] = amplitudes.imag[index, a] = 0.0
 
 
 @compiled
@@ -133,25 +135,27 @@ def put_in(columns: SplitColumns, index: int, precision: float, inverse_rho: flo
     """
     covariance, amplitudes, noise_precision, scratch = columns[2:]
     _, innovations, weighted = scratch.jet
-    real, imag = noise_precision * weighted.real[0], noise_precision * weighted.imag[0]
+    size, num_antennas = amplitudes.real.shape
     variance = 1.0 / (inverse_rho + precision)
-    for i in range(len(real)):
-        c, d = variance * real[i], variance * imag[i]
-        for j in range(len(real)):
-            covariance.real[i, j] += c * real[j] + d * imag[j]
-            covariance.imag[i, j] += d * real[j] - c * imag[j]
-        covariance.real[i, index] = covariance.real[index, i] = -c
-        covariance.imag[i, index], covariance.imag[index, i] = -d, d
+    gain, square = noise_precision * variance, noise_precision * noise_precision * variance
+    for i in range(size):
+        c, d = weighted.real[0, i], weighted.imag[0, i]
+        for j in range(size):
+            real, imag = weighted.real[0, j], weighted.imag[0, j]
+            covariance.real[i, j] += square * (c * real + d * imag)
+            covariance.imag[i, j] += square * (d * real - c * imag)
+        covariance.real[i, index] = covariance.real[index, i] = -gain * c
+        covariance.imag[i, index], covariance.imag[index, i] = -gain * d, gain * d
+        for a in range(num_antennas):
+            real, imag = innovations.real[0, a], innovations.imag[0, a]
+            amplitudes.real[i, a] -= gain * noise_precision * (c * real - d * imag)
+            amplitudes.imag[i, a] -= gain * noise_precision * (c * imag + d * real)
     covariance.real[index, index], covariance.imag[index, index] = variance, 0.0
-    for a in range(amplitudes.real.shape[1]):
-        c = noise_precision * variance * innovations.real[0, a]
-        d = noise_precision * variance * innovations.imag[0, a]
-        for i in range(len(real)):
-            amplitudes.real[i, a] -= real[i] * c - imag[i] * d
-            amplitudes.imag[i, a] -= real[i] * d + imag[i] * c
-        amplitudes.real[index, a], amplitudes.imag[index, a] = c, d
-    columns.beat_factors.real[index], columns.beat_factors.imag[index] = scratch.beat_line
-    columns.doppler_factors.real[index], columns.doppler_factors.imag[index] = scratch.doppler_line
+    for a in range(num_antennas):
+        amplitudes.real[index, a] = gain * innovations.real[0, a]
+        amplitudes.imag[index, a] = gain * innovations.imag[0, a]
+    write_row(scratch.beat_line, columns.beat_factors, index)
+    write_row(scratch.doppler_line, columns.doppler_factors, index)
 
 
 @compiled

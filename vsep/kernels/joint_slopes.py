@@ -4,13 +4,15 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
-from vsep.kernels.lines import Columns, atom_jet, split_columns
+from vsep.kernels.lines import Columns, SplitColumns, atom_jet, split_columns
 from vsep.kernels.split_arrays import Split, row_of, split
 
 
 @compiled
-def joint_information(rows: Split, explained: Split, amplitudes: Split, axes: int) -> FloatArray:
-    """Fisher information of the joint step, over ``2 lambda``.
+def joint_information(
+    rows: Split, explained: Split, posterior: SplitColumns, axes: int
+) -> FloatArray:
+    """Fisher information of the objects' frequencies with the weights as nuisance.
 
     Parameters
     ----------
@@ -18,12 +20,13 @@ def joint_information(rows: Split, explained: Split, amplitudes: Split, axes: in
         Inner products of the atoms with the columns, see `AtomJet`.
     explained : (L, 3, K) complex
         lambda times the jets' ``weighted``.
-    amplitudes : (K, A) complex
-        Weights of all columns.
+    posterior : SplitColumns
+        All columns.
     axes : int
         Frequencies of an object: 1 or 2.
     """
     count, _, size = rows.real.shape
+    amplitudes, noise_precision = posterior.amplitudes, posterior.noise_precision
     information = np.empty((axes * count, axes * count))
     for i in range(count):
         for k in range(count):
@@ -43,7 +46,8 @@ def joint_information(rows: Split, explained: Split, amplitudes: Split, axes: in
                         d, e = explained.real[k, t + 1, j], explained.imag[k, t + 1, j]
                         rest_real -= b * d - c * e
                         rest_imag -= b * e + c * d
-                    information[s * count + i, t * count + k] = real * rest_real - imag * rest_imag
+                    value = 2.0 * noise_precision * (real * rest_real - imag * rest_imag)
+                    information[s * count + i, t * count + k] = value
     return information
 
 
@@ -83,9 +87,12 @@ def joint_slopes(
         jet = atom_jet(
             row_of(posterior.beat_factors, i), row_of(posterior.doppler_factors, i), rest, posterior
         )
-        rows.real[i], rows.imag[i] = jet.rows
-        explained.real[i] = noise_precision * jet.weighted.real
-        explained.imag[i] = noise_precision * jet.weighted.imag
+        for j in range(size):
+            for s in range(6):
+                rows.real[i, s, j], rows.imag[i, s, j] = jet.rows.real[s, j], jet.rows.imag[s, j]
+            for s in range(3):
+                explained.real[i, s, j] = noise_precision * jet.weighted.real[s, j]
+                explained.imag[i, s, j] = noise_precision * jet.weighted.imag[s, j]
         for s in range(axes):
             pull = 0.0
             for a in range(num_antennas):
@@ -96,4 +103,4 @@ def joint_slopes(
                 spread += covariance.imag[i, j] * jet.rows.imag[s + 1, j]
                 pull -= num_antennas * spread
             gradient[s * num_objects + i] = 2.0 * noise_precision * pull
-    return gradient, 2.0 * noise_precision * joint_information(rows, explained, amplitudes, axes)
+    return gradient, joint_information(rows, explained, posterior, axes)

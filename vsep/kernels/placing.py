@@ -114,7 +114,11 @@ def place_columns(
     doppler_factors = np.empty((size, background[1].shape[1]), dtype=np.complex128)
     fill_lines(points[:, 0], beat_factors[:count])
     fill_lines(points[:, 1], doppler_factors[:count])
-    beat_factors[count:], doppler_factors[count:] = background
+    for k in range(count, size):
+        for n in range(beat_factors.shape[1]):
+            beat_factors[k, n] = background[0][k - count, n]
+        for p in range(doppler_factors.shape[1]):
+            doppler_factors[k, p] = background[1][k - count, p]
     beat, doppler = split(beat_factors), split(doppler_factors)
     projections = separable_products(split(residual), beat, doppler)
     gram = separable_gram(beat, doppler)

@@ -20,12 +20,6 @@ class Split(NamedTuple):
 
 
 @compiled
-def split(array: ComplexArray) -> Split:
-    """Take an array apart."""
-    return Split(array.real.copy(), array.imag.copy())
-
-
-@compiled
 def row_of(parts: Split, row: int) -> Split:
     """One row of a matrix."""
     return Split(parts.real[row], parts.imag[row])
@@ -49,6 +43,24 @@ def empty_rows(num_rows: int, size: int) -> Split:
     """(R, M) values to be written, in one piece of memory."""
     parts = np.empty((2, num_rows, size))
     return Split(parts[0], parts[1])
+
+
+@compiled
+def split(array: ComplexArray) -> Split:
+    """Take a matrix apart."""
+    num_rows, size = array.shape
+    parts = empty_rows(num_rows, size)
+    for row in range(num_rows):
+        for m in range(size):
+            parts.real[row, m], parts.imag[row, m] = array[row, m].real, array[row, m].imag
+    return parts
+
+
+@compiled
+def write_row(line: Split, rows: Split, row: int) -> None:
+    """Write a line (M,) into a row of a matrix (R, M)."""
+    for m in range(len(line.real)):
+        rows.real[row, m], rows.imag[row, m] = line.real[m], line.imag[m]
 
 
 @compiled
