@@ -17,11 +17,14 @@ from tests.vsep import literal
 from vsep.inference.channel import ChannelGrid
 from vsep.inference.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
 from vsep.inference.chirp_search import find_single_chirps
-from vsep.inference.refinement import cost_jet, refine_point
 from vsep.inference.run import run
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.state import Termination
+from vsep.kernels.climbing import climb
+from vsep.kernels.lines import Columns, split_columns
+from vsep.kernels.object_cost import cost_jet
 from vsep.kernels.ramps import FlatRamps
+from vsep.kernels.split_arrays import split
 from vsep.signal.atoms import gram, line_factors, project
 
 WAYS = ["fast", "literal"]
@@ -46,7 +49,9 @@ def line(settled):
     others = ActiveSet(
         gram(*factors), project(residual, *factors), objects.precisions[1:], state.noise_precision
     )
-    return points, objects.precisions, residual, others, factors
+    amplitudes = others.amplitudes[:, None]
+    columns = Columns(*factors, others.covariance, amplitudes, state.noise_precision)
+    return points, objects.precisions, residual, columns
 
 
 @pytest.fixture(scope="module")
@@ -83,14 +88,15 @@ def cost_of(chirp):
 @pytest.mark.benchmark(group="cost (70)")
 @pytest.mark.parametrize("way", WAYS)
 def test_cost_of_an_object(timed, line, way):
-    points, precisions, residual, others, factors = line
+    points, precisions, residual, others = line
+    rest, columns = split(residual), split_columns(others)
 
     def literally():
         atoms = literal.object_atoms(points, residual.shape)
         return literal.log_evidence(atoms, residual.ravel(), precisions, others.noise_precision)
 
     def fast():
-        return cost_jet(points[0], precisions[0], residual, others, factors).value
+        return cost_jet(*points[0], precisions[0], rest, columns).value
 
     value = timed(fast if way == "fast" else literally, part="one evaluation of (70)", way=way)
     assert np.isfinite(value)
@@ -99,7 +105,8 @@ def test_cost_of_an_object(timed, line, way):
 @pytest.mark.benchmark(group="cost (70)")
 @pytest.mark.parametrize("way", WAYS)
 def test_refinement_of_an_object(timed, settled, line, way):
-    points, precisions, residual, others, factors = line
+    points, precisions, residual, others = line
+    rest, columns = split(residual), split_columns(others)
     start = points[0] + OFF_CELLS / np.array(residual.shape[::-1])
     separator = literal.LiteralSeparator(model=settled[0].separator.model)
 
@@ -108,7 +115,8 @@ def test_refinement_of_an_object(timed, settled, line, way):
         return separator._moved(start, precisions[0], *rest)
 
     def fast():
-        return refine_point(start, precisions[0], residual, others, factors, max_steps=1)
+        end = climb(start, precisions[0], rest, columns, 1)
+        return np.array([end.beat, end.doppler])
 
     moved = timed(fast if way == "fast" else literally, part="one refinement of (70)", way=way)
     assert np.linalg.norm(moved - points[0]) < np.linalg.norm(start - points[0])

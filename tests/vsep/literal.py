@@ -15,12 +15,7 @@ from vsep._arrays import from_db, wrap_frequency
 from vsep.inference.burst_search import CLEARLY_BETTER, START_STEPS
 from vsep.inference.chirp_refinement import LONGEST_SHIFT, LONGEST_STRETCH
 from vsep.inference.chirp_search import slope_bank
-from vsep.inference.objects import (
-    ABSORBED_SHARE,
-    ADDITION_WINDOW,
-    CANDIDATE_PEAKS,
-    NEW_COMPONENT_STEPS,
-)
+from vsep.inference.objects import ADDITION_WINDOW
 from vsep.inference.schedule import schedule_by_name
 from vsep.inference.separator import FactorisedSeparator
 from vsep.inference.state import (
@@ -30,6 +25,7 @@ from vsep.inference.state import (
     IterationInfo,
     ObjectComponents,
 )
+from vsep.kernels.candidates import ABSORBED_SHARE, CANDIDATE_PEAKS, NEW_COMPONENT_STEPS
 
 LONGEST_STEP = 0.25  # of a resolution cell
 NO_GAIN = 1e-6  # nats

@@ -5,8 +5,10 @@ import pytest
 from scipy.stats import gamma as gamma_distribution
 
 from vsep.inference.elbo import noise_bound, weights_bound
-from vsep.inference.objects import refine_point
 from vsep.inference.sbl import ActiveSet, converged_precision
+from vsep.kernels.climbing import climb
+from vsep.kernels.lines import Columns, split_columns
+from vsep.kernels.split_arrays import split
 from vsep.signal.atoms import gram, line_factors, project, synthesize
 
 SHAPE = (4, 16)
@@ -86,14 +88,10 @@ def test_bound_does_not_fall_over_any_sub_update():
             keep = np.arange(3) != index
             others = active.without(index)
             other_factors = factors[0][keep], factors[1][keep]
-            points[index] = refine_point(
-                points[index],
-                float(active.precisions[index]),
-                received,
-                others,
-                other_factors,
-                max_steps=1,
-            )
+            posterior_of_others = others.covariance, others.amplitudes[:, None], noise_precision
+            columns = split_columns(Columns(*other_factors, *posterior_of_others))
+            precision = float(active.precisions[index])
+            points[index] = climb(points[index], precision, split(received), columns, 1)[:2]
             factors = line_factors(points[:, 0], SHAPE[1]), line_factors(points[:, 1], SHAPE[0])
             active = posterior(received, factors, active.precisions, noise_precision)
             now = bound(received, factors, active, noise_precision)

@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from vsep.inference.refinement import (
-    NO_GAIN,
-    cost_jet,
-    joint_slopes,
-    joint_step,
-    place_components,
-    refine_point,
-)
+from vsep.inference.objects import no_background
+from vsep.inference.refinement import joint_slopes, joint_step, place_components
 from vsep.inference.sbl import ActiveSet
+from vsep.kernels import climbing, object_cost
+from vsep.kernels.climbing import NO_GAIN
+from vsep.kernels.lines import Columns, split_columns
+from vsep.kernels.split_arrays import split
 from vsep.signal.atoms import gram, line_factors, project, synthesize
 
 SHAPE = (6, 20)
@@ -37,6 +35,22 @@ def crowded():
         gram(*factors), project(residual, *factors), np.array([0.2, 0.4, 0.9]), NOISE_PRECISION
     )
     return residual, others, factors
+
+
+def as_columns(others, factors):
+    """The other components as the kernels take them."""
+    amplitudes = others.amplitudes[:, None]
+    return split_columns(Columns(*factors, others.covariance, amplitudes, NOISE_PRECISION))
+
+
+def cost_jet(point, precision, residual, others, factors):
+    return object_cost.cost_jet(*point, precision, split(residual), as_columns(others, factors))
+
+
+def refine_point(point, precision, residual, others, factors, max_steps):
+    columns = as_columns(others, factors)
+    end = climbing.climb(point, precision, split(residual), columns, max_steps)
+    return np.array([end.beat, end.doppler])
 
 
 def slopes(jet):
@@ -140,7 +154,8 @@ def test_joint_step_climbs_where_two_share_a_cell():
     noise = rng.standard_normal(SHAPE) + 1j * rng.standard_normal(SHAPE)
     residual = synthesize(np.array([3.0 + 0j, 2.5j]), *factors) + 1e-3 * noise
     points = np.array([[0.105, 0.11], [0.128, 0.11]])
-    placed = place_components(points, np.array([0.1, 0.1]), residual, NOISE_PRECISION)
+    nothing = no_background(*SHAPE).factors
+    placed = place_components(points, np.array([0.1, 0.1]), residual, NOISE_PRECISION, nothing)
     for _ in range(12):
         moved = joint_step(placed, residual)
         assert moved.active.cost() >= placed.active.cost()

@@ -5,7 +5,7 @@ updates are those of the factorised algorithm, on the received signal itself: th
 not subtracted but stands among the columns. The price is a covariance of all components at once.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,7 +62,7 @@ class JointSeparator(FactorisedSeparator):
         columns.noise_precision = num_used / columns.expected_error()
         columns.rebuild()
         columns.take_over()
-        objects.active = columns.active
+        objects.placed = replace(objects.placed, active=columns.active)
 
         active, noise_precision = columns.active, columns.noise_precision
         bound = weights_bound(

@@ -10,7 +10,6 @@ import numpy as np
 from scipy import ndimage
 
 from vsep._arrays import ComplexArray, from_db, require_range
-from vsep.inference.antennas import project_all
 from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
@@ -18,11 +17,11 @@ from vsep.inference.expected_bursts import ExpectedBursts
 from vsep.inference.filter_correction import update_correction
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
-from vsep.inference.objects import ObjectWorkspace, object_factors
+from vsep.inference.objects import ObjectWorkspace, objects_trace
 from vsep.inference.schedule import schedule_by_name
 from vsep.inference.state import IterationInfo, SeparationState, Termination
 from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
-from vsep.signal.atoms import gram
+from vsep.kernels.placing import separable_projections
 from vsep.signal.template import SignalModel
 
 UNEXPLAINED = 20.0  # times the noise power: what one in 5e8 noise samples exceeds is set aside ...
@@ -133,9 +132,7 @@ class FactorisedSeparator:
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
-        factors = object_factors(state.objects, self.model.shape)
-        own = float(np.sum(state.objects.covariance * gram(*factors).T).real)
-        return self.model.num_antennas * own
+        return objects_trace(state.objects, self.model.shape, self.model.num_antennas)
 
     def interference_workspace(self, state: SeparationState) -> InterferenceWorkspace:
         """Working copy of the interference estimate, with this separator's thresholds."""
@@ -278,9 +275,7 @@ def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray)
     count = len(objects.ids)
     active = objects.active
     own = np.linalg.norm(active.gram[:count, :count] @ active.amplitudes[:count])
-    factors = objects.beat_factors[:count], objects.doppler_factors[:count]
-    frames = interference.reshape(objects.num_antennas, -1, interference.shape[1])
-    other = np.linalg.norm(project_all(frames, factors))
+    other = np.linalg.norm(separable_projections(interference, *objects.factors))
     if own == 0.0 or other == 0.0:
         return float("nan")
     return float(20.0 * np.log10(own / other))

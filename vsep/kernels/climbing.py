@@ -1,10 +1,14 @@
 """Newton's method on the cost (70), and the loop of Algorithm 3 over all components."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
-from vsep.kernels.lines import LEAST_SCHUR, Columns, CostJet, cost_jet, fill_line
+from vsep.kernels.lines import Columns, SplitColumns, split_columns
+from vsep.kernels.object_cost import LEAST_SCHUR, AtomFit, CostJet, atom_fit, cost_jet
+from vsep.kernels.split_arrays import Split, split, write_row
 
 NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
 MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
@@ -37,104 +41,145 @@ def newton_or_gradient_step(jet: CostJet, num_samples: int, num_ramps: int) -> t
     return beat, doppler
 
 
+class Climb(NamedTuple):
+    """Where a climb ended, the cost there, and the cost where it began."""
+
+    beat: float
+    doppler: float
+    end: CostJet
+    start: CostJet
+
+
+class Updated(NamedTuple):
+    """Components after each had its turn.
+
+    ``points`` (L, 2), ``precisions`` (M,) of all columns, ``kept`` (L,), and ``ratios`` (L,), the
+    activation ratio of each when its turn came.
+    """
+
+    points: FloatArray
+    precisions: FloatArray
+    kept: BoolArray
+    ratios: FloatArray
+
+
 @compiled
 def climb(
-    point: FloatArray,
-    start: CostJet,
-    max_steps: int,
-    precision: float,
-    residual: ComplexArray,
-    others: Columns,
-) -> CostJet:
-    """Climb (70) from `point`, where the cost is `start`; the point is moved in place.
+    point: FloatArray, precision: float, residual: Split, others: SplitColumns, max_steps: int
+) -> Climb:
+    """Climb (70) from a point (2,) by safeguarded Newton steps; the cost never falls.
 
-    Arguments as for `cost_jet`. The cost never falls.
+    Where the Hessian is not negative definite the step follows the gradient, scaled by the
+    curvature of an isolated line. Arguments as for `cost_jet`.
     """
-    num_ramps, num_samples = residual.shape
-    current = start
-    for _ in range(max_steps):
-        beat, doppler = newton_or_gradient_step(current, num_samples, num_ramps)
-        if current.by_beat * beat + current.by_doppler * doppler < 2.0 * NO_GAIN:
-            return current
-        found = False
-        for _ in range(TRIALS):
-            trial = cost_jet(point[0] + beat, point[1] + doppler, precision, residual, others)
-            if trial.value >= current.value:
-                found = True
-                break
-            beat, doppler = 0.25 * beat, 0.25 * doppler
-        if not found:
-            return current
-        point[0] += beat
-        point[1] += doppler
-        current = trial
-    return current
+    num_samples = others.beat_factors.real.shape[1]
+    num_ramps = others.doppler_factors.real.shape[1]
+    beat, doppler, by_beat, by_doppler = point[0], point[1], 0.0, 0.0
+    start = current = CostJet(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    # The cost where it starts counts as the first of the trials: one call, compiled once.
+    steps, trials = -1, 0
+    while steps < max_steps and trials < TRIALS:
+        trial = cost_jet(beat + by_beat, doppler + by_doppler, precision, residual, others)
+        if steps >= 0 and trial.value < current.value:
+            by_beat, by_doppler, trials = 0.25 * by_beat, 0.25 * by_doppler, trials + 1
+            continue
+        beat, doppler, current = beat + by_beat, doppler + by_doppler, trial
+        start = current if steps < 0 else start
+        steps, trials = steps + 1, 0
+        by_beat, by_doppler = newton_or_gradient_step(current, num_samples, num_ramps)
+        if current.by_beat * by_beat + current.by_doppler * by_doppler < 2.0 * NO_GAIN:
+            break
+    return Climb(beat, doppler, current, start)
 
 
 @compiled
-def take_out(covariance: ComplexArray, amplitudes: ComplexArray, index: int) -> None:
+def take_out(columns: SplitColumns, index: int) -> None:
     """Posterior of the other components as if one were not there, which leaves zeros behind."""
-    variance = covariance[index, index].real
-    column = covariance[:, index].copy()
-    ratio = amplitudes[index] / variance
-    for i in range(len(column)):
-        amplitudes[i] -= column[i] * ratio
-        scaled = column[i] / variance
-        for j in range(len(column)):
-            covariance[i, j] -= scaled * column[j].conjugate()
-    covariance[index, :] = 0.0
-    covariance[:, index] = 0.0
-    amplitudes[index] = 0.0
+    covariance, amplitudes = columns.covariance, columns.amplitudes
+    size, num_antennas = amplitudes.real.shape
+    variance = covariance.real[index, index]
+    for i in range(size):
+        c, d = covariance.real[i, index] / variance, covariance.imag[i, index] / variance
+        for a in range(num_antennas):
+            real, imag = amplitudes.real[index, a], amplitudes.imag[index, a]
+            if i != index:
+                amplitudes.real[i, a] -= c * real - d * imag
+                amplitudes.imag[i, a] -= c * imag + d * real
+        for j in range(size):
+            # The row at `index` is what it was as long as others are changed.
+            if i != index:
+                real, imag = covariance.real[index, j], covariance.imag[index, j]
+                covariance.real[i, j] -= c * real - d * imag
+                covariance.imag[i, j] -= c * imag + d * real
+    for i in range(size):
+        covariance.real[i, index] = covariance.imag[i, index] = 0.0
+        covariance.real[index, i] = covariance.imag[index, i] = 0.0
+    for a in range(num_antennas):
+        amplitudes.real[index, a] = amplitudes.imag[index, a] = 0.0
 
 
 @compiled
-def put_in(
-    covariance: ComplexArray,
-    amplitudes: ComplexArray,
-    index: int,
-    correlations: ComplexArray,
-    projection: complex,
-    precision: float,
-    noise_precision: float,
-) -> None:
-    """Block inversion (68): a unit-norm component takes the place of the zeros at `index`.
+def put_in(columns: SplitColumns, index: int, precision: float, inverse_rho: float) -> None:
+    """Block inversion (68): the atom that was fitted last takes the place of the zeros at `index`.
 
     Parameters
     ----------
-    covariance, amplitudes : (L, L), (L,) complex
-        Changed in place.
+    columns : SplitColumns
+        Changed in place; `atom_fit` has left the atom in its scratch.
     index : int
         Where the zeros are.
-    correlations : (L,) complex
-        ``Phi^H phi`` with the new atom; the entry at `index` is not read.
-    projection : complex
-        ``phi^H residual``.
     precision : float
         Prior precision of the new weight.
-    noise_precision : float
-        lambda.
+    inverse_rho : float
+        The atom's, beside the others.
     """
-    size = len(amplitudes)
-    regression = np.zeros(size, dtype=np.complex128)
-    schur = noise_precision + precision
-    innovation = projection
+    covariance, amplitudes, noise_precision, scratch = columns[2:]
+    _, innovations, weighted = scratch.jet
+    size, num_antennas = amplitudes.real.shape
+    variance = 1.0 / (inverse_rho + precision)
+    gain, square = noise_precision * variance, noise_precision * noise_precision * variance
     for i in range(size):
-        if i != index:
-            for j in range(size):
-                if j != index:
-                    regression[i] += noise_precision * covariance[i, j] * correlations[j]
-            schur -= noise_precision * (correlations[i].conjugate() * regression[i]).real
-            innovation -= correlations[i].conjugate() * amplitudes[i]
-    variance = 1.0 / schur
-    amplitude = noise_precision * variance * innovation
-    for i in range(size):
-        amplitudes[i] -= regression[i] * amplitude
+        c, d = weighted.real[0, i], weighted.imag[0, i]
         for j in range(size):
-            covariance[i, j] += variance * regression[i] * regression[j].conjugate()
-        covariance[i, index] = -variance * regression[i]
-        covariance[index, i] = -variance * regression[i].conjugate()
-    covariance[index, index] = variance
-    amplitudes[index] = amplitude
+            real, imag = weighted.real[0, j], weighted.imag[0, j]
+            covariance.real[i, j] += square * (c * real + d * imag)
+            covariance.imag[i, j] += square * (d * real - c * imag)
+        covariance.real[i, index] = covariance.real[index, i] = -gain * c
+        covariance.imag[i, index], covariance.imag[index, i] = -gain * d, gain * d
+        for a in range(num_antennas):
+            real, imag = innovations.real[0, a], innovations.imag[0, a]
+            amplitudes.real[i, a] -= gain * noise_precision * (c * real - d * imag)
+            amplitudes.imag[i, a] -= gain * noise_precision * (c * imag + d * real)
+    covariance.real[index, index], covariance.imag[index, index] = variance, 0.0
+    for a in range(num_antennas):
+        amplitudes.real[index, a] = gain * innovations.real[0, a]
+        amplitudes.imag[index, a] = gain * innovations.imag[0, a]
+    write_row(scratch.beat_line, columns.beat_factors, index)
+    write_row(scratch.doppler_line, columns.doppler_factors, index)
+
+
+@compiled
+def move_line(
+    point: FloatArray, precision: float, residual: Split, others: SplitColumns
+) -> AtomFit:
+    """One step of `climb`, in place; the trials, and what the atom ends as, need no derivatives."""
+    num_samples = others.beat_factors.real.shape[1]
+    num_ramps = others.doppler_factors.real.shape[1]
+    start = cost_jet(point[0], point[1], precision, residual, others)
+    beat, doppler = newton_or_gradient_step(start, num_samples, num_ramps)
+    if start.by_beat * beat + start.by_doppler * doppler < 2.0 * NO_GAIN:
+        beat = doppler = 0.0
+    trials = 0
+    while True:
+        fit = atom_fit(point[0] + beat, point[1] + doppler, precision, residual, others)
+        if fit.value >= start.value or trials == TRIALS or (beat == 0.0 and doppler == 0.0):
+            break
+        trials += 1
+        shorter = 0.25 if trials < TRIALS else 0.0
+        beat, doppler = shorter * beat, shorter * doppler
+    point[0] += beat
+    point[1] += doppler
+    return fit
 
 
 @compiled
@@ -144,64 +189,36 @@ def update_lines(
     residual: ComplexArray,
     columns: Columns,
     threshold: float,
-) -> tuple[BoolArray, FloatArray]:
+) -> Updated:
     """Loop of Algorithm 3: move, test and re-weigh or prune every component in turn.
 
     Parameters
     ----------
     points : (L, 2) float
-        Beat and Doppler frequencies; moved in place.
+        Beat and Doppler frequencies.
     precisions : (M,) float
-        Prior precisions of all columns, of which the first L are objects; changed in place.
-    residual : (P, N) complex
+        Prior precisions of all columns, of which the first L are objects.
+    residual : (A P, N) complex
         Received signal minus what is not among the columns.
     columns : Columns
-        All M; changed in place. What is pruned leaves zeros.
+        All M.
     threshold : float
-        T, linear.
-
-    Returns
-    -------
-    kept : (L,) bool
-    ratios : (L,) float
-        Activation ratio of each when its turn came.
+        T, linear; the sum of the antennas' ratios is compared with it.
     """
-    beat_factors, doppler_factors, covariance, amplitudes, noise_precision = columns
-    count = len(points)
-    kept = np.ones(count, dtype=np.bool_)
-    ratios = np.zeros(count)
-    correlations = np.empty(len(precisions), dtype=np.complex128)
+    count, num_antennas = len(points), columns.amplitudes.shape[1]
+    rest, posterior = split(residual), split_columns(columns)
+    new = Updated(points.copy(), precisions.copy(), np.ones(count, np.bool_), np.zeros(count))
     for index in range(count):
-        take_out(covariance, amplitudes, index)
-        precision = precisions[index]
-        start = cost_jet(points[index, 0], points[index, 1], precision, residual, columns)
+        take_out(posterior, index)
         moved = points[index].copy()
-        jet = climb(moved, start, 1, precision, residual, columns)
-        if jet.inverse_rho > LEAST_SCHUR * noise_precision:
-            ratios[index] = jet.power / jet.inverse_rho
-        if ratios[index] <= threshold:
-            kept[index] = False
+        fit = move_line(moved, precisions[index], rest, posterior)
+        if fit.inverse_rho > LEAST_SCHUR * columns.noise_precision:
+            new.ratios[index] = fit.power / fit.inverse_rho
+        if new.ratios[index] <= threshold:
+            new.kept[index] = False
             continue
-        points[index] = moved
-        # gamma = 1 / (omega^2 - rho), the fixed point (77)
-        precisions[index] = jet.inverse_rho / (ratios[index] - 1.0)
-        fill_line(moved[0], 0.0, beat_factors[index])
-        fill_line(moved[1], 0.0, doppler_factors[index])
-        for other in range(len(precisions)):
-            beat = np.vdot(beat_factors[other], beat_factors[index])
-            correlations[other] = beat * np.vdot(doppler_factors[other], doppler_factors[index])
-        projection = 0.0j
-        for p in range(len(residual)):
-            projection += doppler_factors[index, p].conjugate() * np.vdot(
-                beat_factors[index], residual[p]
-            )
-        put_in(
-            covariance,
-            amplitudes,
-            index,
-            correlations,
-            projection,
-            precisions[index],
-            noise_precision,
-        )
-    return kept, ratios
+        new.points[index] = moved
+        # gamma = 1 / (omega^2 - rho), the fixed point (77) with the antennas' mean omega^2
+        new.precisions[index] = fit.inverse_rho / (new.ratios[index] / num_antennas - 1.0)
+        put_in(posterior, index, new.precisions[index], fit.inverse_rho)
+    return new

@@ -1,0 +1,133 @@
+"""Where a new object might be: peaks of a periodogram, refined beside the components there are."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsep._arrays import ComplexArray, IntArray
+from vsep.kernels.climbing import climb
+from vsep.kernels.compiler import compiled
+from vsep.kernels.lines import Columns, split_columns
+from vsep.kernels.object_cost import LEAST_SCHUR, CostJet
+from vsep.kernels.split_arrays import split
+
+NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
+CANDIDATE_PEAKS = 3  # grid peaks tried when the highest one runs into an existing component
+ABSORBED_SHARE = 0.05  # 1/rho below this share of lambda: the others already explain the atom
+BESIDE = 2  # grid points on either side of a peak that are not peaks of their own
+
+
+class Candidate(NamedTuple):
+    """A place where a new component might be, with its activation ratio and precision.
+
+    ``absorbed`` says that the components already there explain its atom almost completely.
+    """
+
+    beat: float
+    doppler: float
+    ratio: float
+    precision: float
+    absorbed: bool
+
+
+@compiled
+def candidate_at(
+    beat: float, doppler: float, jet: CostJet, num_antennas: int, noise_precision: float
+) -> Candidate:
+    """Weigh a point where the cost of a component without prior is `jet`."""
+    beat, doppler = (beat + 0.5) % 1.0 - 0.5, (doppler + 0.5) % 1.0 - 0.5
+    if jet.inverse_rho <= LEAST_SCHUR * noise_precision:
+        return Candidate(beat, doppler, 0.0, np.inf, True)
+    ratio = jet.power / jet.inverse_rho
+    mean = ratio / num_antennas
+    # gamma = 1 / (omega^2 - rho), the fixed point (77)
+    precision = jet.inverse_rho / (mean - 1.0) if mean > 1.0 else np.inf
+    absorbed = jet.inverse_rho < ABSORBED_SHARE * noise_precision
+    return Candidate(beat, doppler, ratio, precision, absorbed)
+
+
+@compiled
+def _highest(row: NDArray[np.float32]) -> int:
+    best = 0
+    for column in range(1, len(row)):
+        if row[column] > row[best]:
+            best = column
+    return best
+
+
+@compiled
+def grid_power(transforms: NDArray[np.complex64]) -> NDArray[np.float32]:
+    """(R, C) periodogram of A transforms (A, R, C), summed."""
+    num_antennas, num_rows, num_columns = transforms.shape
+    power = np.zeros((num_rows, num_columns), dtype=np.float32)
+    for a in range(num_antennas):
+        for row in range(num_rows):
+            for column in range(num_columns):
+                value = transforms[a, row, column]
+                power[row, column] += value.real * value.real + value.imag * value.imag
+    return power
+
+
+@compiled
+def next_peak(power: NDArray[np.float32], highest: IntArray) -> tuple[int, int]:
+    """Find the largest value of a grid (R, C) that wraps around, and clear what lies beside it.
+
+    Parameters
+    ----------
+    power : (R, C) float
+        Cleared in place.
+    highest : (R,) int
+        Column of the largest value of each row; kept up to date.
+    """
+    num_rows, num_columns = power.shape
+    best = 0
+    for row in range(1, num_rows):
+        if power[row, highest[row]] > power[best, highest[best]]:
+            best = row
+    column = highest[best]
+    for i in range(best - BESIDE, best + BESIDE + 1):
+        row = i % num_rows
+        for j in range(column - BESIDE, column + BESIDE + 1):
+            power[row, j % num_columns] = 0.0
+        highest[row] = _highest(power[row])
+    return best, column
+
+
+@compiled
+def best_candidate(
+    transforms: NDArray[np.complex64], residual: ComplexArray, columns: Columns, threshold: float
+) -> Candidate:
+    """Return the first usable of the highest grid peaks, refined if that stays clear.
+
+    Parameters
+    ----------
+    transforms : (A, R, C) complex
+        Fourier transforms of what the columns leave unexplained, on a grid of half a cell.
+    residual : (A P, N) complex
+        Received signal minus the interference estimate.
+    columns : Columns
+        The components there are.
+    threshold : float
+        T, linear; the sum of the antennas' ratios is compared with it.
+    """
+    rest, others = split(residual), split_columns(columns)
+    power = grid_power(transforms)
+    num_rows, num_columns = power.shape
+    num_antennas, noise_precision = len(transforms), columns.noise_precision
+    highest = np.array([_highest(power[row]) for row in range(num_rows)])
+    best = Candidate(0.0, 0.0, 0.0, 0.0, True)
+    for _ in range(CANDIDATE_PEAKS):
+        row, column = next_peak(power, highest)
+        peak = np.array([column / num_columns, row / num_rows])
+        top = climb(peak, 0.0, rest, others, NEW_COMPONENT_STEPS)
+        for beat, doppler, jet in (
+            (top.beat, top.doppler, top.end),
+            (peak[0], peak[1], top.start),
+        ):
+            candidate = candidate_at(beat, doppler, jet, num_antennas, noise_precision)
+            if candidate.ratio > threshold and not candidate.absorbed:
+                return candidate
+            if candidate.ratio > best.ratio:
+                best = candidate
+    return best

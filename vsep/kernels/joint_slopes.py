@@ -1,0 +1,106 @@
+"""Slopes of the joint cost (67) of all objects."""
+
+import numpy as np
+
+from vsep._arrays import ComplexArray, FloatArray
+from vsep.kernels.compiler import compiled
+from vsep.kernels.lines import Columns, SplitColumns, atom_jet, split_columns
+from vsep.kernels.split_arrays import Split, row_of, split
+
+
+@compiled
+def joint_information(
+    rows: Split, explained: Split, posterior: SplitColumns, axes: int
+) -> FloatArray:
+    """Fisher information of the objects' frequencies with the weights as nuisance.
+
+    Parameters
+    ----------
+    rows : (L, 6, K) complex
+        Inner products of the atoms with the columns, see `AtomJet`.
+    explained : (L, 3, K) complex
+        lambda times the jets' ``weighted``.
+    posterior : SplitColumns
+        All columns.
+    axes : int
+        Frequencies of an object: 1 or 2.
+    """
+    count, _, size = rows.real.shape
+    amplitudes, noise_precision = posterior.amplitudes, posterior.noise_precision
+    information = np.empty((axes * count, axes * count))
+    for i in range(count):
+        for k in range(count):
+            # sum_a of alpha_ia^* alpha_ka
+            real = imag = 0.0
+            for a in range(amplitudes.real.shape[1]):
+                b, c = amplitudes.real[i, a], amplitudes.imag[i, a]
+                d, e = amplitudes.real[k, a], amplitudes.imag[k, a]
+                real += b * d + c * e
+                imag += b * e - c * d
+            for s in range(axes):
+                for t in range(axes):
+                    # The lines move with their middle at rest: dphi_i^H dphi_k = -d^2 phi_i^H phi_k
+                    rest_real, rest_imag = -rows.real[i, 3 + s + t, k], -rows.imag[i, 3 + s + t, k]
+                    for j in range(size):
+                        b, c = rows.real[i, s + 1, j], rows.imag[i, s + 1, j]
+                        d, e = explained.real[k, t + 1, j], explained.imag[k, t + 1, j]
+                        rest_real -= b * d - c * e
+                        rest_imag -= b * e + c * d
+                    value = 2.0 * noise_precision * (real * rest_real - imag * rest_imag)
+                    information[s * count + i, t * count + k] = value
+    return information
+
+
+@compiled
+def joint_slopes(
+    num_objects: int, residual: ComplexArray, columns: Columns
+) -> tuple[FloatArray, FloatArray]:
+    """Gradient of (67), summed over the antennas, by all beats, then Dopplers, and its curvature.
+
+    The gradient is ``2 lambda Re{ sum_a alpha_ia^* dphi_i^H (r_a - D w_a) - A sum_j C_ji dphi_i^H
+    d_j }`` over all columns D with weights w; the curvature is the Fisher information with those
+    weights as nuisance, ``2 lambda Re{ sum_a B_a^H (I - lambda D C D^H) B_a }`` with the weighted
+    derivatives B.
+
+    Parameters
+    ----------
+    num_objects : int
+        L: so many columns, the first, can move.
+    residual : (A P, N) complex
+        Received signal minus what is not among the columns.
+    columns : Columns
+        All of them.
+
+    Returns
+    -------
+    gradient : (2 L,) float, of a single ramp (L,)
+    curvature : (2 L, 2 L) float, of a single ramp (L, L)
+    """
+    rest, posterior = split(residual), split_columns(columns)
+    covariance, amplitudes, noise_precision, _ = posterior[2:]
+    size, num_antennas = amplitudes.real.shape
+    axes = 2 if columns.doppler_factors.shape[1] > 1 else 1
+    rows = Split(np.empty((num_objects, 6, size)), np.empty((num_objects, 6, size)))
+    explained = Split(np.empty((num_objects, 3, size)), np.empty((num_objects, 3, size)))
+    gradient = np.empty(axes * num_objects)
+    for i in range(num_objects):
+        jet = atom_jet(
+            row_of(posterior.beat_factors, i), row_of(posterior.doppler_factors, i), rest, posterior
+        )
+        for j in range(size):
+            for s in range(6):
+                rows.real[i, s, j], rows.imag[i, s, j] = jet.rows.real[s, j], jet.rows.imag[s, j]
+            for s in range(3):
+                explained.real[i, s, j] = noise_precision * jet.weighted.real[s, j]
+                explained.imag[i, s, j] = noise_precision * jet.weighted.imag[s, j]
+        for s in range(axes):
+            pull = 0.0
+            for a in range(num_antennas):
+                pull += amplitudes.real[i, a] * jet.innovations.real[s + 1, a]
+                pull += amplitudes.imag[i, a] * jet.innovations.imag[s + 1, a]
+            for j in range(size):
+                spread = covariance.real[i, j] * jet.rows.real[s + 1, j]
+                spread += covariance.imag[i, j] * jet.rows.imag[s + 1, j]
+                pull -= num_antennas * spread
+            gradient[s * num_objects + i] = 2.0 * noise_precision * pull
+    return gradient, joint_information(rows, explained, posterior, axes)

@@ -1,0 +1,153 @@
+"""The cost (70) of moving one object, seen by one antenna or by several.
+
+The cost is ``J(zeta) = sum_a lambda^2 |q_a|^2 / D - A log D``, ``D = lambda + gamma - lambda^2 v^H
+C v``, with ``v = Phi^H phi(zeta)`` and ``q_a = phi^H r_a - v^H mu_a``, where Phi, C and mu belong
+to the *other* components. The antennas share the object's place, its prior and the columns of the
+others, so that D is one for all; each has a weight of its own.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vsep.kernels.compiler import compiled
+from vsep.kernels.lines import (
+    AtomJet,
+    SplitColumns,
+    atom_jet,
+    fill_line,
+    subtract_fit,
+    weigh,
+)
+from vsep.kernels.split_arrays import Split, line_products, multiply, rows_to
+
+LEAST_SCHUR = 1e-12  # of lambda: what D is at least
+
+
+class CostJet(NamedTuple):
+    """Cost (70) at one point (beat, Doppler) with its derivatives.
+
+    ``inverse_rho`` is D without gamma and ``power`` is ``sum_a |lambda q_a|^2``: the moments
+    (23)-(24).
+    """
+
+    value: float
+    by_beat: float
+    by_doppler: float
+    by_beat_beat: float
+    by_beat_doppler: float
+    by_doppler_doppler: float
+    inverse_rho: float
+    power: float
+
+
+class AtomFit(NamedTuple):
+    """Cost (70) without derivatives, and the moments as in `CostJet`."""
+
+    value: float
+    inverse_rho: float
+    power: float
+
+
+@compiled
+def _product(jet: AtomJet, i: int, j: int) -> float:
+    """``Re sum_a q_i^* q_j`` of two derivatives of the innovation."""
+    total = 0.0
+    for a in range(jet.innovations.real.shape[1]):
+        total += jet.innovations.real[i, a] * jet.innovations.real[j, a]
+        total += jet.innovations.imag[i, a] * jet.innovations.imag[j, a]
+    return total
+
+
+@compiled
+def _overlap(jet: AtomJet, i: int, j: int) -> float:
+    """``Re v_i^H C v_j`` of two derivatives of the overlap, the second a first one at most."""
+    total = 0.0
+    for k in range(jet.rows.real.shape[1]):
+        total += jet.rows.real[i, k] * jet.weighted.real[j, k]
+        total -= jet.rows.imag[i, k] * jet.weighted.imag[j, k]
+    return total
+
+
+@compiled
+def cost_jet(
+    beat: float, doppler: float, precision: float, residual: Split, others: SplitColumns
+) -> CostJet:
+    """Cost (70) of one component with analytic gradient and Hessian.
+
+    Parameters
+    ----------
+    beat, doppler : float
+        Where the component is.
+    precision : float
+        Its prior precision gamma; zero for a new one.
+    residual : (A P, N) complex
+        Received signal minus the interference estimate.
+    others : SplitColumns
+        The other components.
+    """
+    beat_line, doppler_line = others.scratch[:2]
+    fill_line(beat, beat_line)
+    fill_line(doppler, doppler_line)
+    jet = atom_jet(beat_line, doppler_line, residual, others)
+    num_antennas, noise_precision = others.amplitudes.real.shape[1], others.noise_precision
+    square = noise_precision * noise_precision
+    power = square * _product(jet, 0, 0)
+    power_b, power_d = 2.0 * square * _product(jet, 0, 1), 2.0 * square * _product(jet, 0, 2)
+    power_bb = 2.0 * square * (_product(jet, 1, 1) + _product(jet, 0, 3))
+    power_bd = 2.0 * square * (_product(jet, 1, 2) + _product(jet, 0, 4))
+    power_dd = 2.0 * square * (_product(jet, 2, 2) + _product(jet, 0, 5))
+    inverse_rho = noise_precision - square * _overlap(jet, 0, 0)
+    schur = max(inverse_rho + precision, LEAST_SCHUR * noise_precision)
+    schur_b, schur_d = -2.0 * square * _overlap(jet, 1, 0), -2.0 * square * _overlap(jet, 2, 0)
+    schur_bb = -2.0 * square * (_overlap(jet, 3, 0) + _overlap(jet, 1, 1))
+    schur_bd = -2.0 * square * (_overlap(jet, 4, 0) + _overlap(jet, 1, 2))
+    schur_dd = -2.0 * square * (_overlap(jet, 5, 0) + _overlap(jet, 2, 2))
+    ratio = power / schur
+    rise, bend = num_antennas + ratio, (num_antennas + 2.0 * ratio) / schur
+    cross = power_b * schur_d + power_d * schur_b
+    return CostJet(
+        ratio - num_antennas * np.log(schur),
+        (power_b - rise * schur_b) / schur,
+        (power_d - rise * schur_d) / schur,
+        (power_bb - rise * schur_bb - 2.0 * power_b * schur_b / schur + bend * schur_b * schur_b)
+        / schur,
+        (power_bd - rise * schur_bd - cross / schur + bend * schur_b * schur_d) / schur,
+        (power_dd - rise * schur_dd - 2.0 * power_d * schur_d / schur + bend * schur_d * schur_d)
+        / schur,
+        inverse_rho,
+        power,
+    )
+
+
+@compiled
+def atom_fit(
+    beat: float, doppler: float, precision: float, residual: Split, others: SplitColumns
+) -> AtomFit:
+    """Cost (70) of one component without derivatives; arguments as for `cost_jet`.
+
+    What block inversion takes stays in scratch: the lines, and the jet's first row of each.
+    """
+    beat_line, doppler_line, along, along_ramps, _, beats, dopplers, jet = others.scratch
+    fill_line(beat, beat_line)
+    fill_line(doppler, doppler_line)
+    num_antennas = others.amplitudes.real.shape[1]
+    line_products(residual, beat_line, along)
+    line_products(rows_to(along_ramps, num_antennas), doppler_line, jet.innovations)
+    line_products(others.beat_factors, beat_line, beats)
+    line_products(others.doppler_factors, doppler_line, dopplers)
+    multiply(beats, 0, dopplers, 0, jet.rows, 0)
+    subtract_fit(jet.rows, others.amplitudes, jet.innovations, 1)
+    weigh(jet.rows, others.covariance, jet.weighted, 1)
+    power = overlap = 0.0
+    for a in range(num_antennas):
+        power += jet.innovations.real[0, a] ** 2 + jet.innovations.imag[0, a] ** 2
+    for k in range(jet.rows.real.shape[1]):
+        overlap += jet.rows.real[0, k] * jet.weighted.real[0, k]
+        overlap -= jet.rows.imag[0, k] * jet.weighted.imag[0, k]
+    noise_precision = others.noise_precision
+    square = noise_precision * noise_precision
+    inverse_rho = noise_precision - square * overlap
+    schur = max(inverse_rho + precision, LEAST_SCHUR * noise_precision)
+    value = square * power / schur - num_antennas * np.log(schur)
+    return AtomFit(value, inverse_rho, square * power)
