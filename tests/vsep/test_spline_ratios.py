@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from vsep.kernels.channel import Split, grid_atoms, split_row
+from vsep.kernels.channel import grid_atoms
 from vsep.kernels.fresnel import SMOOTH
 from vsep.kernels.ramps import FlatRamps, all_posteriors, all_signals
 from vsep.kernels.spline_ratios import SplineGrid, add_spline_columns, first_ratios
+from vsep.kernels.split_arrays import Split, split_row
 from vsep.signal.modified_response import bspline_responses
 
 NUM_SAMPLES, NOISE_PRECISION, UNSEEN = 64, 50.0, 1e-9

@@ -20,7 +20,8 @@ from vsep.inference.objects import Background
 from vsep.inference.refinement import place_components
 from vsep.inference.sbl import activation_ratio, converged_precision
 from vsep.inference.state import EventKind, ObjectComponents
-from vsep.kernels.channel import split_row, split_rows, template_slopes
+from vsep.kernels.channel import template_slopes
+from vsep.kernels.split_arrays import split, split_row
 from vsep.signal.atoms import synthesize
 
 OBJECT = -1  # owner of the columns that are object atoms
@@ -231,8 +232,8 @@ class _JointCost:
         active = columns.active
         gradient, curvature = template_slopes(
             derivatives[0],
-            split_rows(self.atoms),
-            split_rows(columns.columns_in_ramp(p, members)),
+            split(self.atoms),
+            split(columns.columns_in_ramp(p, members)),
             (active.covariance[np.ix_(members, members)], active.amplitudes[members]),
             np.searchsorted(members, self.own + len(columns.points)),
             split_row(columns.received[p].copy()),

@@ -9,10 +9,10 @@ from vsep._arrays import ComplexArray, FloatArray
 from vsep.inference.antennas import SharedSet
 from vsep.inference.sbl import ActiveSet
 from vsep.kernels import joint_slopes as slopes
-from vsep.kernels.channel import Posterior
 from vsep.kernels.climbing import MAX_STEP_CELLS, NO_GAIN
 from vsep.kernels.lines import Columns
 from vsep.kernels.placing import place_columns
+from vsep.kernels.posterior import Posterior
 from vsep.signal.atoms import Factors
 
 

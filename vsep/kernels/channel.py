@@ -12,6 +12,7 @@ import numpy as np
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.posterior import Posterior, weight_posterior
+from vsep.kernels.split_arrays import Split, add_scaled, inner, split, split_row
 
 
 class Channel(NamedTuple):
@@ -21,13 +22,6 @@ class Channel(NamedTuple):
     bins: IntArray
     precisions: FloatArray
     twiddle: ComplexArray
-
-
-class Split(NamedTuple):
-    """Rows (K, N) with real and imaginary parts apart."""
-
-    real: FloatArray
-    imag: FloatArray
 
 
 @compiled
@@ -45,25 +39,6 @@ def grid_atoms(num_samples: int, bins: IntArray, twiddle: ComplexArray) -> Compl
 
 
 @compiled
-def split_rows(rows: ComplexArray) -> Split:
-    """Take the parts of complex rows (K, N) apart."""
-    real, imag = np.empty(rows.shape), np.empty(rows.shape)
-    for k in range(rows.shape[0]):
-        for n in range(rows.shape[1]):
-            real[k, n], imag[k, n] = rows[k, n].real, rows[k, n].imag
-    return Split(real, imag)
-
-
-@compiled
-def split_row(row: ComplexArray) -> Split:
-    """Take the parts of one complex row (N,) apart, as (1, N)."""
-    real, imag = np.empty((1, len(row))), np.empty((1, len(row)))
-    for n in range(len(row)):
-        real[0, n], imag[0, n] = row[n].real, row[n].imag
-    return Split(real, imag)
-
-
-@compiled
 def channel_columns(templates: Split, atoms: Split, owners: IntArray) -> Split:
     """(K, N) columns from the templates (B, N) and the columns' atoms (K, N)."""
     real, imag = np.empty(atoms.real.shape), np.empty(atoms.real.shape)
@@ -74,28 +49,6 @@ def channel_columns(templates: Split, atoms: Split, owners: IntArray) -> Split:
             real[k, n] = a[n] * c[n] - b[n] * d[n]
             imag[k, n] = a[n] * d[n] + b[n] * c[n]
     return Split(real, imag)
-
-
-@compiled
-def inner(a: Split, i: int, b: Split, j: int) -> complex:
-    """Inner product of row i of a with row j of b."""
-    a_real, a_imag, b_real, b_imag = a.real[i], a.imag[i], b.real[j], b.imag[j]
-    real = imag = 0.0
-    for n in range(len(a_real)):
-        real += a_real[n] * b_real[n] + a_imag[n] * b_imag[n]
-        imag += a_real[n] * b_imag[n] - a_imag[n] * b_real[n]
-    return complex(real, imag)
-
-
-@compiled
-def add_scaled(weight: complex, source: Split, i: int, target: Split, j: int) -> None:
-    """Add a weight times row i of the source to row j of the target."""
-    real, imag = weight.real, weight.imag
-    a, b = source.real[i], source.imag[i]
-    c, d = target.real[j], target.imag[j]
-    for n in range(len(a)):
-        c[n] += real * a[n] - imag * b[n]
-        d[n] += real * b[n] + imag * a[n]
 
 
 @compiled
@@ -117,8 +70,8 @@ def columns_posterior(
 @compiled
 def ramp_columns(templates: ComplexArray, channel: Channel) -> tuple[Split, Split]:
     """Atoms and columns (K, N) of one ramp."""
-    atoms = split_rows(grid_atoms(templates.shape[1], channel.bins, channel.twiddle))
-    return atoms, channel_columns(split_rows(templates), atoms, channel.owners)
+    atoms = split(grid_atoms(templates.shape[1], channel.bins, channel.twiddle))
+    return atoms, channel_columns(split(templates), atoms, channel.owners)
 
 
 @compiled
@@ -208,7 +161,7 @@ def template_slopes(
     for m in range(size):
         add_scaled(-amplitudes[m], columns, m, rest, 0)
     line, spread = _line_and_spread(atoms, columns, fit, moving)
-    slopes = split_rows(derivatives)
+    slopes = split(derivatives)
     moved = channel_columns(slopes, Split(_twice(line.real), _twice(line.imag)), _both())
     gradient, curvature = np.zeros(2), np.zeros((2, 2))
     crossed = np.empty((2, size), dtype=np.complex128)
@@ -283,8 +236,8 @@ def channel_slopes(
 ) -> tuple[float, FloatArray, FloatArray]:
     """Cost (71) of one ramp with gradient and curvature by the template `moving`."""
     atoms, columns = ramp_columns(templates, channel)
-    split = split_row(residual)
-    fit = columns_posterior(columns, split, channel.precisions, noise_precision)
+    parts = split_row(residual)
+    fit = columns_posterior(columns, parts, channel.precisions, noise_precision)
     own, carried = _carried(atoms, channel.owners, moving)
     gradient, curvature = template_slopes(
         derivatives,
@@ -292,7 +245,7 @@ def channel_slopes(
         columns,
         (fit.covariance, fit.amplitudes),
         own,
-        split,
+        parts,
         noise_precision,
     )
     return evidence(fit, noise_precision), gradient, curvature

@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray
-from vsep.kernels.channel import Channel, Split, add_scaled, split_rows
+from vsep.kernels.channel import Channel
 from vsep.kernels.compiler import compiled
 from vsep.kernels.posterior import Posterior, factored_posterior, inverse_factor
+from vsep.kernels.split_arrays import Split, add_scaled, split
 
 NOT_EXPLAINED = 1e-9  # of a column's own energy: what the others must leave of it
 
@@ -251,7 +252,7 @@ def with_best_bins(
     factor = inverse_factor(gram, channel.precisions, noise_precision)
     for burst in range(count):
         first, known = burst * (count + 1), size
-        rows = split_rows(products[first : first + count + 1])
+        rows = split(products[first : first + count + 1])
         candidates = all_candidates(
             rows, _first(room, size), projections, factor[0], noise_precision, max_additions
         )

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsep._arrays import ComplexArray, FloatArray
-from vsep.kernels.channel import weight_posterior
 from vsep.kernels.compiler import compiled
 from vsep.kernels.lines import Columns, by_ramps, fill_lines
+from vsep.kernels.posterior import weight_posterior
 from vsep.kernels.split_arrays import Split, empty_rows, line_products, row_of, rows_to, split
 
 

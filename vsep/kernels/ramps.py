@@ -17,10 +17,10 @@ from vsep.kernels.channel import (
     evidence,
     fill_bursts,
     ramp_columns,
-    split_row,
 )
 from vsep.kernels.channel_selection import fill_product_rows, revised_channel
 from vsep.kernels.compiler import compiled
+from vsep.kernels.split_arrays import split_row
 
 RIDGE = 1e-9  # relative, keeps the Newton step finite where the channel absorbs a parameter
 
@@ -96,8 +96,9 @@ def all_posteriors(
     for r in range(num_ramps):
         channel, first = channel_of(ramps, r), ramps.first_column[r]
         _, columns = ramp_columns(templates_of(ramps, r), channel)
-        split = split_row(residual[r])
-        fit = columns_posterior(columns, split, channel.precisions, noise_precision)
+        fit = columns_posterior(
+            columns, split_row(residual[r]), channel.precisions, noise_precision
+        )
         log_determinants[r] = fit.log_determinant
         own = signals[ramps.first_burst[r] : ramps.first_burst[r + 1]]
         fill_bursts(columns, channel.owners, fit.amplitudes, own)

@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray
-from vsep.kernels.channel import Split, add_scaled, inner, ramp_columns, split_row
+from vsep.kernels.channel import ramp_columns
 from vsep.kernels.compiler import compiled
 from vsep.kernels.ramps import FlatRamps, channel_of, templates_of
 from vsep.kernels.splines import integrals
+from vsep.kernels.split_arrays import Split, add_scaled, inner, split_row
 from vsep.kernels.turns import turn
 
 

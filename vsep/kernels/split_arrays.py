@@ -1,7 +1,7 @@
 """Complex arrays as two real ones, and inner products with a line over them.
 
 Loops over interleaved real and imaginary parts hardly use vector registers; over parts that lie
-apart they do. The kernels of the objects split what they are given once and keep it split.
+apart they do. Kernels split what they are given once and keep it split.
 """
 
 from typing import NamedTuple
@@ -57,6 +57,15 @@ def split(array: ComplexArray) -> Split:
 
 
 @compiled
+def split_row(row: ComplexArray) -> Split:
+    """Take one complex row (M,) apart, as a matrix (1, M)."""
+    parts = empty_rows(1, len(row))
+    for m in range(len(row)):
+        parts.real[0, m], parts.imag[0, m] = row[m].real, row[m].imag
+    return parts
+
+
+@compiled
 def write_row(line: Split, rows: Split, row: int) -> None:
     """Write a line (M,) into a row of a matrix (R, M)."""
     for m in range(len(line.real)):
@@ -70,6 +79,28 @@ def multiply(first: Split, i: int, second: Split, j: int, products: Split, row: 
         a, b = first.real[i, k], first.imag[i, k]
         c, d = second.real[j, k], second.imag[j, k]
         products.real[row, k], products.imag[row, k] = a * c - b * d, a * d + b * c
+
+
+@compiled
+def inner(a: Split, i: int, b: Split, j: int) -> complex:
+    """Inner product of row i of a with row j of b."""
+    a_real, a_imag, b_real, b_imag = a.real[i], a.imag[i], b.real[j], b.imag[j]
+    real = imag = 0.0
+    for n in range(len(a_real)):
+        real += a_real[n] * b_real[n] + a_imag[n] * b_imag[n]
+        imag += a_real[n] * b_imag[n] - a_imag[n] * b_real[n]
+    return complex(real, imag)
+
+
+@compiled
+def add_scaled(weight: complex, source: Split, i: int, target: Split, j: int) -> None:
+    """Add a weight times row i of the source to row j of the target."""
+    real, imag = weight.real, weight.imag
+    a, b = source.real[i], source.imag[i]
+    c, d = target.real[j], target.imag[j]
+    for n in range(len(a)):
+        c[n] += real * a[n] - imag * b[n]
+        d[n] += real * b[n] + imag * a[n]
 
 
 @compiled
