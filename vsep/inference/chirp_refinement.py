@@ -116,9 +116,7 @@ class PlacedChirps:
         return len(self.slope)
 
     def chosen(self, places: IntArray | BoolArray) -> "PlacedChirps":
-        """Return some of the bursts, as copies; these themselves if they are all of them."""
-        if places.dtype == np.bool_ and places.all():
-            return self
+        """Return any of the bursts."""
         return PlacedChirps(
             self.start_frequency[places],
             self.slope[places],
@@ -126,6 +124,10 @@ class PlacedChirps:
             self.templates[places],
             self.derivatives[places],
         )
+
+    def some(self, places: IntArray) -> "PlacedChirps":
+        """Return some of the bursts, given in ascending order; these themselves if it is all."""
+        return self if len(places) == len(self.slope) else self.chosen(places)
 
     def with_others(self, places: IntArray, others: "PlacedChirps") -> "PlacedChirps":
         """Return these bursts with others inserted before some places."""
@@ -139,9 +141,9 @@ class PlacedChirps:
 
     def replaced(self, places: IntArray, others: "PlacedChirps") -> "PlacedChirps":
         """Return these bursts with others in place of some, given in ascending order."""
-        if len(places) == len(self):
+        if len(places) == len(self.slope):
             return others
-        result = self.chosen(np.arange(len(self)))
+        result = self.chosen(np.arange(len(self.slope)))
         result.start_frequency[places] = others.start_frequency
         result.slope[places] = others.slope
         result.reference[places] = others.reference
@@ -156,7 +158,7 @@ def place_chirps(
     """Templates of several pairs of parameters, (B,) each."""
     last = model.num_samples - 1.0
     reference = np.minimum(np.maximum(-start_frequency / slope, 0.0), last)
-    jets = model.template_jet(start_frequency, slope, reference)
+    jets = model.template_jets(start_frequency, slope, reference)
     return PlacedChirps(start_frequency, slope, reference, *jets)
 
 
@@ -181,52 +183,34 @@ def refine_chirps(
     PlacedChirps
         No cost falls.
     """
-    moving = np.arange(len(chirps))
-    refined, present = chirps, chirps
+    refined, moving = chirps, np.arange(len(chirps.slope))
     longest = 2.0 * LONGEST_SHIFT * model.normalised_cutoff, LONGEST_STRETCH
     for _ in range(max_steps):
+        present = refined.some(moving)
         values, gradients, curvatures = costs.slopes(moving, present.templates, present.derivatives)
         if not np.isfinite(values).all():
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
         moves, promises = damped_steps(gradients, curvatures, present.slope, longest)
-        moved = []
-        trying = _Trying(moving, present, values, moves).some(promises >= NO_GAIN)
+        trying, moved = (promises >= NO_GAIN).nonzero()[0], []
         for _ in range(HALVINGS):
-            if len(trying.numbers) == 0:
+            if len(trying) == 0:
                 break
-            trials = trying.moved(model)
-            better = costs.values(trying.numbers, trials.templates) >= trying.values
-            winners = trying.numbers[better]
-            refined = refined.replaced(winners, trials.chosen(better))
+            trials = _moved(present.some(trying), moves[trying], model)
+            found = costs.values(moving[trying], trials.templates)
+            better = (found >= values[trying]).nonzero()[0]
+            winners = moving[trying[better]]
+            refined = refined.replaced(winners, trials.some(better))
             moved.append(winners)
-            trying = trying.some(~better).shorter()
+            trying = np.delete(trying, better) if len(better) < len(trying) else trying[:0]
+            moves *= 0.25
         moving = np.sort(np.concatenate(moved)) if moved else moving[:0]
         if len(moving) == 0:
             break
-        present = refined.chosen(moving)
     return refined
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Trying:
-    """Bursts on their way: their numbers, where they are, their costs and moves (T, 2)."""
-
-    numbers: IntArray
-    chirps: PlacedChirps
-    values: FloatArray
-    moves: FloatArray
-
-    def some(self, which: BoolArray) -> "_Trying":
-        if which.all():
-            return self
-        chirps = self.chirps.chosen(which)
-        return _Trying(self.numbers[which], chirps, self.values[which], self.moves[which])
-
-    def shorter(self) -> "_Trying":
-        return _Trying(self.numbers, self.chirps, self.values, 0.25 * self.moves)
-
-    def moved(self, model: SignalModel) -> PlacedChirps:
-        """Place the bursts after their moves of the frequency at the reference, and the slope."""
-        (shift, stretch), chirps = self.moves.T, self.chirps
-        start = chirps.start_frequency + shift - stretch * chirps.reference
-        return place_chirps(start, chirps.slope + stretch, model)
+def _moved(chirps: PlacedChirps, moves: FloatArray, model: SignalModel) -> PlacedChirps:
+    """Place chirps after moves (T, 2) of the frequency at the reference, and of the slope."""
+    stretch = moves[:, 1]
+    start = chirps.start_frequency + moves[:, 0] - stretch * chirps.reference
+    return place_chirps(start, chirps.slope + stretch, model)

@@ -228,9 +228,7 @@ class InterferenceWorkspace:
             residual=residual[table.interfered],
             noise_precision=noise_precision,
         )
-        everywhere = len(own) == len(table)
-        chirps = table.chirps if everywhere else table.chirps.chosen(own)
-        refined = refine_chirps(chirps, self.model, costs, max_steps=max_steps)
+        refined = refine_chirps(table.chirps.some(own), self.model, costs, max_steps=max_steps)
         for same in self.at_antennas(own):
             table.chirps = table.chirps.replaced(same, refined)
 
@@ -254,15 +252,17 @@ class InterferenceWorkspace:
         table.set_columns(revision.owners[kept], revision.bins[kept], revision.precisions[kept])
 
     def _record_revision(self, revision: Revision) -> None:
-        changes = np.flatnonzero(revision.added | ~revision.kept)
-        rows = self.table.rows[revision.owners[changes]]
-        columns = [rows, *(each[changes] for each in revision[2:])]
-        for row, channel_bin, _, added, added_ratio, kept, ratio in zip(
-            *(each.tolist() for each in columns), strict=True
-        ):
-            if added:
+        """Tell of every column that came, and of every one that went."""
+        pruned = ~revision.kept
+        changes = (pruned | (revision.added_ratios > 0.0)).nonzero()[0]
+        rows = self.table.rows[revision.owners[changes]].tolist()
+        bins = revision.bins[changes].tolist()
+        added = revision.added_ratios[changes].tolist()  # zero for those that were there
+        ratios = np.where(pruned, revision.ratios, -1.0)[changes].tolist()
+        for row, channel_bin, added_ratio, ratio in zip(rows, bins, added, ratios, strict=True):
+            if added_ratio > 0.0:
                 self.record_component(EventKind.CHANNEL_ADDED, row, added_ratio, channel_bin)
-            if not kept:
+            if ratio >= 0.0:
                 self.record_component(EventKind.CHANNEL_PRUNED, row, ratio, channel_bin)
 
     def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:

@@ -7,7 +7,7 @@ that dropping it never changes a result. All arrays are read-only.
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -264,9 +264,8 @@ class EventKind(enum.Enum):
     CHIRP_RESTARTED = "burst search restarted"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ComponentEvent:
-    """One event of a step.
+class ComponentEvent(NamedTuple):
+    """One event of a step; there are tens of them in most.
 
     Parameters
     ----------

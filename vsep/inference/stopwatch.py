@@ -36,16 +36,24 @@ def stopwatch() -> Iterator[dict[str, float]]:
         _seconds.reset(token)
 
 
-@contextmanager
-def part(name: str) -> Iterator[None]:
+class part:  # noqa: N801  used as a word of the language, `with part(OBJECTS):`
     """Mark a part of a step; without a stopwatch nothing is kept."""
-    seconds = _seconds.get()
-    start = time.perf_counter()
-    try:
-        yield
-    finally:
+
+    __slots__ = ("name", "start")
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __enter__(self) -> None:
+        """Begin the part."""
+        self.start = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        """Add its seconds."""
+        seconds = _seconds.get()
         if seconds is not None:
-            seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - start
+            spent = time.perf_counter() - self.start
+            seconds[self.name] = seconds.get(self.name, 0.0) + spent
 
 
 def with_rest(parts: Mapping[str, float], seconds: float) -> dict[str, float]:

@@ -264,15 +264,14 @@ def all_product_rows(ramps: FlatRamps, residual: ComplexArray, scale: float) -> 
 class Revision(NamedTuple):
     """Columns of all ramps after Algorithm 4, those pruned among them.
 
-    ``first_column`` (R + 1,), the others (K,): `added` and `kept` are flags; `added_ratios` and
-    `ratios` are the activation ratios when a column was added, and when it was weighed again.
+    ``first_column`` (R + 1,), the others (K,): `added_ratios` are the activation ratios with which
+    columns were added, zero for those that were there; `ratios` those when they were weighed again.
     """
 
     first_column: IntArray
     owners: IntArray
     bins: IntArray
     precisions: FloatArray
-    added: BoolArray
     added_ratios: FloatArray
     kept: BoolArray
     ratios: FloatArray
@@ -291,8 +290,8 @@ def all_revisions(
     most = len(ramps.bins) + len(ramps.templates) * max_additions
     first_column = np.zeros(num_ramps + 1, dtype=np.int64)
     owners, bins = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-    added, kept = np.zeros(most, dtype=np.bool_), np.empty(most, dtype=np.bool_)
-    precisions, added_ratios, ratios = np.empty(most), np.zeros(most), np.empty(most)
+    kept, precisions = np.empty(most, dtype=np.bool_), np.empty(most)
+    added_ratios, ratios = np.zeros(most), np.empty(most)
     row = place = 0
     for r in range(num_ramps):
         count = ramps.first_burst[r + 1] - ramps.first_burst[r]
@@ -304,8 +303,7 @@ def all_revisions(
         for k in range(len(channel.bins)):
             owners[place], bins[place] = channel.owners[k] + ramps.first_burst[r], channel.bins[k]
             precisions[place], kept[place] = channel.precisions[k], stay[k]
-            added[place], added_ratios[place] = k >= len(before.bins), new_ratios[k]
-            ratios[place] = own_ratios[k]
+            added_ratios[place], ratios[place] = new_ratios[k], own_ratios[k]
             place += 1
         first_column[r + 1] = place
     return Revision(
@@ -313,7 +311,6 @@ def all_revisions(
         owners[:place],
         bins[:place],
         precisions[:place],
-        added[:place],
         added_ratios[:place],
         kept[:place],
         ratios[:place],

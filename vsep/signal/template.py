@@ -161,11 +161,19 @@ class SignalModel:
         template : (N,) or (B, N) complex
         derivatives : (2, N) or (B, 2, N) complex
         """
-        rate = self.sample_rate_hz
-        start, slopes, middle = (np.atleast_1d(x) for x in (start_frequency, slope, reference))
-        course_hz, steepness = burst_courses(start, slopes, rate, self.num_samples)
-        jet = self.anti_aliasing_filter.modified_response_jet(course_hz, steepness)
-        templates, derivatives = template_jets((start, slopes, middle), rate, *jet)
         if np.ndim(slope) == 0:
+            one = (np.array([float(each)]) for each in (start_frequency, slope, reference))
+            templates, derivatives = self.template_jets(*one)
             return templates[0], derivatives[0]
-        return templates, derivatives
+        return self.template_jets(
+            np.asarray(start_frequency), np.asarray(slope), np.asarray(reference)
+        )
+
+    def template_jets(
+        self, start_frequency: FloatArray, slope: FloatArray, reference: FloatArray
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """`template_jet` of several bursts, (B,) arrays."""
+        rate = self.sample_rate_hz
+        courses_hz, steepness = burst_courses(start_frequency, slope, rate, self.num_samples)
+        jet = self.anti_aliasing_filter.modified_response_jet(courses_hz, steepness)
+        return template_jets((start_frequency, slope, reference), rate, *jet)
