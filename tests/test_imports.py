@@ -68,7 +68,10 @@ COMMAND_LINE = (
 DRAWING = {"panel", "panel_material_ui", "bokeh", "holoviews"}
 # `vsep` beside the standard library; the command line also draws a progress bar and calls the app.
 LIBRARIES = {"numpy", "scipy", "vsep"}
-COMPILER = {"vsep.kernels.compiler": {"numba"}}
+COMPILER = {
+    "vsep.kernels.compiler": {"numba"},
+    "vsep.kernels.code_cache": {"llvmlite", "numba"},
+}
 # Optional libraries, imported inside the function that needs them. Dask's own scheduler and workers
 # run a study on several machines, which is better not written twice (`pip install vsep[cluster]`);
 # PyYAML reads settings files and comes with Bokeh.

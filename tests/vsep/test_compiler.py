@@ -4,8 +4,10 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
-from vsep.kernels.compiler import KERNELS, MARK, drop_outdated
+from vsep.kernels import compiler
+from vsep.kernels.code_cache import MARK, drop_outdated
 
 CALLER = """
 from vsep.kernels.compiler import compiled
@@ -36,8 +38,8 @@ def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(tmp_path)
     kernels = tmp_path / "vsep" / "kernels"
     kernels.mkdir(parents=True)
     (tmp_path / "vsep" / "__init__.py").touch()
-    for name in ("__init__.py", "compiler.py"):
-        shutil.copy(KERNELS / name, kernels / name)
+    for name in ("__init__.py", "compiler.py", "code_cache.py"):
+        shutil.copy(Path(compiler.__file__).with_name(name), kernels / name)
     (kernels / "caller.py").write_text(CALLER)
     (kernels / "callee.py").write_text(CALLEE.format(1.0))
     assert doubled(tmp_path) == 2.0

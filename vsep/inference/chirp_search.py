@@ -26,6 +26,7 @@ CENTRE_REACH = 2  # samples by which the best centre of a slope next to it may d
 COARSE_SHARE = 0.4  # of a score: what the coarse slope next to it reaches; 0.47 was the least seen
 CLOSE_SHARE = 0.6  # of the best coarse score: what another place must reach to be polished as well
 RAMPS_AT_A_TIME = 8  # correlated by one call: fewer calls, and still within the cache
+SLOPES_AT_A_TIME = 16  # made by one call: a bank of all at once would be many times its size
 LEAST_OVERLAP = 0.25  # share of the burst's energy that must lie inside the ramp
 
 
@@ -74,19 +75,13 @@ def slope_bank(model: SignalModel) -> SlopeBank:
     centres = np.arange(-margin, num_samples + margin)
     reach = num_samples + margin
     offsets = np.arange(-reach, reach)  # kernel support: any sample seen from any centre
-    rate = model.sample_rate_hz
-    envelope = model.anti_aliasing_filter.modified_response(
-        slopes[:, None] * offsets * rate, slopes[:, None] * rate**2
-    )
-    kernels = np.exp(1j * np.pi * slopes[:, None] * offsets**2) * envelope
-    cumulative = np.cumsum(np.abs(kernels) ** 2, axis=1)
-    last = num_samples - 1 - centres + reach
-    first = -1 - centres + reach
-    energy = cumulative[:, np.clip(last, 0, None)] - np.where(
-        first >= 0, cumulative[:, np.clip(first, 0, None)], 0.0
-    )
-    enough = energy >= LEAST_OVERLAP * energy.max(axis=1, keepdims=True)
-    inverse_energy = np.where(enough, 1.0 / np.where(enough, energy, 1.0), 0.0)
+    kernels = np.empty((len(slopes), len(offsets)), dtype=np.complex64)
+    inverse_energy = np.empty((len(slopes), len(centres)), dtype=np.float32)
+    for begin in range(0, len(slopes), SLOPES_AT_A_TIME):
+        some = slice(begin, begin + SLOPES_AT_A_TIME)
+        chirps = _chirps_around_centre(slopes[some, None], offsets, model)
+        kernels[some] = chirps
+        inverse_energy[some] = _inverse_energies(chirps, centres, reach, num_samples)
     middles = np.arange(min(COARSE_REACH, len(inverse_slopes) - 1), len(inverse_slopes), COARSE)
     coarse = np.concatenate([middles, len(inverse_slopes) + middles])
     # Circular correlation: every offset has a place of its own, more is not needed.
@@ -94,8 +89,8 @@ def slope_bank(model: SignalModel) -> SlopeBank:
     shifted = np.zeros((len(coarse), size), dtype=np.complex64)
     shifted[:, (offsets - margin) % size] = kernels[coarse]
     grid = ChirpGrid(
-        kernels=np.stack([kernels.real, kernels.imag], axis=1).astype(np.float32),
-        inverse_energy=inverse_energy.astype(np.float32),
+        kernels=np.stack([kernels.real, kernels.imag], axis=1),
+        inverse_energy=inverse_energy,
         first=-margin,
         coarse=coarse,
         spectra=fft.fft(shifted, axis=1, norm="forward").conj(),
@@ -103,6 +98,31 @@ def slope_bank(model: SignalModel) -> SlopeBank:
         close_share=CLOSE_SHARE,
     )
     return SlopeBank(slopes=frozen(slopes), centres=frozen(centres), grid=grid)
+
+
+def _chirps_around_centre(
+    slopes: FloatArray, offsets: IntArray, model: SignalModel
+) -> ComplexArray:
+    """(S, M) what bursts of slopes (S, 1) look like at sample offsets from their centre."""
+    rate = model.sample_rate_hz
+    envelope = model.anti_aliasing_filter.modified_response(
+        slopes * offsets * rate, slopes * rate**2
+    )
+    return np.asarray(np.exp(1j * np.pi * slopes * offsets**2) * envelope)
+
+
+def _inverse_energies(
+    chirps: ComplexArray, centres: IntArray, reach: int, num_samples: int
+) -> FloatArray:
+    """(S, C) 1/||a||^2 inside a ramp by the centre; zero where too little lies inside."""
+    cumulative = np.cumsum(np.abs(chirps) ** 2, axis=1)
+    last = num_samples - 1 - centres + reach
+    first = -1 - centres + reach
+    energy = cumulative[:, np.clip(last, 0, None)] - np.where(
+        first >= 0, cumulative[:, np.clip(first, 0, None)], 0.0
+    )
+    enough = energy >= LEAST_OVERLAP * energy.max(axis=1, keepdims=True)
+    return np.asarray(np.where(enough, 1.0 / np.where(enough, energy, 1.0), 0.0))
 
 
 def squared_norms(rows: ComplexArray) -> FloatArray:

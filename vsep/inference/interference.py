@@ -130,21 +130,18 @@ class InterferenceWorkspace:
 
         What can be done for all of them at once is.
         """
-        steps = self.schedule.refinement_steps
-        self.refine_bursts(residual, noise_precision, max_steps=steps)
+        self.refine_bursts(residual, noise_precision)
         self._revise(residual, noise_precision)
         if not self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
         self.drop_empty()
-        self.refine_bursts(residual, noise_precision, max_steps=steps)
+        self.refine_bursts(residual, noise_precision)
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
 
     def drop_empty(self) -> None:
         """Drop bursts that lost all their components; the literal schedule keeps the template."""
-        if self.schedule.first_threshold_db is None or len(self.table) == 0:
-            return
-        if self.table.num_columns.all():
+        if self.schedule.first_threshold_db is None or self.table.num_columns.all():
             return
         columns = self.table.num_columns.reshape(-1, self.num_shared).sum(axis=0)
         empty = np.flatnonzero(columns == 0)
@@ -182,16 +179,13 @@ class InterferenceWorkspace:
         channel = Channel(held.owners, held.bins, held.precisions, self.grid.twiddle)
         return channel_posterior(held.templates, residual[held.ramp], channel, noise_precision)
 
-    def refine_bursts(
-        self, residual: ComplexArray, noise_precision: float, *, max_steps: int
-    ) -> None:
+    def refine_bursts(self, residual: ComplexArray, noise_precision: float) -> None:
         """Climb (71) in the parameters of all bursts: the first of every ramp, then the second."""
-        first = self.table.first_burst
+        first, steps = self.table.first_burst, self.schedule.refinement_steps
         for index in range(int(np.diff(first).max(initial=0))):
             places = first[:-1] + index
-            self.refine_burst(
-                places[places < first[1:]], residual, noise_precision, max_steps=max_steps
-            )
+            places = places[places < first[1:]]
+            self.refine_burst(places, residual, noise_precision, max_steps=steps)
 
     def refine_burst(
         self, places: IntArray, residual: ComplexArray, noise_precision: float, *, max_steps: int
@@ -253,12 +247,11 @@ class InterferenceWorkspace:
 
     def _record_revision(self, revision: Revision) -> None:
         """Tell of every column that came, and of every one that went."""
-        pruned = ~revision.kept
-        changes = (pruned | (revision.added_ratios > 0.0)).nonzero()[0]
+        changes = (~revision.kept | (revision.added_ratios > 0.0)).nonzero()[0]
         rows = self.table.rows[revision.owners[changes]].tolist()
         bins = revision.bins[changes].tolist()
         added = revision.added_ratios[changes].tolist()  # zero for those that were there
-        ratios = np.where(pruned, revision.ratios, -1.0)[changes].tolist()
+        ratios = np.where(revision.kept, -1.0, revision.ratios)[changes].tolist()
         for row, channel_bin, added_ratio, ratio in zip(rows, bins, added, ratios, strict=True):
             if added_ratio > 0.0:
                 self.record_component(EventKind.CHANNEL_ADDED, row, added_ratio, channel_bin)

@@ -11,7 +11,13 @@ import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.kernels.compiler import compiled
-from vsep.kernels.posterior import Posterior, weight_posterior
+from vsep.kernels.posterior import (
+    Posterior,
+    factored_posterior,
+    inverse_factor,
+    log_evidence,
+    weight_posterior,
+)
 from vsep.kernels.split_arrays import Split, add_scaled, inner, split, split_row
 
 
@@ -52,11 +58,9 @@ def channel_columns(templates: Split, atoms: Split, owners: IntArray) -> Split:
 
 
 @compiled
-def columns_posterior(
-    columns: Split, residual: Split, precisions: FloatArray, noise_precision: float
-) -> Posterior:
-    """Posterior of the weights of (K, N) columns; the residual is one row."""
-    size = len(precisions)
+def column_products(columns: Split, residual: Split) -> tuple[ComplexArray, ComplexArray]:
+    """Gram matrix (K, K) of the columns, and projections (K,) of the residual, one row."""
+    size = len(columns.real)
     gram = np.empty((size, size), dtype=np.complex128)
     projections = np.empty(size, dtype=np.complex128)
     for i in range(size):
@@ -64,6 +68,15 @@ def columns_posterior(
         for j in range(i + 1):
             gram[i, j] = inner(columns, i, columns, j)
             gram[j, i] = gram[i, j].conjugate()
+    return gram, projections
+
+
+@compiled
+def columns_posterior(
+    columns: Split, residual: Split, precisions: FloatArray, noise_precision: float
+) -> Posterior:
+    """Posterior of the weights of (K, N) columns; the residual is one row."""
+    gram, projections = column_products(columns, residual)
     return weight_posterior(gram, projections, precisions, noise_precision)
 
 
@@ -201,12 +214,14 @@ def _twice(row: FloatArray) -> FloatArray:
 
 
 @compiled
-def evidence(fit: Posterior, noise_precision: float) -> float:
-    """Cost (71) of a fit, ``log|C| + lambda h^H beta`` with the projections h."""
-    explained = 0.0
-    for k in range(len(fit.amplitudes)):
-        explained += (fit.projections[k].conjugate() * fit.amplitudes[k]).real
-    return fit.log_determinant + noise_precision * explained
+def channel_cost(
+    templates: ComplexArray, residual: ComplexArray, channel: Channel, noise_precision: float
+) -> float:
+    """Cost (71) of one ramp."""
+    _, columns = ramp_columns(templates, channel)
+    gram, projections = column_products(columns, split_row(residual))
+    factor = inverse_factor(gram, channel.precisions, noise_precision)
+    return log_evidence(projections, factor, noise_precision)
 
 
 @compiled
@@ -237,7 +252,9 @@ def channel_slopes(
     """Cost (71) of one ramp with gradient and curvature by the template `moving`."""
     atoms, columns = ramp_columns(templates, channel)
     parts = split_row(residual)
-    fit = columns_posterior(columns, parts, channel.precisions, noise_precision)
+    gram, projections = column_products(columns, parts)
+    factor = inverse_factor(gram, channel.precisions, noise_precision)
+    fit = factored_posterior(gram, projections, factor, noise_precision)
     own, carried = _carried(atoms, channel.owners, moving)
     gradient, curvature = template_slopes(
         derivatives,
@@ -248,4 +265,4 @@ def channel_slopes(
         parts,
         noise_precision,
     )
-    return evidence(fit, noise_precision), gradient, curvature
+    return log_evidence(projections, factor, noise_precision), gradient, curvature

@@ -92,6 +92,21 @@ def factored_posterior(
 
 
 @compiled
+def log_evidence(
+    projections: ComplexArray, factor: tuple[ComplexArray, float], noise_precision: float
+) -> float:
+    """Log evidence (71), ``log|C| + lambda h^H beta = log|C| + lambda^2 |R h|^2``."""
+    inverse, log_determinant = factor
+    explained = 0.0
+    for i in range(len(projections)):
+        white = 0.0j
+        for k in range(i + 1):
+            white += inverse[i, k] * projections[k]
+        explained += white.real * white.real + white.imag * white.imag
+    return log_determinant + noise_precision * noise_precision * explained
+
+
+@compiled
 def weight_posterior(
     gram: ComplexArray, projections: ComplexArray, precisions: FloatArray, noise_precision: float
 ) -> Posterior:

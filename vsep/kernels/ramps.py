@@ -11,10 +11,9 @@ import numpy as np
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.kernels.channel import (
     Channel,
-    channel_fit,
+    channel_cost,
     channel_slopes,
     columns_posterior,
-    evidence,
     fill_bursts,
     ramp_columns,
 )
@@ -166,8 +165,8 @@ def all_costs(
         trial = trial_of[r]
         if trial >= 0:
             templates = _with_trial(ramps, r, moving[r], trials[trial])
-            fit = channel_fit(templates, residual[r], channel_of(ramps, r), noise_precision)
-            costs[trial] += evidence(fit, noise_precision)
+            channel = channel_of(ramps, r)
+            costs[trial] += channel_cost(templates, residual[r], channel, noise_precision)
     return costs
 
 
