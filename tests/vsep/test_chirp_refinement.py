@@ -11,7 +11,8 @@ from vsep.inference.chirp_refinement import (
     refine_chirps,
 )
 from vsep.kernels.channel import Channel
-from vsep.kernels.ramps import RIDGE, FlatRamps, newton_step
+from vsep.kernels.damped_steps import RIDGE, newton_step
+from vsep.kernels.ramps import FlatRamps
 
 OWNERS, BINS = np.array([0, 1, 0]), np.array([0, 1, 7])
 FIRST = np.zeros(1, dtype=int)  # ramp, and burst

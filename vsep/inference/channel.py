@@ -12,7 +12,7 @@ from scipy import fft
 from vsep._arrays import ComplexArray, FloatArray, IntArray
 from vsep.inference.sbl import ActiveSet
 from vsep.kernels.channel import Channel, channel_fit, grid_atoms
-from vsep.kernels.channel_selection import fill_product_rows
+from vsep.kernels.channel_products import fill_product_rows
 
 
 class ChannelGrid:

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vsep.kernels.ramps import FlatRamps, all_costs, all_slopes, damped_steps
+from vsep.kernels.damped_steps import damped_steps
+from vsep.kernels.ramps import FlatRamps, all_costs, all_slopes
 from vsep.signal.template import SignalModel
 
 LONGEST_SHIFT = 0.1  # of the burst's length, one step
