@@ -1,6 +1,6 @@
 """The inner loops are translated to machine code on their first use; get that over with.
 
-``python -m vsep.first_use`` does it after an installation, in less than a minute. The result is
+``python -m vsep.first_use`` does it after an installation, in one to three minutes. The result is
 kept on disk: afterwards the same takes a fraction of a second.
 """
 

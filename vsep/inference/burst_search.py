@@ -72,8 +72,9 @@ class BurstSearch:
     def run(self) -> None:
         """Check every burst on what the others leave, then look for one more in the quiet ramps."""
         self.work.synthesize()
-        changed = self._check_bursts()
-        self._start_bursts(changed)
+        rest = self.residual - self.work.signal
+        changed = self._check_bursts(rest)
+        self._start_bursts(self.residual - self.work.signal if changed else rest, changed)
         if self.expected is not None:
             self._start_expected(self.expected)
 
@@ -82,14 +83,16 @@ class BurstSearch:
         num_antennas = self.work.model.num_antennas
         return rows if num_antennas == 1 else rows.reshape(num_antennas, -1, rows.shape[1])
 
-    def _check_bursts(self) -> set[int]:
-        """Keep, restart or drop every burst; return the ramps in which something changed."""
+    def _check_bursts(self, rest: ComplexArray) -> set[int]:
+        """Keep, restart or drop every burst; return the ramps in which something changed.
+
+        ``rest`` is what the bursts leave of the residual.
+        """
         work, table = self.work, self.work.table
         if len(table) == 0:
             return set()
-        rest = self._by_antenna((self.residual - work.signal)[table.rows])
-        rows = rest + self._by_antenna(table.signals)
-        scores = self._scores(rows, rest)
+        rows = self._by_antenna(rest[table.rows] + table.signals)
+        scores = self._scores(rows, self._by_antenna(rest[table.rows]))
         doubtful = np.flatnonzero(
             self._doubtful(scores, rows) & np.logical_not(self._as_expected(scores))
         )[::-1]
@@ -162,25 +165,23 @@ class BurstSearch:
         better = found.score[number] > CLEARLY_BETTER * score
         return EventKind.CHIRP_RESTARTED if better else None
 
-    def _start_bursts(self, changed: set[int]) -> None:
-        """Begin a burst in every ramp whose rest holds a chirp."""
-        work = self.work
-        rest = self._by_antenna(self.residual - work.signal)
+    def _start_bursts(self, rest: ComplexArray, changed: set[int]) -> None:
+        """Begin a burst in every ramp whose rest holds a chirp, unless something changed there."""
+        work, rest = self.work, self._by_antenna(rest)
+        least = self._least_scores()
         # No chirp scores more than the energy there is.
-        candidates = self._strong(row_energies(rest))
+        candidates = row_energies(rest) >= least
         candidates &= self._num_bursts() < work.schedule.bursts_per_ramp
         candidates[list(changed)] = False
-        ramps = np.flatnonzero(candidates)
+        ramps = candidates.nonzero()[0]
         if len(ramps) == 0:
             return
         found = self._find(rest[..., ramps, :])
-        scores = np.zeros(work.model.num_ramps)
-        scores[ramps] = found.score
-        strong = self._strong(scores)
+        strong = (found.score >= least[ramps]).tolist()
         starts = [
             (p, number)
             for number, p in enumerate(ramps.tolist())
-            if self.literal or (strong[p] and self._confirmed(found, number))
+            if self.literal or (strong[number] and self._confirmed(found, number))
         ]
         self._start(starts, found)
         for p, number in starts:
@@ -215,7 +216,7 @@ class BurstSearch:
         score, tone = float(found.score[0]), float(found.tone_score[0])
         is_tone = tone >= score and self.noise_precision * tone > self.threshold
         enough = self.noise_precision * score > self.expected_threshold
-        return enough and not is_tone and bool(self._strong(np.array(score))[p])
+        return enough and not is_tone and bool(score >= self._least_scores()[p])
 
     def _num_bursts(self) -> IntArray:
         """(P,) bursts modelled in every ramp."""
@@ -232,13 +233,13 @@ class BurstSearch:
         ratio = self.noise_precision * float(found.score[number])
         return ratio > self.threshold and bool(found.score[number] > found.tone_score[number])
 
-    def _strong(self, scores: FloatArray) -> BoolArray:
-        """(P,) whether a further burst is not just what the fit of the others has not reached."""
+    def _least_scores(self) -> FloatArray:
+        """(P,) what is more than the fit of a ramp's bursts has not reached yet."""
         work = self.work
-        energies = np.zeros(work.model.num_ramps)
+        least = np.zeros(work.model.num_ramps)
         own = row_energies(self._by_antenna(work.table.signals))
-        np.maximum.at(energies, work.table.rows[: work.num_shared], own)
-        return np.asarray(scores >= self.weakest_share * energies)
+        np.maximum.at(least, work.table.rows[: work.num_shared], self.weakest_share * own)
+        return least
 
     def _record(self, kind: EventKind, p: int, found: ChirpCandidates, number: int) -> None:
         ratio = self.noise_precision * float(found.score[number])

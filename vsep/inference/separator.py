@@ -181,7 +181,8 @@ class FactorisedSeparator:
         if first is None or state.iteration < first:
             return received, received.size
         explained = state.object_signal + state.interference_signal
-        power = np.abs(received - explained) ** 2
+        rest = received - explained
+        power = rest.real**2 + rest.imag**2
         noise = np.median(power) / np.log(2.0)  # the median of an exponential law is ln 2 its mean
         certain = power > UNEXPLAINED * noise
         if not certain.any():
