@@ -280,7 +280,7 @@ def _serve(options: argparse.Namespace) -> int:
     from app.main import CLASSROOM, serve
     from vsep.first_use import compile_everything
 
-    sys.stderr.write("vsep: getting ready; the very first time takes half a minute.\n")
+    sys.stderr.write("vsep: getting ready; the very first time takes a minute or more.\n")
     compile_everything()
     own = "0.0.0.0" if options.classroom else "127.0.0.1"
     serve(
