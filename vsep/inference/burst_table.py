@@ -40,18 +40,12 @@ class RampBursts:
         """(B, N) templates of the chirps."""
         return self.chirps.templates
 
-    @property
-    def signal(self) -> ComplexArray:
-        """(N,) sum of the bursts."""
-        total: ComplexArray = self.signals.sum(axis=0)
-        return total
-
     def own(self, index: int) -> IntArray:
         """Return the columns of one burst."""
         return np.flatnonzero(self.owners == index)
 
 
-class Channel(NamedTuple):
+class BurstChannel(NamedTuple):
     """Bins, prior precisions, means (K,) and covariance (K, K) of the columns of one burst."""
 
     active_bins: IntArray
@@ -180,7 +174,7 @@ class BurstTable:
             signals=self.signals[first:last],
         )
 
-    def channels(self) -> Iterator[Channel]:
+    def channels(self) -> Iterator[BurstChannel]:
         """Yield bins, precisions, amplitudes and covariance of every burst's columns, read-only."""
         bins, precisions, amplitudes, covariances = (
             frozen(each.copy())
@@ -193,12 +187,12 @@ class BurstTable:
             place += size**2
             if begins[ramp + 1] - begins[ramp] == 1:
                 own = slice(first, last)
-                yield Channel(bins[own], precisions[own], amplitudes[own], covariance)
+                yield BurstChannel(bins[own], precisions[own], amplitudes[own], covariance)
                 continue
             for burst in range(begins[ramp], begins[ramp + 1]):
                 inside = np.flatnonzero(self.owners[first:last] == burst)
                 columns = first + inside
-                yield Channel(
+                yield BurstChannel(
                     bins[columns],
                     precisions[columns],
                     amplitudes[columns],
