@@ -372,8 +372,11 @@ def test_a_frame_file_is_separated(dashboard, tmp_path, frame_arrays):
     dashboard.until(
         lambda: "preset=loaded-frame" in dashboard.page.url, "the loaded frame is the scene"
     )
-    dashboard.until_status("converged")
-    assert dashboard.page.locator("table.components tbody tr").count() >= 1
+    rows = dashboard.page.locator("table.components tbody tr")
+    # The address has the frame before the run of the scene before it is gone.
+    dashboard.until(
+        lambda: dashboard.status == "converged" and rows.count() >= 1, "its objects are listed"
+    )
 
 
 def test_what_cannot_be_simulated_is_told_and_the_session_goes_on(dashboard):
