@@ -91,8 +91,9 @@ class BurstSearch:
         work, table = self.work, self.work.table
         if len(table) == 0:
             return set()
-        rows = self._by_antenna(rest[table.rows] + table.signals)
-        scores = self._scores(rows, self._by_antenna(rest[table.rows]))
+        left = rest[table.rows]
+        rows = self._by_antenna(left + table.signals)
+        scores = self._scores(rows, self._by_antenna(left))
         doubtful = np.flatnonzero(
             self._doubtful(scores, rows) & np.logical_not(self._as_expected(scores))
         )[::-1]
@@ -119,13 +120,12 @@ class BurstSearch:
         The score is ``|a^H r|^2 / ||a||^2`` over the channel grid; `rows` are the bursts as the
         others leave them, `rest` is what they leave themselves.
         """
-        templates = self._by_antenna(self.work.table.chirps.templates)
+        templates = self.work.table.chirps.templates
         num_bins = self.work.grid.num_bins
-        products = fft.ifft(templates.conj() * rows, num_bins, axis=-1, norm="forward")
+        seen = self._by_antenna(templates.conj()) * rows
+        products = fft.ifft(seen, num_bins, axis=-1, norm="forward")
         power = _sum_of_antennas(products.real**2 + products.imag**2)
-        single = np.max(power, axis=1) / squared_norms(
-            self.work.table.chirps.templates[: len(power)]
-        )
+        single = np.max(power, axis=1) / squared_norms(templates[: len(power)])
         return np.array([single, row_energies(rows) - row_energies(rest)])
 
     def _doubtful(self, scores: FloatArray, rows: ComplexArray) -> BoolArray:
