@@ -162,6 +162,7 @@ class Transport(RunTransport):
         )
         self.antenna.param.watch(self._antenna_set, "value")
         settings.param.watch(self._show_settings, ["fast_time", "ramp", "antenna"])
+        self._drawn: Picture | None = None
 
     def layout(self, stylesheet: str) -> Any:
         """Return the row."""
@@ -190,9 +191,14 @@ class Transport(RunTransport):
         self.refresh(rate, picture)
 
     def refresh(self, rate: float, picture: Picture | None = None) -> None:
-        """Show the state of the session."""
+        """Show the state of the session, with what is drawn: this picture, or the one before it."""
         self.refresh_buttons()
-        self.status.object = _status_html(self._session.phase, picture, rate)
+        if picture is not None:
+            self._drawn = picture
+        drawn = self._drawn
+        if drawn is not None and drawn.run_number != self._session.run_number:
+            drawn = None
+        self.status.object = _status_html(self._session.phase, drawn, rate)
 
     def _offer_antennas(self, number: int) -> None:
         if number != len(self.antenna.options):

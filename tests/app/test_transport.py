@@ -4,7 +4,7 @@ from param.parameterized import edit_constant
 from app.session import Phase, RunSession
 from app.settings import Settings
 from app.transport import Transport
-from app.work import advance
+from app.work import advance, compose
 
 
 @pytest.fixture
@@ -58,3 +58,16 @@ def test_a_ramp_is_taken_from_its_field_within_the_frame(session):
     assert settings.ramp == 4
     transport.ramp.value = 99
     assert settings.ramp == 15
+
+
+def test_a_complaint_leaves_the_status_of_the_run_as_it_is(session, transport):
+    transport.show(compose(session.snapshot(), 0, "level"), 0.0)
+    status = transport.status.object
+    assert ">converged<" in status
+    assert f"iteration {session.num_steps} of" in status
+    transport.refresh(0.0)
+    assert transport.status.object == status
+    session.restart("another plan")
+    transport.refresh(0.0)
+    assert ">running<" in transport.status.object
+    assert "iteration" not in transport.status.object
