@@ -41,15 +41,15 @@ class JointSeparator(FactorisedSeparator):
         if searched:
             with part(SEARCH):
                 self.search(interference, received, state)
-        received, num_used = self.set_aside(received, state)
+        used, num_used = self.set_aside(received, state)
         with part(BURSTS):
-            columns = JointColumns(received, state.objects, interference, state.noise_precision)
+            columns = JointColumns(used, state.objects, interference, state.noise_precision)
             columns.update()
 
         noise_precision = num_used / columns.expected_error()
         objects = ObjectWorkspace(
             state.objects,
-            received,
+            used,
             noise_precision,
             threshold=float(from_db(self.threshold_db)),
             next_id=state.next_component_id,
@@ -58,7 +58,7 @@ class JointSeparator(FactorisedSeparator):
         with part(OBJECTS):
             objects.add_components(interference.schedule.object_additions(state.iteration))
             objects.update_components()
-        columns = JointColumns(received, objects.components(), interference, noise_precision)
+        columns = JointColumns(used, objects.components(), interference, noise_precision)
         columns.noise_precision = num_used / columns.expected_error()
         columns.rebuild()
         columns.take_over()
@@ -72,4 +72,5 @@ class JointSeparator(FactorisedSeparator):
             active.log_determinant,
         )
         bound += noise_bound(num_used, noise_precision, columns.expected_error())
-        return self.conclude(state, objects, interference, noise_precision, bound, searched)
+        end = self.conclude(state, objects, interference, noise_precision, bound, searched)
+        return self.confirmed(received, *end)

@@ -26,6 +26,7 @@ from vsep.signal.template import SignalModel
 
 UNEXPLAINED = 20.0  # times the noise power: what one in 5e8 noise samples exceeds is set aside ...
 RAISED, RAISED_SAMPLES = 3.0, 5  # ... with its neighbours, as long as their local mean is raised
+STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 ALONG_THE_RAMP = np.array([[False] * 3, [True] * 3, [False] * 3])
 
 
@@ -103,8 +104,8 @@ class FactorisedSeparator:
         if searched:
             with part(SEARCH):
                 self.search(interference, received, state)
-        received, num_used = self.set_aside(received, state)
-        residual = received - state.object_signal
+        used, num_used = self.set_aside(received, state)
+        residual = used - state.object_signal
         with part(BURSTS):
             interference.update(residual, state.noise_precision)
             if self.correction_due(state, searched=searched):
@@ -115,20 +116,21 @@ class FactorisedSeparator:
         error = expected_error(residual - bursts, traces)
         with part(OBJECTS):
             objects = update_objects(
-                received - bursts,
+                used - bursts,
                 replace(state, noise_precision=num_used / error),
                 self.threshold_db,
                 interference.schedule.object_additions(state.iteration),
                 self.model.num_antennas,
             )
-        residual = received - objects.signal
+        residual = used - objects.signal
         traces = objects.active.trace() + interference.trace
         error = expected_error(residual - bursts, traces)
         noise_precision = num_used / error
         with part(BURSTS):
             interference.recompute(residual, noise_precision)
         bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
-        return self.conclude(state, objects, interference, noise_precision, bound, searched)
+        end = self.conclude(state, objects, interference, noise_precision, bound, searched)
+        return self.confirmed(received, *end)
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
@@ -237,6 +239,30 @@ class FactorisedSeparator:
             search_pending=search_again and is_quiet(info),
         )
         return new_state, info
+
+    def confirmed(
+        self, received: ComplexArray, state: SeparationState, info: IterationInfo
+    ) -> tuple[SeparationState, IterationInfo]:
+        """Spare the next step if all it would begin with, a search, finds nothing new.
+
+        That is, where it would move nothing either: the objects stand still and the filter is the
+        assumed one, whose correction would go on changing.
+        """
+        moved = info.max_frequency_change > STILL_DEVIATIONS
+        if not state.search_pending or moved or state.filter_correction.num_splines:
+            return state, info
+        interference = self.interference_workspace(state)
+        with part(SEARCH):
+            self.search(interference, received, state)
+        if not interference.events and self.correction_due(state, searched=True):
+            used, _ = self.set_aside(received, state)
+            residual = used - state.object_signal
+            with part(BURSTS):
+                interference.recompute(residual, state.noise_precision)
+                update_correction(interference, residual, state.noise_precision)
+        if interference.events:
+            return state, info
+        return replace(state, search_pending=False), replace(info, searched=True)
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when quiet, and (robust schedule) a burst search agreed."""

@@ -196,7 +196,7 @@ class SeparationState:
         What the templates' filter differs by from the assumed one.
     search_pending : bool
         Whether the next step shall search every ramp for bursts although its turn has not come:
-        the run is about to converge.
+        the run was about to converge, and a search at the end of the step found something new.
     used_share : float
         Share of the frame's samples that count; below one where an estimator ignores some.
     """
@@ -311,7 +311,8 @@ class IterationInfo:
     noise_precision_change : float
         Relative change of lambda.
     searched : bool
-        Whether every ramp was searched for bursts in this step.
+        Whether every ramp was searched for bursts at the begin of this step, or at its end without
+        finding anything.
     separability_ratio_db : float
         Condition (27): ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||, in dB (20 log10); NaN while
         there is no object or no interference.
