@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vsep._arrays import InputError
+from vsep.inference.burst_sequence import BurstSequence
 from vsep.inference.joint import JointSeparator
 from vsep.inference.object_only import ObjectOnlySeparator
 from vsep.inference.run import iterate, run
@@ -53,7 +54,7 @@ def assert_same_record(first, second):
     if dataclasses.is_dataclass(first):
         for field in dataclasses.fields(first):
             assert_same_record(getattr(first, field.name), getattr(second, field.name))
-    elif isinstance(first, tuple):
+    elif isinstance(first, (tuple, BurstSequence)):
         assert len(first) == len(second)
         for one, other in zip(first, second, strict=True):
             assert_same_record(one, other)

@@ -4,17 +4,17 @@ What belongs to all bursts stands in flat arrays, ramp after ramp, which is how 
 a step then costs a few calls, not a few for every ramp.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray, frozen
-from vsep.inference.chirp_refinement import PlacedChirps, place_chirps
+from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vsep.inference.burst_sequence import BurstSequence, FlatBursts, burst_sequence
+from vsep.inference.chirp_refinement import PlacedChirps
 from vsep.inference.state import BurstComponents
 from vsep.kernels.ramps import FlatPosterior, FlatRamps
+from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
 
 
@@ -45,15 +45,6 @@ class RampBursts:
         return np.flatnonzero(self.owners == index)
 
 
-class BurstChannel(NamedTuple):
-    """Bins, prior precisions, means (K,) and covariance (K, K) of the columns of one burst."""
-
-    active_bins: IntArray
-    precisions: FloatArray
-    amplitudes: ComplexArray
-    covariance: ComplexArray
-
-
 class BurstTable:
     """The B bursts of a frame in the order of rows, and their K columns in that order.
 
@@ -63,7 +54,7 @@ class BurstTable:
     ----------
     model : SignalModel
         Size, sampling and filter of the templates.
-    bursts : tuple of BurstComponents
+    bursts : sequence of BurstComponents
         Where a step starts from.
 
     Attributes
@@ -88,24 +79,21 @@ class BurstTable:
         Which of these rows each burst lies in, and how many columns it has.
     """
 
-    def __init__(self, model: SignalModel, bursts: tuple[BurstComponents, ...]) -> None:
-        rows = np.array([b.antenna * model.num_ramps + b.ramp for b in bursts], dtype=np.int64)
-        start = np.array([burst.start_frequency for burst in bursts])
-        slope = np.array([burst.slope for burst in bursts])
-        self.rows = rows
-        self.chirps = place_chirps(start, slope, model)
-        counts = [len(burst.active_bins) for burst in bursts]
-        self.owners = np.repeat(np.arange(len(bursts)), counts)
+    def __init__(self, model: SignalModel, bursts: Sequence[BurstComponents]) -> None:
+        start = burst_sequence(bursts, model.num_ramps)
+        flat = start.flat
+        # Copies: the step may change them, and belongs not to the state that it started from.
+        self.rows, self.owners = flat.rows, flat.owners
+        self.bins, self.precisions = flat.bins.copy(), flat.precisions.copy()
+        self.amplitudes = flat.amplitudes.copy()
+        self.chirps = start.chirps(model)
         none = np.zeros(0)
-        self.bins = np.concatenate([none.astype(np.int64), *(b.active_bins for b in bursts)])
-        self.precisions = np.concatenate([none, *(burst.precisions for burst in bursts)])
-        self.amplitudes = np.concatenate(
-            [none.astype(np.complex128), *(burst.amplitudes for burst in bursts)]
-        )
         self.covariances, self.variances = none.astype(np.complex128), none
         self.traces, self.log_determinants = none, none
         self.signals = np.zeros(self.chirps.templates.shape, dtype=np.complex128)
         self._lay_out()
+        if len(self.interfered) < len(self.rows):
+            self._group_columns()
 
     def __len__(self) -> int:
         """Return the number of bursts."""
@@ -125,6 +113,12 @@ class BurstTable:
         ends = np.zeros(len(self.rows) + 1, dtype=np.int64)
         self.num_columns.cumsum(out=ends[1:])
         self.first_column: IntArray = ends[self.first_burst]
+
+    def _group_columns(self) -> None:
+        """Let the columns of each burst stand together where a ramp has several."""
+        order = np.argsort(self.owners, kind="stable")
+        self.owners, self.bins = self.owners[order], self.bins[order]
+        self.precisions, self.amplitudes = self.precisions[order], self.amplitudes[order]
 
     def flat(self, twiddle: ComplexArray) -> FlatRamps:
         """Return what the kernels take of all ramps; `twiddle` (M,) are values of the atoms."""
@@ -174,30 +168,22 @@ class BurstTable:
             signals=self.signals[first:last],
         )
 
-    def channels(self) -> Iterator[BurstChannel]:
-        """Yield bins, precisions, amplitudes and covariance of every burst's columns, read-only."""
-        bins, precisions, amplitudes, covariances = (
-            frozen(each.copy())
-            for each in (self.bins, self.precisions, self.amplitudes, self.covariances)
+    def frozen(self, model: SignalModel) -> BurstSequence:
+        """Return what the next step starts from; `model` is that of the templates."""
+        signals, chirps = self.signals, self.chirps
+        flat = FlatBursts(
+            rows=self.rows,
+            start_frequency=chirps.start_frequency,
+            slope=chirps.slope,
+            energies=np.sum(signals.real**2 + signals.imag**2, axis=1),
+            owners=self.owners,
+            bins=self.bins,
+            precisions=self.precisions,
+            amplitudes=self.amplitudes,
+            covariances=self.covariances,
         )
-        begins, ends, place = self.first_burst.tolist(), self.first_column.tolist(), 0
-        for ramp, (first, last) in enumerate(pairwise(ends)):
-            size = last - first
-            covariance = covariances[place : place + size**2].reshape(size, size)
-            place += size**2
-            if begins[ramp + 1] - begins[ramp] == 1:
-                own = slice(first, last)
-                yield BurstChannel(bins[own], precisions[own], amplitudes[own], covariance)
-                continue
-            for burst in range(begins[ramp], begins[ramp + 1]):
-                inside = np.flatnonzero(self.owners[first:last] == burst)
-                columns = first + inside
-                yield BurstChannel(
-                    bins[columns],
-                    precisions[columns],
-                    amplitudes[columns],
-                    covariance[np.ix_(inside, inside)],
-                )
+        by_burst = isinstance(model.anti_aliasing_filter, RaisedCosineFilter)
+        return BurstSequence(flat, model.num_ramps, (chirps, model) if by_burst else None)
 
     def add_bursts(self, rows: IntArray, chirps: PlacedChirps) -> IntArray:
         """Add one burst to each of some rows, ascending, after those that are there.

@@ -1,10 +1,13 @@
 """Algorithm 2: the interference estimate of a frame, all ramps at once, while a step changes it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy import fft
 from scipy.linalg import LinAlgError
 
 from vsep._arrays import ComplexArray, IntArray, from_db, to_db
+from vsep.inference.burst_sequence import BurstSequence
 from vsep.inference.burst_table import BurstTable, RampBursts
 from vsep.inference.channel import ChannelGrid, channel_posterior
 from vsep.inference.chirp_refinement import (
@@ -49,7 +52,7 @@ class InterferenceWorkspace:
         Order and limits of the updates.
     threshold : float
         T_beta, linear.
-    bursts : tuple of BurstComponents
+    bursts : sequence of BurstComponents
         Where the step starts from.
     correction : FilterCorrection
         By what the filter of the templates differs from the assumed one.
@@ -67,7 +70,7 @@ class InterferenceWorkspace:
         model: SignalModel,
         schedule: Schedule,
         threshold: float,
-        bursts: tuple[BurstComponents, ...],
+        bursts: Sequence[BurstComponents],
         correction: FilterCorrection = NO_CORRECTION,
     ) -> None:
         self.assumed = model
@@ -282,29 +285,6 @@ class InterferenceWorkspace:
             )
         )
 
-    def frozen_bursts(self) -> tuple[BurstComponents, ...]:
+    def frozen_bursts(self) -> BurstSequence:
         """Freeze the result of the step."""
-        table, num_ramps = self.table, self.model.num_ramps
-        energies = np.sum(table.signals.real**2 + table.signals.imag**2, axis=1).tolist()
-        places = zip(
-            table.rows.tolist(),
-            table.chirps.start_frequency.tolist(),
-            table.chirps.slope.tolist(),
-            energies,
-            strict=True,
-        )
-        channels = table.channels()
-        return tuple(
-            BurstComponents(
-                ramp=row % num_ramps,
-                antenna=row // num_ramps,
-                start_frequency=start,
-                slope=slope,
-                energy=energy,
-                active_bins=channel.active_bins,
-                amplitudes=channel.amplitudes,
-                covariance=channel.covariance,
-                precisions=channel.precisions,
-            )
-            for (row, start, slope, energy), channel in zip(places, channels, strict=True)
-        )
+        return self.table.frozen(self.model)

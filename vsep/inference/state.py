@@ -5,7 +5,7 @@ that dropping it never changes a result. All arrays are read-only.
 """
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, NamedTuple
 
@@ -184,7 +184,7 @@ class SeparationState:
         Number of completed iterations.
     objects : ObjectComponents
         The object channel.
-    bursts : tuple of BurstComponents
+    bursts : sequence of BurstComponents
         In the order of antennas and ramps; several in a ramp in the order in which they were found.
     noise_precision : float
         lambda, mean of q(lambda).
@@ -203,7 +203,7 @@ class SeparationState:
 
     iteration: int
     objects: ObjectComponents
-    bursts: tuple[BurstComponents, ...]
+    bursts: Sequence[BurstComponents]
     noise_precision: float
     object_signal: ComplexArray
     interference_signal: ComplexArray
