@@ -93,9 +93,10 @@ class BurstSearch:
             return set()
         left = rest[table.rows]
         rows = self._by_antenna(left + table.signals)
-        scores = self._scores(rows, self._by_antenna(left))
+        energies = row_energies(rows)
+        scores = self._scores(rows, energies - row_energies(self._by_antenna(left)))
         doubtful = np.flatnonzero(
-            self._doubtful(scores, rows) & np.logical_not(self._as_expected(scores))
+            self._doubtful(scores, rows, energies) & np.logical_not(self._as_expected(scores))
         )[::-1]
         if len(doubtful) == 0:
             return set()
@@ -114,21 +115,21 @@ class BurstSearch:
             self._record(kind, ramp, found, number)
         return changed
 
-    def _scores(self, rows: ComplexArray, rest: ComplexArray) -> FloatArray:
+    def _scores(self, rows: ComplexArray, explained: FloatArray) -> FloatArray:
         """(2, B) best single-component score of modelled bursts, and what all of each explains.
 
         The score is ``|a^H r|^2 / ||a||^2`` over the channel grid; `rows` are the bursts as the
-        others leave them, `rest` is what they leave themselves.
+        others leave them.
         """
         templates = self.work.table.chirps.templates
         num_bins = self.work.grid.num_bins
         seen = self._by_antenna(templates.conj()) * rows
         products = fft.ifft(seen, num_bins, axis=-1, norm="forward")
         power = _sum_of_antennas(products.real**2 + products.imag**2)
-        single = np.max(power, axis=1) / squared_norms(templates[: len(power)])
-        return np.array([single, row_energies(rows) - row_energies(rest)])
+        single = power.max(axis=1) / squared_norms(templates[: len(power)])
+        return np.array([single, explained])
 
-    def _doubtful(self, scores: FloatArray, rows: ComplexArray) -> BoolArray:
+    def _doubtful(self, scores: FloatArray, rows: ComplexArray, energies: FloatArray) -> BoolArray:
         """(B,) whether a search can say anything of a burst but that it stays as it is.
 
         No chirp scores more than the energy of its row, and the best one of the search comes close
@@ -136,7 +137,7 @@ class BurstSearch:
         """
         single, explained = scores
         needed = np.maximum(tone_scores(rows), self.threshold / self.noise_precision)
-        certain = (CLEARLY_BETTER * explained > row_energies(rows)) & (SURE * single > needed)
+        certain = (CLEARLY_BETTER * explained > energies) & (SURE * single > needed)
         return np.asarray(~certain | self.literal)
 
     def _as_expected(self, scores: FloatArray) -> BoolArray | bool:

@@ -4,7 +4,7 @@ What belongs to all bursts stands in flat arrays, ramp after ramp, which is how 
 a step then costs a few calls, not a few for every ramp.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,6 +131,17 @@ class BurstTable:
             self.first_column,
             twiddle,
         )
+
+    def by_turns(self) -> Iterator[IntArray]:
+        """Yield the places of the first burst of every ramp, then of the second."""
+        if len(self.interfered) == len(self.rows):
+            if len(self.rows):
+                yield np.arange(len(self.rows))
+            return
+        first = self.first_burst
+        for index in range(int(np.diff(first).max())):
+            places = first[:-1] + index
+            yield places[places < first[1:]]
 
     def take_posterior(self, fit: FlatPosterior) -> None:
         """Take over posteriors of all ramps."""

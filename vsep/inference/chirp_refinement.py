@@ -3,6 +3,7 @@
 Gradient and curvature stand in `vsep.kernels.channel.template_slopes`.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,6 +13,7 @@ from scipy.linalg import LinAlgError
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.kernels.damped_steps import damped_steps
 from vsep.kernels.ramps import FlatRamps, all_costs, all_slopes
+from vsep.kernels.templates import with_rows_replaced
 from vsep.signal.template import SignalModel
 
 LONGEST_SHIFT = 0.1  # of the burst's length, one step
@@ -62,7 +64,8 @@ class ChannelCosts:
         return all_costs(
             self.ramps,
             self.moving,
-            self._trial_of(chosen),
+            self.shared,
+            chosen,
             templates,
             self.residual,
             self.noise_precision,
@@ -75,20 +78,13 @@ class ChannelCosts:
         return all_slopes(
             self.ramps,
             self.moving,
-            self._trial_of(chosen),
+            self.shared,
+            chosen,
             templates,
             derivatives,
             self.residual,
             self.noise_precision,
         )
-
-    def _trial_of(self, chosen: IntArray) -> IntArray:
-        """(R,) which of the chosen bursts, ascending, each ramp holds; -1 for none."""
-        if len(chosen) == len(self.shared):
-            return self.shared
-        numbers = np.full(len(self.ramps.templates) + 1, -1)  # the last is for ramps with none
-        numbers[chosen] = np.arange(len(chosen))
-        return np.asarray(numbers[self.shared])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,13 +140,18 @@ class PlacedChirps:
         """Return these bursts with others in place of some, given in ascending order."""
         if len(places) == len(self.slope):
             return others
-        result = self.chosen(np.arange(len(self.slope)))
-        result.start_frequency[places] = others.start_frequency
-        result.slope[places] = others.slope
-        result.reference[places] = others.reference
-        result.templates[places] = others.templates
-        result.derivatives[places] = others.derivatives
-        return result
+        return PlacedChirps(*with_rows_replaced(self._arrays(), places, others._arrays()))
+
+    def _arrays(
+        self,
+    ) -> tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray]:
+        return (
+            self.start_frequency,
+            self.slope,
+            self.reference,
+            self.templates,
+            self.derivatives,
+        )
 
 
 def place_chirps(
@@ -189,22 +190,22 @@ def refine_chirps(
     for _ in range(max_steps):
         present = refined.some(moving)
         values, gradients, curvatures = costs.slopes(moving, present.templates, present.derivatives)
-        if not np.isfinite(values).all():
+        if not math.isfinite(values.sum()):
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
         moves, promises = damped_steps(gradients, curvatures, present.slope, longest)
-        trying, moved = (promises >= NO_GAIN).nonzero()[0], []
+        trying = (promises >= NO_GAIN).nonzero()[0]
+        still = np.zeros(len(moving), dtype=bool)
         for _ in range(HALVINGS):
             if len(trying) == 0:
                 break
             trials = _moved(present.some(trying), moves[trying], model)
-            found = costs.values(moving[trying], trials.templates)
-            better = (found >= values[trying]).nonzero()[0]
-            winners = moving[trying[better]]
-            refined = refined.replaced(winners, trials.some(better))
-            moved.append(winners)
-            trying = np.delete(trying, better) if len(better) < len(trying) else trying[:0]
+            better = costs.values(moving[trying], trials.templates) >= values[trying]
+            winners = better.nonzero()[0]
+            still[trying[winners]] = True
+            refined = refined.replaced(moving[trying[winners]], trials.some(winners))
+            trying = trying[~better]
             moves *= 0.25
-        moving = np.sort(np.concatenate(moved)) if moved else moving[:0]
+        moving = moving[still]
         if len(moving) == 0:
             break
     return refined

@@ -1,5 +1,6 @@
 """Algorithm 2: the interference estimate of a frame, all ramps at once, while a step changes it."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -82,6 +83,7 @@ class InterferenceWorkspace:
         self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
         self.events: list[ComponentEvent] = []
         self.table = BurstTable(self.model, bursts)
+        self._summed: tuple[ComplexArray | None, ComplexArray] = None, self.table.signals
 
     @property
     def ramps(self) -> dict[int, RampBursts]:
@@ -107,12 +109,15 @@ class InterferenceWorkspace:
     @property
     def signal(self) -> ComplexArray:
         """(P, N) or, of several antennas, (A P, N) sum of all bursts."""
-        table = self.table
+        table, (signals, total) = self.table, self._summed
+        if signals is table.signals:
+            return total
         total = np.zeros(self.model.rows_shape, dtype=np.complex128)
         if len(table.interfered) == len(table):
             total[table.rows] = table.signals
         else:
             np.add.at(total, table.rows, table.signals)
+        self._summed = table.signals, total
         return total
 
     @property
@@ -165,7 +170,7 @@ class InterferenceWorkspace:
         """Covariance and mean (61)-(62) at the present parameters."""
         rows = residual[self.table.interfered]
         fit = all_posteriors(self.flat(), rows, noise_precision)
-        if not np.isfinite(fit.log_determinants).all():
+        if not math.isfinite(fit.log_determinants.sum()):
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
         self.table.take_posterior(fit)
 
@@ -184,10 +189,8 @@ class InterferenceWorkspace:
 
     def refine_bursts(self, residual: ComplexArray, noise_precision: float) -> None:
         """Climb (71) in the parameters of all bursts: the first of every ramp, then the second."""
-        first, steps = self.table.first_burst, self.schedule.refinement_steps
-        for index in range(int(np.diff(first).max(initial=0))):
-            places = first[:-1] + index
-            places = places[places < first[1:]]
+        steps = self.schedule.refinement_steps
+        for places in self.table.by_turns():
             self.refine_burst(places, residual, noise_precision, max_steps=steps)
 
     def refine_burst(
@@ -251,14 +254,19 @@ class InterferenceWorkspace:
     def _record_revision(self, revision: Revision) -> None:
         """Tell of every column that came, and of every one that went."""
         changes = (~revision.kept | (revision.added_ratios > 0.0)).nonzero()[0]
+        if len(changes) == 0:
+            return
         rows = self.table.rows[revision.owners[changes]].tolist()
         bins = revision.bins[changes].tolist()
         added = revision.added_ratios[changes].tolist()  # zero for those that were there
-        ratios = np.where(revision.kept, -1.0, revision.ratios)[changes].tolist()
-        for row, channel_bin, added_ratio, ratio in zip(rows, bins, added, ratios, strict=True):
+        gone = (~revision.kept)[changes].tolist()
+        ratios = revision.ratios[changes].tolist()
+        for row, channel_bin, added_ratio, is_gone, ratio in zip(
+            rows, bins, added, gone, ratios, strict=True
+        ):
             if added_ratio > 0.0:
                 self.record_component(EventKind.CHANNEL_ADDED, row, added_ratio, channel_bin)
-            if ratio >= 0.0:
+            if is_gone:
                 self.record_component(EventKind.CHANNEL_PRUNED, row, ratio, channel_bin)
 
     def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:

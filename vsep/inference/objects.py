@@ -74,6 +74,7 @@ class ObjectWorkspace:
             noise_precision,
             background.factors,
         )
+        self._summed: tuple[PlacedComponents | None, ComplexArray] = None, self.residual
         self.max_frequency_change = 0.0
 
     @property
@@ -95,7 +96,12 @@ class ObjectWorkspace:
     @property
     def signal(self) -> ComplexArray:
         """(P, N) or (A P, N) estimate Phi alpha."""
-        return object_signals(*self.factors, self.placed.columns.amplitudes[: len(self.ids)])
+        placed, signal = self._summed
+        if placed is not self.placed:
+            weights = self.placed.columns.amplitudes[: len(self.ids)]
+            signal = object_signals(*self.factors, weights)
+            self._summed = self.placed, signal
+        return signal
 
     def add_components(self, max_additions: int) -> None:
         """Add up to `max_additions` new components, the strongest candidate first.

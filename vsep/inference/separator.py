@@ -4,12 +4,13 @@ Estimators are frozen bags of settings with ``init``, ``step`` and ``terminate``
 changes is in the state, so a run can be paused, resumed and stepped back exactly.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
 
-from vsep._arrays import ComplexArray, from_db, require_range
+from vsep._arrays import ComplexArray, FloatArray, from_db, require_range
 from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
@@ -185,7 +186,7 @@ class FactorisedSeparator:
         explained = state.object_signal + state.interference_signal
         rest = received - explained
         power = rest.real**2 + rest.imag**2
-        noise = np.median(power) / np.log(2.0)  # the median of an exponential law is ln 2 its mean
+        noise = _median(power) / math.log(2.0)  # the median of an exponential law is ln 2 its mean
         certain = power > UNEXPLAINED * noise
         if not certain.any():
             return received, received.size
@@ -301,8 +302,16 @@ def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray)
     """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
     count = len(objects.ids)
     active = objects.active
-    own = np.linalg.norm(active.gram[:count, :count] @ active.amplitudes[:count])
-    other = np.linalg.norm(separable_projections(interference, *objects.factors))
-    if own == 0.0 or other == 0.0:
+    own = active.gram[:count, :count] @ active.amplitudes[:count]
+    other = separable_projections(interference, *objects.factors)
+    energies = float(np.vdot(own, own).real), float(np.vdot(other, other).real)
+    if 0.0 in energies:
         return float("nan")
-    return float(20.0 * np.log10(own / other))
+    return 10.0 * math.log10(energies[0] / energies[1])
+
+
+def _median(values: FloatArray) -> float:
+    """Median of all values, none of them NaN."""
+    flat, middle = values.ravel(), values.size // 2
+    places = [middle] if values.size % 2 else [middle - 1, middle]
+    return float(np.partition(flat, places)[places].mean())

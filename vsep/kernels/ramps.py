@@ -136,10 +136,20 @@ def _with_trial(ramps: FlatRamps, r: int, moving: int, trial: ComplexArray) -> C
 
 
 @compiled
+def _trial_of(shared: int, chosen: IntArray) -> int:
+    """Return which of the chosen bursts a ramp holds, -1 for none."""
+    for trial in range(len(chosen)):
+        if chosen[trial] == shared:
+            return trial
+    return -1
+
+
+@compiled
 def all_costs(
     ramps: FlatRamps,
     moving: IntArray,
-    trial_of: IntArray,
+    shared: IntArray,
+    chosen: IntArray,
     trials: ComplexArray,
     residual: ComplexArray,
     noise_precision: float,
@@ -151,17 +161,19 @@ def all_costs(
     ramps : FlatRamps
     moving : (R,) int
         Which burst of each ramp moves.
-    trial_of : (R,) int
-        The trial that each ramp takes, -1 for none; costs of ramps with one trial are summed.
+    shared : (R,) int
+        Which of all bursts that move it is, -1 for none; costs of ramps that share one are summed.
+    chosen : (T,) int
+        Those whose costs are wanted.
     trials : (T, N) complex
-        Templates.
+        Their templates.
     residual : (R, N) complex
     noise_precision : float
         lambda.
     """
     costs = np.zeros(len(trials))
     for r in range(len(moving)):
-        trial = trial_of[r]
+        trial = _trial_of(shared[r], chosen)
         if trial >= 0:
             templates = _with_trial(ramps, r, moving[r], trials[trial])
             channel = channel_of(ramps, r)
@@ -173,7 +185,8 @@ def all_costs(
 def all_slopes(
     ramps: FlatRamps,
     moving: IntArray,
-    trial_of: IntArray,
+    shared: IntArray,
+    chosen: IntArray,
     trials: ComplexArray,
     derivatives: ComplexArray,
     residual: ComplexArray,
@@ -186,7 +199,7 @@ def all_slopes(
     costs, gradients = np.zeros(len(trials)), np.zeros((len(trials), 2))
     curvatures = np.zeros((len(trials), 2, 2))
     for r in range(len(moving)):
-        trial = trial_of[r]
+        trial = _trial_of(shared[r], chosen)
         if trial >= 0:
             cost, gradient, curvature = channel_slopes(
                 _with_trial(ramps, r, moving[r], trials[trial]),
