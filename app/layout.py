@@ -28,8 +28,10 @@ def stylesheet(name: str) -> str:
 
 def theme() -> dict[str, Any]:
     """Return the light and the dark theme; primary colours keep 4.5:1 against their page."""
-    # The title of the page gives way to the links where there is no room for both.
-    title = {"@media (max-width: 1199px)": {"display": "none"}}
+    # The title of the page gives way to the links where there is no room for both; it stays the
+    # name of the link around it.
+    unseen = {"position": "absolute", "width": 1, "height": 1, "overflow": "hidden"}
+    title = {"@media (max-width: 1199px)": {**unseen, "clipPath": "inset(50%)"}}
     typography = {"fontSize": 12.5, "button": {"textTransform": "none"}, "h3": title}
     bar = {"styleOverrides": {"root": {"backgroundColor": "#0B3A5B", "color": "#FFFFFF"}}}
     # Switches are wrapped by their label, so the area to click need not stick out of the thumb.

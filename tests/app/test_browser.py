@@ -1,5 +1,6 @@
 """The served dashboard in a headless browser: it streams, obeys, and asks for nothing outside."""
 
+import contextlib
 import re
 import shutil
 import socket
@@ -39,9 +40,9 @@ def app_url(app_server):
     return f"http://127.0.0.1:{app_server.port}/"
 
 
-@pytest.fixture
-def watched(page, caplog):
-    """A page that fails its test on any outside request, console error or server error."""
+@contextlib.contextmanager
+def watch(page):
+    """Fail on any outside request and on any console error of a page."""
     outside, errors = [], []
 
     def requested(request):
@@ -52,8 +53,45 @@ def watched(page, caplog):
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
     yield page
+    assert (outside, errors) == ([], [])
+
+
+@contextlib.contextmanager
+def quiet_server(caplog):
+    """Fail on any error that the server logs meanwhile."""
+    yield
     server = [r.getMessage() for r in caplog.records if r.levelname in ("ERROR", "CRITICAL")]
-    assert (outside, errors, server) == ([], [], [])
+    assert server == []
+
+
+@pytest.fixture
+def watched(page, caplog):
+    """A page that fails its test on any outside request, console error or server error."""
+    with watch(page), quiet_server(caplog):
+        yield page
+
+
+@contextlib.contextmanager
+def page_of_several_tests(browser, browser_context_args, **options):
+    """A watched page that stays open; what costs most of a test is to open one."""
+    context = browser.new_context(**{**browser_context_args, **options})
+    with watch(context.new_page()) as page:
+        yield page
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def open_page(browser, browser_context_args, app_url):
+    """The dashboard that has run to its end, for tests that only look at it."""
+    with page_of_several_tests(browser, browser_context_args) as page:
+        yield Dashboard(page, app_url).open().until_status("converged")
+
+
+@pytest.fixture
+def at_rest(open_page, caplog):
+    """The same, for one of them."""
+    with quiet_server(caplog):
+        yield open_page
 
 
 COUNT_DRAWN = """
@@ -100,6 +138,7 @@ class Dashboard:
 
     def until_status(self, *words):
         self.until(lambda: self.status in words, f"it says {words}")
+        return self
 
     def button(self, name):
         return self.page.get_by_role("button", name=re.compile(f"^{name}"))
@@ -149,14 +188,50 @@ def dashboard(watched, app_url):
     return Dashboard(watched, app_url)
 
 
-def test_it_runs_by_itself_to_the_end(dashboard):
-    dashboard.open().until_status("converged")
-    assert "object added at 12.0 m" in dashboard.page.locator("ol.log").inner_text()
-    assert dashboard.page.locator("table.components tbody tr.found").count() == 1
-    size = dashboard.page.evaluate(
+def test_it_runs_by_itself_to_the_end(at_rest):
+    assert "object added at 12.0 m" in at_rest.page.locator("ol.log").inner_text()
+    assert at_rest.page.locator("table.components tbody tr.found").count() == 1
+    size = at_rest.page.evaluate(
         "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
     )
     assert size == [1400, 900]
+
+
+def test_controls_are_named_as_they_are_labelled(at_rest):
+    sliders = [s.get_attribute("aria-label") for s in at_rest.page.get_by_role("slider").all()]
+    assert len(sliders) == 9
+    assert all(sliders)
+    for name in ("Run", "Pause", "Back", "Step", "Reset"):
+        button = at_rest.button(name)
+        assert button.count() == 1
+        assert button.inner_text().endswith(name)
+
+
+def test_small_messages_are_sent_at_once(at_rest, app_server):
+    assert at_rest.status == "converged"
+    handlers = [client._socket.ws_connection for client in app_server._tornado._clients]
+    options = [
+        handler.stream.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+        for handler in handlers
+        if handler is not None
+    ]
+    assert options
+    assert all(options)
+
+
+def test_a_style_sheet_is_not_written_again(at_rest):
+    same, other = at_rest.page.evaluate(
+        """() => {
+          const sheet = new (Bokeh.require("core/dom").InlineStyleSheet)(":host { left: 1px }")
+          const written = sheet.el.firstChild
+          sheet.replace(":host { left: 1px }")
+          const same = sheet.el.firstChild === written
+          sheet.replace(":host { left: 2px }")
+          return [same, sheet.css]
+        }"""
+    )
+    assert same
+    assert other == ":host { left: 2px }"
 
 
 def test_all_views_are_inside_of_the_screen(dashboard):
@@ -258,40 +333,11 @@ def test_updates_stream_to_the_page(dashboard, report):
     assert np.all(np.diff(times) > 0.0)
 
 
-def test_small_messages_are_sent_at_once(dashboard, app_server):
-    dashboard.open()
-    handlers = [client._socket.ws_connection for client in app_server._tornado._clients]
-    options = [
-        handler.stream.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
-        for handler in handlers
-        if handler is not None
-    ]
-    assert options
-    assert all(options)
-
-
-def test_a_style_sheet_is_not_written_again(dashboard):
-    dashboard.open()
-    same, other = dashboard.page.evaluate(
-        """() => {
-          const sheet = new (Bokeh.require("core/dom").InlineStyleSheet)(":host { left: 1px }")
-          const written = sheet.el.firstChild
-          sheet.replace(":host { left: 1px }")
-          const same = sheet.el.firstChild === written
-          sheet.replace(":host { left: 2px }")
-          return [same, sheet.css]
-        }"""
-    )
-    assert same
-    assert other == ":host { left: 2px }"
-
-
 def test_a_link_reproduces_the_scene(dashboard):
     dashboard.open("?preset=simulation-2-c&sir=-5&seed=42&filter=butterworth&order=6&speed=30")
     dashboard.until_status("converged")
     dashboard.page.get_by_text("SIR -5.0 dB in all").wait_for(timeout=PATIENCE_MS)
     table = dashboard.page.locator("table.components").inner_text()
-    dashboard.page.goto(dashboard.page.url)
     dashboard.open(dashboard.page.url.removeprefix(dashboard.url)).until_status("converged")
     assert dashboard.page.locator("table.components").inner_text() == table
 
@@ -384,14 +430,3 @@ def test_what_cannot_be_simulated_is_told_and_the_session_goes_on(dashboard):
     dashboard.page.get_by_text("slope").last.wait_for(timeout=PATIENCE_MS)
     dashboard.press("Interferer slope", "ArrowLeft")
     dashboard.until_status("converged")
-
-
-def test_controls_are_named_as_they_are_labelled(dashboard):
-    dashboard.open("?preset=simulation-2-a").until_status("converged")
-    sliders = [s.get_attribute("aria-label") for s in dashboard.page.get_by_role("slider").all()]
-    assert len(sliders) == 9
-    assert all(sliders)
-    for name in ("Run", "Pause", "Back", "Step", "Reset"):
-        button = dashboard.button(name)
-        assert button.count() == 1
-        assert button.inner_text().endswith(name)

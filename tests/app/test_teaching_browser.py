@@ -14,6 +14,8 @@ from tests.app.test_browser import (  # noqa: F401
     browser_context_args,
     browser_type_launch_args,
     dashboard,
+    page_of_several_tests,
+    quiet_server,
     watched,
 )
 
@@ -182,15 +184,19 @@ def test_every_figure_can_be_saved(dashboard):  # noqa: F811
     assert without == []
 
 
-@pytest.mark.parametrize("scheme", ["default", "dark"])
-@pytest.mark.parametrize("query", PAGES)
-def test_axe_finds_nothing_serious(watched, app_url, query, scheme):  # noqa: F811
-    drawn(watched, app_url, f"{query}{'&' if '?' in query else '?'}theme={scheme}")
-    assert (watched.locator(".mui-dark").count() > 0) == (scheme == "dark")
+def open_experiment(page, query):
+    """Where a page has experiments, begin one and look at its answer."""
     if query.startswith("?"):
-        choose(watched, "The dip and its cause")
-        watched.get_by_role("button", name=re.compile("Show the answer")).click()
-        watched.get_by_text("belongs to the order").wait_for(timeout=PATIENCE_MS)
+        choose(page, "The dip and its cause")
+        page.get_by_role("button", name=re.compile("Show the answer")).click()
+        page.get_by_text("belongs to the order").wait_for(timeout=PATIENCE_MS)
+
+
+@pytest.mark.parametrize("query", PAGES)
+def test_axe_finds_nothing_serious_in_the_dark(watched, app_url, query):  # noqa: F811
+    drawn(watched, app_url, f"{query}{'&' if '?' in query else '?'}theme=dark")
+    assert watched.locator(".mui-dark").count() > 0
+    open_experiment(watched, query)
     assert serious_violations(watched) == []
 
 
@@ -199,22 +205,6 @@ def test_axe_finds_nothing_serious_in_the_help(watched, app_url):  # noqa: F811
     watched.get_by_role("button", name=re.compile("^Help")).click()
     watched.get_by_text("What came in during one ramp").wait_for(timeout=PATIENCE_MS)
     assert serious_violations(watched) == []
-
-
-@pytest.mark.parametrize("query", PAGES)
-def test_the_tab_key_reaches_every_control(watched, app_url, query):  # noqa: F811
-    drawn(watched, app_url, query)
-    wanted = []
-    for role in ("button", "combobox", "slider", "textbox", "checkbox", "link"):
-        for element in watched.get_by_role(role).all():
-            if element.is_enabled() and element.is_visible():
-                wanted.append(element.evaluate(NAME))
-    reached = set()
-    watched.locator("body").press("Tab")
-    for _ in range(3 * len(wanted)):
-        reached.add(watched.evaluate(FOCUSED))
-        watched.keyboard.press("Tab")
-    assert set(wanted) - reached == set()
 
 
 @pytest.mark.parametrize("query", PAGES)
@@ -238,12 +228,49 @@ def test_a_phone_held_upright_shows_all(watched, app_url, query):  # noqa: F811
     watched.get_by_role("button", name="Open drawer").wait_for(timeout=PATIENCE_MS)
 
 
-@pytest.mark.parametrize("query", PAGES)
-def test_a_projector_of_1024_shows_all(watched, app_url, query):  # noqa: F811
-    watched.set_viewport_size({"width": 1024, "height": 768})
-    drawn(watched, app_url, query)
-    assert watched.get_by_role("button", name="Close drawer").is_visible()
-    wide, shown = watched.evaluate(WIDE)
+@pytest.fixture(scope="module", params=PAGES)
+def open_page(request, browser, browser_context_args, app_url):  # noqa: F811
+    """Every page on a projector of 1024 by 768, and how it was asked for."""
+    size = {"width": 1024, "height": 768}
+    with page_of_several_tests(browser, browser_context_args, viewport=size) as page:
+        drawn(page, app_url, request.param)
+        yield page, request.param
+
+
+@pytest.fixture
+def projected(open_page, caplog):
+    """The same, for one of the tests that look at it one after the other."""
+    with quiet_server(caplog):
+        yield open_page
+
+
+def test_a_projector_of_1024_shows_all(projected):
+    page, _ = projected
+    assert page.get_by_role("button", name="Close drawer").is_visible()
+    wide, shown = page.evaluate(WIDE)
     assert wide == shown == 1024
     # The drawer takes its time to leave.
-    watched.wait_for_function(f"() => ({CUT_OFF})().length === 0", timeout=PATIENCE_MS)
+    page.wait_for_function(f"() => ({CUT_OFF})().length === 0", timeout=PATIENCE_MS)
+
+
+def test_the_tab_key_reaches_every_control(projected):
+    page, _ = projected
+    wanted = []
+    for role in ("button", "combobox", "slider", "textbox", "checkbox", "link"):
+        for element in page.get_by_role(role).all():
+            if element.is_enabled() and element.is_visible():
+                wanted.append(element.evaluate(NAME))
+    reached = set()
+    page.locator("body").press("Tab")
+    for _ in range(3 * len(wanted)):
+        reached.add(page.evaluate(FOCUSED))
+        page.keyboard.press("Tab")
+    assert wanted
+    assert set(wanted) - reached == set()
+
+
+def test_axe_finds_nothing_serious(projected):
+    page, query = projected
+    assert page.locator(".mui-dark").count() == 0
+    open_experiment(page, query)
+    assert serious_violations(page) == []

@@ -553,7 +553,9 @@ def test_a_terminal_shows_progress_for_several_frames_only(
     assert "2/2" in shown(frame_file("a.npz"), frame_file("b.npz"))
     # Of a single frame that takes long, as on a busy machine, the iterations are shown.
     pieces = [piece.strip() for piece in shown(frame_file("a.npz")).split("\r")]
-    assert all(re.match(r"a\.npz: \d+ of at most 100 iterations", piece) for piece in pieces if piece)
+    assert all(
+        re.match(r"a\.npz: \d+ of at most 100 iterations", piece) for piece in pieces if piece
+    )
 
 
 def test_an_interrupted_run_keeps_the_lines_it_has(

@@ -76,7 +76,9 @@ class InterferenceWorkspace:
     ) -> None:
         self.assumed = model
         self.correction = correction
-        self.model = corrected_model(model, correction.coefficients)
+        self.model = model
+        if correction.num_splines:
+            self.model = corrected_model(model, correction.coefficients)
         self.schedule = schedule
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
@@ -160,6 +162,8 @@ class InterferenceWorkspace:
 
     def at_antennas(self, places: IntArray) -> IntArray:
         """Return the places (A, T) that bursts of the first antenna have at every antenna."""
+        if self.model.num_antennas == 1:
+            return places[None]
         return np.asarray(np.arange(self.model.num_antennas)[:, None] * self.num_shared + places)
 
     def remove_bursts(self, places: IntArray) -> None:
@@ -214,12 +218,14 @@ class InterferenceWorkspace:
         if len(places) == 0:
             return
         # A burst has one place at all antennas: the sum over them is climbed.
-        ramps, own = table.ramps_of_bursts[places], places
-        shared, moving = np.full(len(table.interfered), -1), table.first_burst[:-1] * 0
-        moving[ramps] = places - table.first_burst[ramps]
-        if self.model.num_antennas == 1:
+        num_ramps, own = len(table.interfered), places
+        moving, shared = np.zeros(num_ramps, dtype=np.int64), places
+        if not len(places) == num_ramps == len(table):
+            ramps, shared = table.ramps_of_bursts[places], np.full(num_ramps, -1)
+            moving[ramps] = places - table.first_burst[ramps]
             shared[ramps] = np.arange(len(places))
-        else:
+        if self.model.num_antennas > 1:
+            ramps, shared = table.ramps_of_bursts[places], np.full(num_ramps, -1)
             own, shared[ramps] = np.unique(places % self.num_shared, return_inverse=True)
         costs = ChannelCosts(
             ramps=self.flat(),

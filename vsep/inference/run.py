@@ -1,5 +1,6 @@
 """The one loop: iterate an estimator, or run it to its end."""
 
+import math
 import time
 from collections.abc import Callable, Iterator
 
@@ -56,7 +57,7 @@ def guarded_step(estimator: Estimator, received: ComplexArray, state: Separation
     try:
         with stopwatch() as parts, np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             new_state, info = estimator.step(received, state)
-        sound = bool(np.isfinite(new_state.noise_precision) and np.isfinite(info.elbo))
+        sound = math.isfinite(new_state.noise_precision) and math.isfinite(info.elbo)
     except np.linalg.LinAlgError:
         sound = False
     seconds = time.perf_counter() - start

@@ -6,6 +6,7 @@ expressed by the Gram matrix ``A^H A`` and the projections ``A^H residual`` of t
 components, so that the cost of an update does not depend on the number of samples.
 """
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -73,7 +74,7 @@ class ActiveSet:
         LinAlgError
             If its precision matrix was not positive definite.
         """
-        if not np.isfinite(fit.log_determinant):
+        if not math.isfinite(fit.log_determinant):
             raise LinAlgError("the precision matrix is not positive definite")
         active = cls.__new__(cls)
         active.gram, active.projections = fit.gram, fit.projections
@@ -212,7 +213,7 @@ class ActiveSet:
 
 def activation_ratio(rho: float, omega_sq: float) -> float:
     """omega^2 / rho, compared with the threshold; the component SNR is this minus one."""
-    return omega_sq / rho if np.isfinite(rho) else 0.0
+    return omega_sq / rho if math.isfinite(rho) else 0.0
 
 
 def converged_precision(rho: float, omega_sq: float) -> float:
