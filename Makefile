@@ -11,11 +11,13 @@ export OMP_NUM_THREADS ?= 1
 demo: .venv/.program
 	$(BIN)/vsep serve --show
 
+# A browser and the server it looks at fill two cores; everything else is tested in two processes.
 test: .venv/.checks
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -m "not ui" --numprocesses 2 --dist loadfile
+	$(BIN)/python -m pytest -m ui
 
 bench: .venv/.checks
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only

@@ -34,8 +34,10 @@ NO_GAIN = 1e-6  # nats
 def response(frequency, slope, inner, outer):
     """Gbar of a raised cosine, every part of it a Fresnel integral."""
 
+    edges = np.array([-outer, -inner, inner, outer]).reshape(4, *[1] * frequency.ndim)
+
     def integral(shift):
-        limits = np.array([-outer, -inner, inner, outer])[:, None] - shift - frequency
+        limits = edges - shift - frequency
         sine, cosine = fresnel(limits * np.sqrt(2.0 / abs(slope)))
         return cosine - 1j * np.sign(slope) * sine
 
@@ -146,13 +148,14 @@ def chirp_dictionary(model):
     """All single chirps that the search compares: parameters (M, 2), atoms (M, N), energies."""
     bank = slope_bank(model)
     rows, parameters = [], []
-    for s, slope in enumerate(bank.slopes):
-        for c, centre in enumerate(bank.centres):
-            if bank.grid.inverse_energy[s, c] > 0.0:
-                parameters.append((-slope * centre, slope))
-                rows.append(template(model, -slope * centre, slope))
-    atoms = np.array(rows)
-    return np.array(parameters), atoms, np.sum(np.abs(atoms) ** 2, axis=1)
+    for s, slope in enumerate(bank.slopes[bank.slopes > 0.0]):
+        starts = -slope * bank.centres[bank.grid.inverse_energy[s] > 0.0]
+        parameters.append(np.stack([starts, np.full(len(starts), slope)], axis=1))
+        rows.append(template(model, starts[:, None], slope))
+    # A real filter is symmetric: chirps that fall are the conjugates of those that rise.
+    rising, atoms = np.concatenate(parameters), np.concatenate(rows)
+    atoms = np.concatenate([atoms, atoms.conj()])
+    return np.concatenate([rising, -rising]), atoms, np.sum(np.abs(atoms) ** 2, axis=1)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -8,14 +8,14 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage
 
-from vsep._arrays import ComplexArray, FloatArray, from_db, require_range
+from vsep._arrays import ComplexArray, from_db, require_range
 from vsep.inference.burst_search import BurstSearch
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
 from vsep.inference.expected_bursts import ExpectedBursts
 from vsep.inference.filter_correction import update_correction
+from vsep.inference.imputation import without_unexplained
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
 from vsep.inference.objects import ObjectWorkspace, objects_trace
@@ -25,10 +25,7 @@ from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.kernels.placing import separable_projections
 from vsep.signal.template import SignalModel
 
-UNEXPLAINED = 20.0  # times the noise power: what one in 5e8 noise samples exceeds is set aside ...
-RAISED, RAISED_SAMPLES = 3.0, 5  # ... with its neighbours, as long as their local mean is raised
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
-ALONG_THE_RAMP = np.array([[False] * 3, [True] * 3, [False] * 3])
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -167,11 +164,7 @@ class FactorisedSeparator:
         ).run()
 
     def set_aside(self, received: ComplexArray, state: SeparationState) -> tuple[ComplexArray, int]:
-        """Replace samples that neither source explains by what both predict there.
-
-        Deviation: an interferer that switches on or off inside the band, a second burst in the
-        same ramp or a filter other than the assumed one leave samples far above the noise. They
-        count as missing: expectation-maximisation puts the prediction in their place.
+        """Replace samples that neither source explains, see `vsep.inference.imputation`.
 
         Returns
         -------
@@ -183,18 +176,7 @@ class FactorisedSeparator:
         first = schedule_by_name(self.schedule).impute_from
         if first is None or state.iteration < first:
             return received, received.size
-        explained = state.object_signal + state.interference_signal
-        rest = received - explained
-        power = rest.real**2 + rest.imag**2
-        noise = _median(power) / math.log(2.0)  # the median of an exponential law is ln 2 its mean
-        certain = power > UNEXPLAINED * noise
-        if not certain.any():
-            return received, received.size
-        around = ndimage.uniform_filter1d(np.where(certain, 0.0, power), RAISED_SAMPLES, axis=1)
-        counted = ndimage.uniform_filter1d(np.where(certain, 0.0, 1.0), RAISED_SAMPLES, axis=1)
-        raised = around > RAISED * noise * counted
-        unexplained = ndimage.binary_propagation(certain, ALONG_THE_RAMP, certain | raised)
-        return np.where(unexplained, explained, received), int(np.sum(~unexplained))
+        return without_unexplained(received, state.object_signal + state.interference_signal)
 
     def correction_due(self, state: SeparationState, *, searched: bool) -> bool:
         """Whether the next step estimates the filter's correction: a first one with a search."""
@@ -308,10 +290,3 @@ def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray)
     if 0.0 in energies:
         return float("nan")
     return 10.0 * math.log10(energies[0] / energies[1])
-
-
-def _median(values: FloatArray) -> float:
-    """Median of all values, none of them NaN."""
-    flat, middle = values.ravel(), values.size // 2
-    places = [middle] if values.size % 2 else [middle - 1, middle]
-    return float(np.partition(flat, places)[places].mean())
