@@ -2,26 +2,21 @@
 
 A picture is some dozens of small messages. Unless a connection is told otherwise, the second of
 them waits until the browser has confirmed the first, which a browser with nothing to say does
-after 40 ms. A figure that is drawn again writes the same style sheets again, one for each of its
-parts, whereupon the browser computes the styles of the page anew, as often. And it asks the styles
-of the page for the colour, width and font of each of its parts, which no style sheet here sets.
+after 40 ms. And a figure that is drawn again writes the same style sheets again, one for each of
+its parts, whereupon the browser computes the styles of the page anew, as often.
 """
 
-from typing import Any
-
-import panel_material_ui as pmu
+from bokeh.document import Document
+from bokeh.models import CustomJS
 from bokeh.server.urls import per_app_patterns
 from panel.io.server import WSHandler
-from tornado.web import RequestHandler
 
-SCRIPT = "quick.js"
-_QUICK = """
-{
-  const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype
+_WRITE_STYLES_ONCE = """
+const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype
+if (!sheet.writes_once) {
   const write = sheet._update
   sheet._update = function (css) { if (this.el.textContent !== css) { write.call(this, css) } }
-  const visuals = Bokeh.require("core/visuals/visual").VisualProperties.prototype
-  visuals._get_css_value = () => ""
+  sheet.writes_once = true
 }
 """
 
@@ -42,20 +37,6 @@ def connect_promptly() -> None:
             per_app_patterns[place] = (route, PromptHandler)
 
 
-class ScriptHandler(RequestHandler):
-    """Answers with what every page changes of the drawing library before it draws."""
-
-    def get(self) -> None:
-        """Write the script."""
-        self.set_header("Content-Type", "text/javascript")
-        self.write(_QUICK)
-
-
-class Page(pmu.Page):
-    """A page that loads this script behind the drawing library."""
-
-    def resolve_resources(self, *arguments: Any, **named: Any) -> Any:
-        """Return the files of the page."""
-        resources = super().resolve_resources(*arguments, **named)
-        resources["js"]["quick"] = SCRIPT
-        return resources
+def write_styles_once(document: Document) -> None:
+    """Let the browser of a document leave style sheets alone that would only be the same again."""
+    document.js_on_event("document_ready", CustomJS(code=_WRITE_STYLES_ONCE))

@@ -12,7 +12,7 @@ from tornado.websocket import WebSocketClosedError
 
 from app.compare.page import TITLE as COMPARE_TITLE
 from app.compare.page import ComparePage
-from app.connection import SCRIPT, ScriptHandler, connect_promptly
+from app.connection import connect_promptly
 from app.health import HealthHandler
 from app.laboratory.page import TITLE as LABORATORY_TITLE
 from app.laboratory.page import LaboratoryPage
@@ -80,10 +80,7 @@ def make_server(
         websocket_origin=origins if port else "*",
         check_unused_sessions=CHECK_SESSIONS_MS,
         unused_session_lifetime=ABSENCE_MS,
-        extra_patterns=[
-            ("/health", HealthHandler, {"lobby": lobby}),
-            (f"/{SCRIPT}", ScriptHandler),
-        ],
+        extra_patterns=[("/health", HealthHandler, {"lobby": lobby})],
     )
     door = Door()
     for context in server._tornado._applications.values():

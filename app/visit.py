@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import panel as pn
+import panel_material_ui as pmu
 from bokeh.models import CustomJS
 from panel.util.parameters import edit_readonly
 
 from app.commons import Commons
-from app.connection import Page
+from app.connection import write_styles_once
 from app.layout import stylesheet, theme
 from app.session import MOST_KEPT
 from app.teaching.experiment import Experiment, shipped_experiments
@@ -135,7 +136,8 @@ def page_frame(
     document = pn.state.curdoc
     if document is not None:
         document.js_on_event("document_ready", CustomJS(code=_CLOSE_SIDE_BAR))
-    page = Page(
+        write_styles_once(document)
+    page = pmu.Page(
         title=title,
         sidebar_width=292,
         sidebar_resizable=False,
