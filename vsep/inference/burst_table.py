@@ -82,8 +82,8 @@ class BurstTable:
     def __init__(self, model: SignalModel, bursts: Sequence[BurstComponents]) -> None:
         start = burst_sequence(bursts, model.num_ramps)
         flat = start.flat
-        # Copies: the step may change them, and belongs not to the state that it started from.
         self.rows, self.owners = flat.rows, flat.owners
+        # Copies of what a step changes in place: the state that it starts from keeps its own.
         self.bins, self.precisions = flat.bins.copy(), flat.precisions.copy()
         self.amplitudes = flat.amplitudes.copy()
         self.chirps = start.chirps(model)

@@ -75,10 +75,7 @@ class InterferenceWorkspace:
         correction: FilterCorrection = NO_CORRECTION,
     ) -> None:
         self.assumed = model
-        self.correction = correction
-        self.model = model
-        if correction.num_splines:
-            self.model = corrected_model(model, correction.coefficients)
+        self._take_correction(correction)
         self.schedule = schedule
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
@@ -180,10 +177,14 @@ class InterferenceWorkspace:
 
     def correct(self, correction: FilterCorrection) -> None:
         """Take over a correction of the filter; all templates follow, posteriors do not yet."""
-        self.correction = correction
-        self.model = corrected_model(self.assumed, correction.coefficients)
+        self._take_correction(correction)
         chirps = self.table.chirps
         self.table.chirps = place_chirps(chirps.start_frequency, chirps.slope, self.model)
+
+    def _take_correction(self, correction: FilterCorrection) -> None:
+        self.correction, self.model = correction, self.assumed
+        if correction.num_splines:
+            self.model = corrected_model(self.assumed, correction.coefficients)
 
     def posterior(self, ramp: int, residual: ComplexArray, noise_precision: float) -> ActiveSet:
         """Posterior of all columns of an interfered ramp at its present parameters."""
@@ -218,15 +219,12 @@ class InterferenceWorkspace:
         if len(places) == 0:
             return
         # A burst has one place at all antennas: the sum over them is climbed.
-        num_ramps, own = len(table.interfered), places
-        moving, shared = np.zeros(num_ramps, dtype=np.int64), places
-        if not len(places) == num_ramps == len(table):
-            ramps, shared = table.ramps_of_bursts[places], np.full(num_ramps, -1)
-            moving[ramps] = places - table.first_burst[ramps]
-            shared[ramps] = np.arange(len(places))
+        ramps, own, numbers = table.ramps_of_bursts[places], places, np.arange(len(places))
         if self.model.num_antennas > 1:
-            ramps, shared = table.ramps_of_bursts[places], np.full(num_ramps, -1)
-            own, shared[ramps] = np.unique(places % self.num_shared, return_inverse=True)
+            own, numbers = np.unique(places % self.num_shared, return_inverse=True)
+        moving, shared = np.zeros_like(table.interfered), np.full(len(table.interfered), -1)
+        moving[ramps] = places - table.first_burst[ramps]
+        shared[ramps] = numbers
         costs = ChannelCosts(
             ramps=self.flat(),
             moving=moving,
