@@ -10,6 +10,9 @@ import numpy as np
 
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
+from vsep.laboratory.analytic import analytic_map
+from vsep.laboratory.axes import parse_axis
+from vsep.laboratory.question import Question
 from vsep.signal.filters import ButterworthFilter, RaisedCosineFilter
 from vsep.signal.presets import Scenario, simulate_preset
 from vsep.signal.scene import Observation
@@ -20,7 +23,7 @@ _ITERATIONS = 4  # search, bursts, channels, the filter's correction and objects
 
 
 def compile_everything() -> None:
-    """Run a few iterations of every estimator that has inner loops, on a frame that needs all."""
+    """Run a few iterations of every estimator on a frame that needs all, and draw a small map."""
     scenario, observation = _frame()
     # The true filter, and one that is to be corrected.
     filters = (scenario.anti_aliasing_filter, RaisedCosineFilter(cutoff_hz=1.275e6, rolloff=0.25))
@@ -31,23 +34,30 @@ def compile_everything() -> None:
     several = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter, 2)
     received = np.stack([observation.received] * several.num_antennas)
     run(make_estimator("factorised", several, max_iterations=_ITERATIONS), received)
+    _compile_map()
 
 
 def compile_side_by_side() -> None:
-    """Do the same in two processes: one begins with the objects, the other with the bursts.
+    """Do the same in two processes: one begins with objects and map, the other with the bursts.
 
     What one of them has compiled the other reads from the disk.
     """
     with worker_pool(2) as pool:
-        jobs: list[Future[None]] = [pool.submit(_compile_objects), pool.submit(compile_everything)]
+        jobs: list[Future[None]] = [pool.submit(_compile_others), pool.submit(compile_everything)]
         for job in jobs:
             job.result()
 
 
-def _compile_objects() -> None:
+def _compile_others() -> None:
+    _compile_map()
     scenario, observation = _frame()
     model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     run(make_estimator("object-only", model, max_iterations=_ITERATIONS), observation.received)
+
+
+def _compile_map() -> None:
+    x, y = parse_axis("sir_db=-20:0:2"), parse_axis("object_delay_s=1e-7:2e-7:2")
+    analytic_map(Question(x=x, y=y))
 
 
 def _frame() -> tuple[Scenario, Observation]:
