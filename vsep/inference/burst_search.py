@@ -19,6 +19,7 @@ from vsep.inference.expected_bursts import (
     expected_threshold,
 )
 from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.last_search import nothing_searched
 from vsep.inference.sbl import activation_ratio, converged_precision, threshold_of_sum
 from vsep.inference.state import EventKind
 
@@ -169,15 +170,20 @@ class BurstSearch:
     def _start_bursts(self, rest: ComplexArray, changed: set[int]) -> None:
         """Begin a burst in every ramp whose rest holds a chirp, unless something changed there."""
         work, rest = self.work, self._by_antenna(rest)
+        last = nothing_searched(rest) if work.last_search is None else work.last_search
         least = self._least_scores()
-        # No chirp scores more than the energy there is.
+        # No chirp scores more than the energy there is, or what is known from the last search.
         candidates = row_energies(rest) >= least
         candidates &= self._num_bursts() < work.schedule.bursts_per_ramp
+        if not self.literal:
+            needed = np.maximum(least, self.threshold / self.noise_precision)
+            candidates &= last.limits_of(rest) >= needed
         candidates[list(changed)] = False
         ramps = candidates.nonzero()[0]
         if len(ramps) == 0:
             return
         found = self._find(rest[..., ramps, :])
+        work.last_search = last.searched(ramps, rest, found.limit)
         strong = (found.score >= least[ramps]).tolist()
         starts = [
             (p, number)
@@ -205,8 +211,9 @@ class BurstSearch:
             scores = expected_scores(rows, starts[free], slopes[free], work.model)
             place = np.unravel_index(int(np.argmax(scores)), scores.shape)
             best = free[place[0]], place[1]
+            score = scores[place][None]
             found = ChirpCandidates(
-                starts[best][None], slopes[best][None], scores[place][None], tones[p : p + 1]
+                starts[best][None], slopes[best][None], score, tones[p : p + 1], score
             )
             if self._expected_there(p, found):
                 self._start([(p, 0)], found)

@@ -35,13 +35,15 @@ class ChirpCandidates:
     """Best single chirp of each ramp: arrays of length P.
 
     ``score`` is ``|a^H r|^2 / ||a||^2``, the SNR times 1/lambda; ``tone_score`` is the same for the
-    best single tone, which is what an object not modelled yet looks like.
+    best single tone, which is what an object not modelled yet looks like; ``limit`` is what the
+    best chirp scores at most, should that one be better than the grid's.
     """
 
     start_frequency: FloatArray
     slope: FloatArray
     score: FloatArray
     tone_score: FloatArray
+    limit: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,4 +182,6 @@ def find_single_chirps(
             correlations, rows, first, grid, worthwhile
         )
     slope = bank.slopes[slopes]
-    return ChirpCandidates(-slope * bank.centres[columns], slope, score, tone_score)
+    # A coarse place that was not followed up stands for chirps that score more.
+    limit = np.where(score < worthwhile, score / COARSE_SHARE, score)
+    return ChirpCandidates(-slope * bank.centres[columns], slope, score, tone_score, limit)

@@ -17,6 +17,7 @@ from vsep.inference.chirp_refinement import (
     refine_chirps,
 )
 from vsep.inference.elbo import weights_bound
+from vsep.inference.last_search import LastSearch
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import Schedule
 from vsep.inference.state import (
@@ -57,6 +58,8 @@ class InterferenceWorkspace:
         Where the step starts from.
     correction : FilterCorrection
         By what the filter of the templates differs from the assumed one.
+    last_search : LastSearch, optional
+        What the last search for bursts has seen; a search in this step replaces it.
 
     Attributes
     ----------
@@ -73,8 +76,10 @@ class InterferenceWorkspace:
         threshold: float,
         bursts: Sequence[BurstComponents],
         correction: FilterCorrection = NO_CORRECTION,
+        last_search: LastSearch | None = None,
     ) -> None:
         self.assumed = model
+        self.last_search = last_search
         self._take_correction(correction)
         self.schedule = schedule
         self.threshold = threshold

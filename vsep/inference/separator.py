@@ -146,6 +146,7 @@ class FactorisedSeparator:
             float(from_db(threshold_db)),
             state.bursts,
             state.filter_correction,
+            state.last_search,
         )
 
     def search(
@@ -220,6 +221,7 @@ class FactorisedSeparator:
             interference_signal=signal,
             next_component_id=objects.next_id,
             search_pending=search_again and is_quiet(info),
+            last_search=interference.last_search,
         )
         return new_state, info
 

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
+from vsep.inference.last_search import LastSearch
 from vsep.signal.corrected_filter import NUM_SPLINES
 
 
@@ -197,6 +198,8 @@ class SeparationState:
     search_pending : bool
         Whether the next step shall search every ramp for bursts although its turn has not come:
         the run was about to converge, and a search at the end of the step found something new.
+    last_search : LastSearch or None
+        What the last search for bursts has seen of every ramp, None before the first.
     used_share : float
         Share of the frame's samples that count; below one where an estimator ignores some.
     """
@@ -210,6 +213,7 @@ class SeparationState:
     next_component_id: int
     filter_correction: FilterCorrection = NO_CORRECTION
     search_pending: bool = False
+    last_search: LastSearch | None = None
     used_share: float = 1.0
 
     def __post_init__(self) -> None:

@@ -1,0 +1,83 @@
+"""What is known from the last search is true of the next one, and spares only what it may."""
+
+import numpy as np
+import pytest
+
+from vsep.inference import burst_search
+from vsep.inference.chirp_search import find_single_chirps
+from vsep.inference.last_search import nothing_searched
+from vsep.inference.run import iterate, run
+from vsep.inference.separator import FactorisedSeparator
+from vsep.inference.state import LastSearch
+from vsep.signal.filters import RaisedCosineFilter
+from vsep.signal.presets import simulate_preset
+from vsep.signal.template import SignalModel
+
+MODEL = SignalModel(
+    num_ramps=6,
+    num_samples=128,
+    sample_rate_hz=5.1e6,
+    anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=1e6, rolloff=0.25),
+)
+
+
+def noise(rng, *shape):
+    return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+
+
+@pytest.mark.parametrize("antennas", [(), (3,)])
+@pytest.mark.parametrize("change", [0.0, 0.1, 1.0])
+def test_no_chirp_of_a_changed_rest_exceeds_its_limit(antennas, change):
+    rng = np.random.default_rng(11)
+    before = noise(rng, *antennas, *MODEL.shape)
+    found = find_single_chirps(before, MODEL)
+    seen = nothing_searched(before).searched(np.arange(6), before, found.limit)
+    after = before + change * noise(rng, *antennas, *MODEL.shape)
+    # Single precision decides among the places of the grid.
+    assert np.all(find_single_chirps(after, MODEL).score <= seen.limits_of(after) * (1.0 + 1e-5))
+
+
+def test_a_coarse_place_that_is_not_followed_up_stands_for_all_around_it():
+    rows = noise(np.random.default_rng(12), 200, 128)
+    every, useful = find_single_chirps(rows, MODEL), find_single_chirps(rows, MODEL, least_score=40)
+    assert np.any(useful.score < every.score)
+    assert np.all(every.score <= useful.limit * (1.0 + 1e-5))
+
+
+def test_where_nobody_looked_nothing_is_known():
+    rests = np.zeros((6, 128), dtype=complex)
+    seen = nothing_searched(rests).searched(np.array([2]), rests, np.array([4.0]))
+    assert seen.limits_of(rests).tolist() == [np.inf, np.inf, 4.0, np.inf, np.inf, np.inf]
+
+
+@pytest.mark.parametrize(
+    ("preset", "snr_db", "sir_db"), [("simulation-1", 30.0, -20.0), ("simulation-2-b", 60.0, 0.0)]
+)
+def test_a_run_that_searches_everything_anew_ends_the_same(monkeypatch, preset, snr_db, sir_db):
+    scenario, observation = simulate_preset(preset, snr_db=snr_db, sir_db=sir_db, seed=21)
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
+    separator, ramps = FactorisedSeparator(model=model), []
+    find = burst_search.find_single_chirps
+
+    def counted(rows, *args, **options):
+        ramps.append(len(rows))
+        return find(rows, *args, **options)
+
+    monkeypatch.setattr(burst_search, "find_single_chirps", counted)
+    remembered, spared = run(separator, observation.received), sum(ramps)
+    ramps.clear()
+    monkeypatch.setattr(LastSearch, "limits_of", lambda self, _: np.full(len(self.limits), np.inf))
+    anew = run(separator, observation.received)
+    assert spared < sum(ramps)
+    assert anew.iterations == remembered.iterations
+    assert np.array_equal(anew.objects.beats, remembered.objects.beats)
+    assert np.array_equal(anew.state.interference_signal, remembered.state.interference_signal)
+
+
+def test_a_state_carries_what_its_search_has_seen():
+    scenario, observation = simulate_preset("simulation-1", snr_db=30.0, sir_db=-20.0, seed=3)
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
+    steps = list(iterate(FactorisedSeparator(model=model), observation.received))
+    assert np.isfinite(steps[0].state.last_search.limits).all()
+    assert not steps[0].state.last_search.rests.flags.writeable
+    assert steps[1].state.last_search is steps[0].state.last_search  # no search in between
