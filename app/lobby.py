@@ -24,7 +24,8 @@ from app.teaching.experiment import Experiment
 from app.visit import Visit, VisitedPage
 from app.work import Prepared
 from vsep.files.frame import Frame
-from vsep.inference.state import SeparationState, Step
+from vsep.inference.progress import Step
+from vsep.inference.state import SeparationState
 
 # A page whose browser is gone may come back within this time.
 ABSENCE_MS = 4000

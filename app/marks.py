@@ -7,7 +7,8 @@ import numpy as np
 
 from app.backdrop import Backdrop
 from vsep._arrays import FloatArray, to_db
-from vsep.inference.state import ComponentEvent, EventKind, SeparationState, Step
+from vsep.inference.progress import ComponentEvent, EventKind, Step
+from vsep.inference.state import SeparationState
 from vsep.signal.template import CHANNEL_GRID_FACTOR
 
 ADDED, PRUNED = EventKind.OBJECT_ADDED, EventKind.OBJECT_PRUNED

@@ -45,7 +45,7 @@ from app.words import LogLine, TableRow
 from app.work import Prepared, advance, bare, compose, prepare, run_key, thin
 from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame
-from vsep.inference.state import Step
+from vsep.inference.progress import Step
 
 TITLE = "vsep: objects out of interference"
 SIDE_PERIOD_S = 0.3

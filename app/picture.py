@@ -22,7 +22,8 @@ from app.words import (
 )
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, to_db
 from vsep.analysis.angles import object_angles
-from vsep.inference.state import ObjectComponents, SeparationState, Step, Termination
+from vsep.inference.progress import Step, Termination
+from vsep.inference.state import ObjectComponents, SeparationState
 from vsep.inference.stopwatch import summed
 from vsep.inference.uncertainty import dispersion_std
 

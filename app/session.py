@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 from app.thinning import Once
-from vsep.inference.state import Termination
+from vsep.inference.progress import Termination
 
 MOST_KEPT = 128
 

@@ -10,7 +10,7 @@ import param
 from app.picture import Picture
 from app.session import Phase, RunSession
 from app.settings import Settings
-from vsep.inference.state import Termination
+from vsep.inference.progress import Termination
 
 _BUTTONS = (
     ("run", "Run", "play_arrow", "contained", "Run: go on with the iterations."),

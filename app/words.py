@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._arrays import BoolArray, FloatArray
-from vsep.inference.state import ComponentEvent, EventKind, IterationInfo, Step, Termination
+from vsep.inference.progress import ComponentEvent, EventKind, IterationInfo, Step, Termination
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 
 _OBJECT_EVENTS = (EventKind.OBJECT_ADDED, EventKind.OBJECT_PRUNED)

@@ -20,8 +20,9 @@ from vsep._arrays import BoolArray, InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.inference import estimators
 from vsep.inference.estimator import Estimator
+from vsep.inference.progress import Step
 from vsep.inference.run import guarded_step
-from vsep.inference.state import SeparationState, Step
+from vsep.inference.state import SeparationState
 from vsep.signal.filters import (
     AntiAliasingFilter,
     ButterworthFilter,

@@ -24,8 +24,8 @@ from vsep.files.response_file import read_response
 from vsep.files.results import as_json, profile_entry, result_line, separated_signals
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import SEVERAL_ANTENNAS, make_estimator
+from vsep.inference.progress import Solution, Step
 from vsep.inference.run import run
-from vsep.inference.state import Solution, Step
 from vsep.iteration_bar import IterationBar
 from vsep.second_pass import require_lattice, run_twice
 from vsep.signal.clutter import moving_part

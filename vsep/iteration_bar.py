@@ -11,7 +11,7 @@ from typing import Final, TextIO
 from tqdm import tqdm
 
 from vsep._arrays import to_db
-from vsep.inference.state import Step
+from vsep.inference.progress import Step
 
 DELAY_S: Final = 1.0  # a run that is over sooner shows none
 INTERVAL_S: Final = 0.1

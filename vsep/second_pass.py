@@ -18,9 +18,9 @@ from vsep.files.lattice_lines import fitted_lattices
 from vsep.files.results import result_line
 from vsep.inference.estimator import Estimator
 from vsep.inference.expected_bursts import ExpectedBursts
+from vsep.inference.progress import Solution, Step, Termination
 from vsep.inference.run import run
 from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import Solution, Step, Termination
 from vsep.inference.stopwatch import summed
 from vsep.signal.radar import ChirpSequence
 

@@ -11,8 +11,9 @@ import numpy as np
 
 from vsep._arrays import BoolArray, ComplexArray, InputError
 from vsep.inference.estimator import Estimator
+from vsep.inference.progress import Termination
 from vsep.inference.run import guarded_step
-from vsep.inference.state import SeparationState, Termination
+from vsep.inference.state import SeparationState
 from vsep.mitigation.method import Mitigation, MitigationState
 
 

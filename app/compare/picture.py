@@ -7,7 +7,7 @@ from app.compare.lanes import Lane, LaneState
 from app.compare.metrics import FrameResult, LaneMetrics, judge_objects, measure_signal
 from app.marks import Marks, no_marks, object_marks
 from vsep._arrays import FloatArray
-from vsep.inference.state import Termination
+from vsep.inference.progress import Termination
 
 _ENDS = {
     Termination.CONVERGED: "finished",

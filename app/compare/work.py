@@ -20,7 +20,7 @@ from vsep._arrays import BoolArray, InputError
 from vsep.files.frame import Frame
 from vsep.files.frame_mask import TRUTH, frame_mask
 from vsep.inference.estimators import ESTIMATORS
-from vsep.inference.state import Termination
+from vsep.inference.progress import Termination
 from vsep.mitigation.registry import PRIORS, make_mitigation
 from vsep.signal.scene import Observation
 

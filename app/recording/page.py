@@ -37,7 +37,7 @@ from app.transport import Transport
 from app.visit import Visit, page_frame
 from app.work import REAL_FRAME_FILE, bare, thin
 from vsep._arrays import InputError
-from vsep.inference.state import Step
+from vsep.inference.progress import Step
 from vsep.recordings.settings import LARGEST_FILE as MOST_SETTINGS
 from vsep.recordings.settings import (
     RAW_FORMATS,

@@ -26,7 +26,8 @@ from vsep._arrays import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.response_file import read_response
 from vsep.inference.estimators import SEVERAL_ANTENNAS
-from vsep.inference.state import SeparationState, Step
+from vsep.inference.progress import Step
+from vsep.inference.state import SeparationState
 from vsep.recordings.convert import convert_recording
 from vsep.recordings.settings import RecordingSettings
 from vsep.recordings.suggest import is_frame_file

@@ -24,8 +24,9 @@ from vsep.files.frame_mask import frame_mask
 from vsep.files.results import result_line
 from vsep.inference.estimator import Estimator
 from vsep.inference.estimators import make_estimator
+from vsep.inference.progress import Solution, Step, Termination
 from vsep.inference.run import iterate
-from vsep.inference.state import SeparationState, Solution, Step, Termination
+from vsep.inference.state import SeparationState
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.scene import Observation
 from vsep.signal.template import SignalModel

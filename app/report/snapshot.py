@@ -10,7 +10,7 @@ from app.report.write import report_bytes
 from app.session import Snapshot
 from app.work import Prepared
 from vsep.files.frame import Frame, write_frame
-from vsep.inference.state import Step, Termination
+from vsep.inference.progress import Step, Termination
 
 KINDS = {
     "html": "Page, interactive (.html)",

@@ -11,7 +11,7 @@ from app.session import Phase, Snapshot
 from app.settings import Settings
 from app.work import Prepared, advance, prepare
 from vsep._arrays import ComplexArray
-from vsep.inference.state import Step, Termination
+from vsep.inference.progress import Step, Termination
 from vsep.recordings.settings_text import settings_text
 from vsep.signal.presets import simulate_preset
 from vsep.studies.catalogue import make_study

@@ -20,8 +20,8 @@ from vsep._arrays import InputError
 from vsep.analysis.repair import windowed_error_db
 from vsep.files.frame import Frame
 from vsep.inference.estimators import make_estimator
+from vsep.inference.progress import Termination
 from vsep.inference.run import run
-from vsep.inference.state import Termination
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import make_mitigation
 from vsep.mitigation.sparse.sequence import mitigate_sequence

@@ -24,7 +24,7 @@ from app.teaching.experiment import (
 )
 from app.work import advance, prepare
 from vsep._arrays import InputError
-from vsep.inference.state import Termination
+from vsep.inference.progress import Termination
 
 TEXT = """
 title = "Title"

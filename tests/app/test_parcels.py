@@ -4,7 +4,8 @@ import pytest
 
 from app.parcels import Parcels
 from tests.app.test_session import _state, _step
-from vsep.inference.state import SeparationState, Step
+from vsep.inference.progress import Step
+from vsep.inference.state import SeparationState
 
 KEPT = (Step, SeparationState)
 

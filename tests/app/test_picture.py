@@ -6,7 +6,7 @@ import pytest
 from app.backdrop import make_backdrop
 from app.picture import FADE_ITERATIONS, FLASH_ITERATIONS, make_picture
 from app.work import compose
-from vsep.inference.state import ComponentEvent, EventKind, Termination
+from vsep.inference.progress import ComponentEvent, EventKind, Termination
 from vsep.signal.scene import Observation
 
 

@@ -10,7 +10,8 @@ from app import pool as pool_module
 from app.pool import SLOW_JOB_S, WorkerPool
 from tests.app.test_session import _state, _step
 from vsep._arrays import InputError
-from vsep.inference.state import SeparationState, Step
+from vsep.inference.progress import Step
+from vsep.inference.state import SeparationState
 
 
 @pytest.fixture(scope="module")

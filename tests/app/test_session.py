@@ -5,13 +5,8 @@ import pytest
 
 from app.session import JobKind, Phase, RunSession
 from app.thinning import Once
-from vsep.inference.state import (
-    IterationInfo,
-    ObjectComponents,
-    SeparationState,
-    Step,
-    Termination,
-)
+from vsep.inference.progress import IterationInfo, Step, Termination
+from vsep.inference.state import ObjectComponents, SeparationState
 
 LAST_ITERATION = 3
 

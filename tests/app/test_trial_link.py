@@ -5,7 +5,7 @@ from app.settings import LOADED_FRAME, Settings
 from app.studies.trial_link import open_trial, trial_link, trial_of_query
 from app.work import advance, prepare
 from vsep import InputError
-from vsep.inference.state import Termination
+from vsep.inference.progress import Termination
 from vsep.laboratory.axes import parse_axis
 from vsep.laboratory.question import Question
 from vsep.laboratory.words import trial_word

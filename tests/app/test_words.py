@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from app.words import Located, iteration_lines, log_lines, resolution_cells, table_rows
-from vsep.inference.state import ComponentEvent, EventKind, IterationInfo
+from vsep.inference.progress import ComponentEvent, EventKind, IterationInfo
 
 
 def _info(*events):

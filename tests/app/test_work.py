@@ -11,7 +11,7 @@ from tests.app.conftest import FinishedRun
 from vsep._arrays import InputError
 from vsep.files.frame import Frame
 from vsep.files.results import result_line
-from vsep.inference.state import Solution, Termination
+from vsep.inference.progress import Solution, Termination
 from vsep.signal.antenna_line import AntennaLine
 from vsep.signal.filters import MeasuredFilter
 from vsep.signal.preset_antennas import simulate_preset_antennas

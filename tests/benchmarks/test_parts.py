@@ -17,9 +17,9 @@ from tests.vsep import literal
 from vsep.inference.channel import ChannelGrid
 from vsep.inference.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
 from vsep.inference.chirp_search import find_single_chirps
+from vsep.inference.progress import Termination
 from vsep.inference.run import run
 from vsep.inference.sbl import ActiveSet
-from vsep.inference.state import Termination
 from vsep.kernels.climbing import climb
 from vsep.kernels.lines import Columns, split_columns
 from vsep.kernels.object_cost import cost_jet

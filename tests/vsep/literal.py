@@ -16,15 +16,10 @@ from vsep.inference.burst_search import CLEARLY_BETTER, START_STEPS
 from vsep.inference.chirp_refinement import LONGEST_SHIFT, LONGEST_STRETCH
 from vsep.inference.chirp_search import slope_bank
 from vsep.inference.objects import ADDITION_WINDOW
+from vsep.inference.progress import ComponentEvent, EventKind, IterationInfo
 from vsep.inference.schedule import schedule_by_name
 from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import (
-    BurstComponents,
-    ComponentEvent,
-    EventKind,
-    IterationInfo,
-    ObjectComponents,
-)
+from vsep.inference.state import BurstComponents, ObjectComponents
 from vsep.kernels.candidates import ABSORBED_SHARE, CANDIDATE_PEAKS, NEW_COMPONENT_STEPS
 
 LONGEST_STEP = 0.25  # of a resolution cell

@@ -11,7 +11,8 @@ from vsep.inference.antennas import SharedSet
 from vsep.inference.elbo import weights_bound
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
-from vsep.inference.sbl import ActiveSet, threshold_from_false_alarm_rate, threshold_of_sum
+from vsep.inference.sbl import ActiveSet
+from vsep.inference.thresholds import threshold_from_false_alarm_rate, threshold_of_sum
 from vsep.kernels.climbing import climb, update_lines
 from vsep.kernels.joint_slopes import joint_slopes
 from vsep.kernels.lines import Columns, split_columns

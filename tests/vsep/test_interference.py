@@ -6,8 +6,8 @@ import pytest
 from vsep._arrays import from_db
 from vsep.inference.burst_search import BurstSearch
 from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.progress import EventKind
 from vsep.inference.schedule import PAPER, ROBUST
-from vsep.inference.state import EventKind
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.vsep.literal import LiteralSeparator
+from vsep.inference.progress import Termination
 from vsep.inference.run import run
 from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import Termination
 from vsep.inference.uncertainty import dispersion_std
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.filters import RaisedCosineFilter

@@ -11,8 +11,8 @@ from vsep._arrays import InputError
 from vsep.analysis.metrics import frame_errors
 from vsep.inference.masked import MaskedSeparator
 from vsep.inference.object_only import ObjectOnlySeparator
+from vsep.inference.progress import Termination
 from vsep.inference.run import run
-from vsep.inference.state import Termination
 from vsep.inference.uncertainty import dispersion_std
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel

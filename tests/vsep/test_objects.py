@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vsep.inference.objects import ObjectWorkspace, no_objects
-from vsep.inference.state import EventKind
+from vsep.inference.progress import EventKind
 
 SHAPE = (6, 20)
 

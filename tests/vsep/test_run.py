@@ -5,8 +5,8 @@ import pytest
 
 from vsep._arrays import InputError
 from vsep.inference.object_only import ObjectOnlySeparator
+from vsep.inference.progress import IterationInfo, Termination
 from vsep.inference.run import guarded_step, iterate, run
-from vsep.inference.state import IterationInfo, Termination
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
 

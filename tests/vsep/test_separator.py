@@ -10,9 +10,9 @@ from vsep._arrays import InputError
 from vsep.inference.burst_sequence import BurstSequence
 from vsep.inference.joint import JointSeparator
 from vsep.inference.object_only import ObjectOnlySeparator
+from vsep.inference.progress import EventKind, Termination
 from vsep.inference.run import iterate, run
 from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import EventKind, Termination
 from vsep.signal.presets import preset, simulate_preset
 from vsep.signal.template import SignalModel
 

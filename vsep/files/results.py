@@ -14,7 +14,8 @@ import numpy as np
 from vsep._arrays import to_db
 from vsep.analysis.angles import object_angles
 from vsep.files.frame import Frame
-from vsep.inference.state import BurstComponents, Solution
+from vsep.inference.progress import Solution
+from vsep.inference.state import BurstComponents
 from vsep.inference.uncertainty import dispersion_std
 from vsep.signal.radar import ChirpSequence
 

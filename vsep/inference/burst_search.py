@@ -20,8 +20,9 @@ from vsep.inference.expected_bursts import (
 )
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.last_search import nothing_searched
-from vsep.inference.sbl import activation_ratio, converged_precision, threshold_of_sum
-from vsep.inference.state import EventKind
+from vsep.inference.progress import EventKind
+from vsep.inference.sbl import activation_ratio, converged_precision
+from vsep.inference.thresholds import threshold_of_sum
 
 START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
 CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it

@@ -3,7 +3,8 @@
 from typing import Protocol
 
 from vsep._arrays import ComplexArray, InputError
-from vsep.inference.state import EventKind, IterationInfo, SeparationState, Termination
+from vsep.inference.progress import EventKind, IterationInfo, Termination
+from vsep.inference.state import SeparationState
 from vsep.signal.template import SignalModel
 
 SETTLED_DEVIATIONS = 0.01  # objects move by less than this share of their standard deviation ...

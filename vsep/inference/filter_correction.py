@@ -20,8 +20,9 @@ from vsep._arrays import ComplexArray, FloatArray, IntArray, from_db
 from vsep.inference.burst_table import RampBursts
 from vsep.inference.channel import ChannelGrid, passive_ratios
 from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.progress import EventKind
 from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
-from vsep.inference.state import NO_CORRECTION, EventKind, FilterCorrection
+from vsep.inference.state import NO_CORRECTION, FilterCorrection
 from vsep.kernels.fresnel import SMOOTH
 from vsep.kernels.spline_ratios import SplineGrid, first_ratios
 from vsep.signal.corrected_filter import NUM_SPLINES, knots_hz, modified_splines

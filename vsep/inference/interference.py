@@ -18,15 +18,10 @@ from vsep.inference.chirp_refinement import (
 )
 from vsep.inference.elbo import weights_bound
 from vsep.inference.last_search import LastSearch
+from vsep.inference.progress import ComponentEvent, EventKind
 from vsep.inference.sbl import ActiveSet
 from vsep.inference.schedule import Schedule
-from vsep.inference.state import (
-    NO_CORRECTION,
-    BurstComponents,
-    ComponentEvent,
-    EventKind,
-    FilterCorrection,
-)
+from vsep.inference.state import NO_CORRECTION, BurstComponents, FilterCorrection
 from vsep.kernels.channel import Channel
 from vsep.kernels.ramps import (
     FlatRamps,

@@ -14,8 +14,9 @@ from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import require_one_antenna
 from vsep.inference.joint_columns import JointColumns
 from vsep.inference.objects import ObjectWorkspace
+from vsep.inference.progress import IterationInfo
 from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import IterationInfo, SeparationState
+from vsep.inference.state import SeparationState
 from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
 
 

@@ -17,9 +17,10 @@ from vsep.inference.chirp_refinement import ChirpCosts, refine_chirps
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import expected_error
 from vsep.inference.objects import Background
+from vsep.inference.progress import EventKind
 from vsep.inference.refinement import place_components
 from vsep.inference.sbl import activation_ratio, converged_precision
-from vsep.inference.state import EventKind, ObjectComponents
+from vsep.inference.state import ObjectComponents
 from vsep.kernels.channel import template_slopes
 from vsep.kernels.split_arrays import split, split_row
 from vsep.signal.atoms import synthesize

@@ -25,8 +25,9 @@ from vsep.inference.object_only import (
     expected_error,
     update_objects,
 )
+from vsep.inference.progress import IterationInfo, Termination
 from vsep.inference.schedule import ROBUST
-from vsep.inference.state import IterationInfo, SeparationState, Termination
+from vsep.inference.state import SeparationState
 from vsep.inference.stopwatch import OBJECTS, part
 from vsep.signal.template import SignalModel
 

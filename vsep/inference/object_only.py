@@ -8,10 +8,11 @@ from vsep._arrays import ComplexArray, from_db, require_range, to_db
 from vsep.inference.elbo import noise_bound, weights_bound
 from vsep.inference.estimator import is_quiet, settle
 from vsep.inference.objects import ObjectWorkspace, no_objects
-from vsep.inference.sbl import threshold_from_false_alarm_rate
+from vsep.inference.progress import IterationInfo, Termination
 from vsep.inference.schedule import ROBUST
-from vsep.inference.state import IterationInfo, SeparationState, Termination
+from vsep.inference.state import SeparationState
 from vsep.inference.stopwatch import OBJECTS, part
+from vsep.inference.thresholds import threshold_from_false_alarm_rate
 from vsep.signal.template import SignalModel
 
 

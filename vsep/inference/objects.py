@@ -6,9 +6,10 @@ import numpy as np
 from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, to_db, wrap_frequency
+from vsep.inference.progress import ComponentEvent, EventKind
 from vsep.inference.refinement import PlacedComponents, joint_step, place_components
 from vsep.inference.sbl import ActiveSet
-from vsep.inference.state import ComponentEvent, EventKind, ObjectComponents
+from vsep.inference.state import ObjectComponents
 from vsep.kernels.candidates import Candidate, best_candidate
 from vsep.kernels.climbing import Updated, update_lines
 from vsep.kernels.moves import largest_move

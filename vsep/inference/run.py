@@ -8,7 +8,8 @@ import numpy as np
 
 from vsep._arrays import ComplexArray
 from vsep.inference.estimator import Estimator
-from vsep.inference.state import IterationInfo, SeparationState, Solution, Step, Termination
+from vsep.inference.progress import IterationInfo, Solution, Step, Termination
+from vsep.inference.state import SeparationState
 from vsep.inference.stopwatch import stopwatch, summed, with_rest
 
 

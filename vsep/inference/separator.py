@@ -19,8 +19,9 @@ from vsep.inference.imputation import without_unexplained
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.object_only import ObjectOnlySeparator, expected_error, update_objects
 from vsep.inference.objects import ObjectWorkspace, objects_trace
+from vsep.inference.progress import IterationInfo, Termination
 from vsep.inference.schedule import schedule_by_name
-from vsep.inference.state import IterationInfo, SeparationState, Termination
+from vsep.inference.state import SeparationState
 from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.kernels.placing import separable_projections
 from vsep.signal.template import SignalModel

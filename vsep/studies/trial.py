@@ -14,8 +14,8 @@ from vsep._arrays import FloatArray
 from vsep._version import __version__
 from vsep.analysis.metrics import FrameErrors, error_vector_magnitude, frame_errors, sinr_db
 from vsep.analysis.separability import separability
+from vsep.inference.progress import Solution
 from vsep.inference.run import run
-from vsep.inference.state import Solution
 from vsep.inference.uncertainty import dispersion_std
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
