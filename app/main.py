@@ -17,6 +17,7 @@ from app.health import HealthHandler
 from app.laboratory.page import TITLE as LABORATORY_TITLE
 from app.laboratory.page import LaboratoryPage
 from app.lobby import ABSENCE_MS, Door, Lobby, Rules, shared_pool
+from app.model_defaults import remember_defaults
 from app.page import TITLE, Dashboard
 from app.recording.page import TITLE as RECORDING_TITLE
 from app.recording.page import RecordingPage
@@ -66,6 +67,7 @@ def make_server(
     guided = _all_experiments(experiments)
     _require_free(port, address)
     connect_promptly()
+    remember_defaults()
     everywhere = address in ("0.0.0.0", "::")
     origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
     # Only who sits at this machine may choose where on its disk rows go.

@@ -37,7 +37,7 @@ def table(parts):
     for part, ways in parts.items():
         fast, slow = ways["fast"].stats, ways.get("literal")
         literal = slow.stats.median if slow else None
-        ratio = f"{literal / fast.median:.0f}" if slow else ""
+        ratio = f"{literal / fast.median:.1f}" if slow else ""
         times = [milliseconds(each) for each in (fast.median, least(ways["fast"]), literal)]
         lines.append(row(part, *times, ratio))
     return lines
