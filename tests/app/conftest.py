@@ -103,7 +103,7 @@ def raw_capture() -> RawCapture:
     return RawCapture(words.tobytes(), settings_text(settings).encode(), received)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def app_server():
     """Serve the dashboard from a thread with its own event loop."""
     from app.main import make_server

@@ -35,7 +35,7 @@ def browser_context_args(browser_context_args):
     return {**browser_context_args, "viewport": {"width": 1400, "height": 900}}
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def app_url(app_server):
     return f"http://127.0.0.1:{app_server.port}/"
 
@@ -234,16 +234,18 @@ def test_a_style_sheet_is_not_written_again(at_rest):
     assert other == ":host { left: 2px }"
 
 
-def test_all_views_are_inside_of_the_screen(dashboard):
+def test_all_views_are_inside_of_the_screen_and_can_be_saved(dashboard):
     dashboard.open("?preset=simulation-2-b").until_status("converged")
     boxes = dashboard.page.evaluate(
         """() => [...Bokeh.documents[0].all_models]
             .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
-            .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
-            .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
+            .map((m) => [m, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
+            .map(([m, r]) => [m.name, m.toolbar.tools.some((t) => t.type === "SaveTool"),
+                              r.left, r.top, r.right, r.bottom])"""
     )
     assert len(boxes) == 8
-    for name, left, top, right, bottom in boxes:
+    for name, is_saved, left, top, right, bottom in boxes:
+        assert is_saved, name
         assert (left >= 0, top >= 0, right <= 1400, bottom <= 900) == (True,) * 4, name
         assert min(right - left, bottom - top) > 40, name
 
