@@ -24,6 +24,7 @@ from app.teaching.experiment import Experiment
 from app.visit import Visit, VisitedPage
 from app.work import Prepared
 from vsep.files.frame import Frame
+from vsep.first_use import separate_one_frame
 from vsep.inference.progress import Step
 from vsep.inference.state import SeparationState
 
@@ -70,7 +71,7 @@ class Rules:
 @cache
 def shared_pool() -> WorkerPool:
     """Return the workers that all sessions share."""
-    return WorkerPool(KEPT)
+    return WorkerPool(KEPT, prepare=separate_one_frame)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

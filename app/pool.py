@@ -127,9 +127,17 @@ class WorkerPool:
         Classes of records that are sent once, see `Parcels`.
     workers : int or None
         Number of processes; None: one more than there are cores.
+    prepare : callable, optional
+        What every process does before its first job.
     """
 
-    def __init__(self, kept: tuple[type, ...], *, workers: int | None = None) -> None:
+    def __init__(
+        self,
+        kept: tuple[type, ...],
+        *,
+        workers: int | None = None,
+        prepare: Callable[[], object] | None = None,
+    ) -> None:
         self.num_workers = workers or available_cores() + SPARE_WORKERS
         self._most_slow = max(1, self.num_workers - 1)
         self._changed = threading.Condition(threading.RLock())
@@ -138,7 +146,7 @@ class WorkerPool:
         self._at_work: dict[Job, bool] = {}
         self._num_done = self._num_replaced = 0
         self._closed = False
-        self._workers = [_Worker(kept) for _ in range(self.num_workers)]
+        self._workers = [_Worker(kept, prepare) for _ in range(self.num_workers)]
         self._threads = [
             threading.Thread(target=self._serve, args=(worker,), daemon=True, name="vsep-pool")
             for worker in self._workers
@@ -287,8 +295,8 @@ class _WorkerEndedError(Exception):
 class _Worker:
     """One process, seen from the server."""
 
-    def __init__(self, kept: tuple[type, ...]) -> None:
-        self._kept = kept
+    def __init__(self, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
+        self._kept, self._prepare = kept, prepare
         self.start()
 
     @property
@@ -308,7 +316,10 @@ class _Worker:
         self._pipe, theirs = context.Pipe()
         self._parcels = Parcels(self._kept, serving=True)
         self._process = context.Process(
-            target=work, args=(theirs, self._kept), daemon=True, name="vsep-worker"
+            target=work,
+            args=(theirs, self._kept, self._prepare),
+            daemon=True,
+            name="vsep-worker",
         )
         with single_threaded():
             self._process.start()
@@ -344,9 +355,16 @@ class _Worker:
         self._process.join()
 
 
-def work(pipe: Connection, kept: tuple[type, ...]) -> None:
+def work(
+    pipe: Connection, kept: tuple[type, ...], prepare: Callable[[], object] | None = None
+) -> None:
     """Do jobs until the other end of the pipe is closed; the body of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if prepare is not None:
+        try:
+            prepare()
+        except Exception as problem:  # the jobs may do all the same
+            _LOG.error("a worker could not prepare", exc_info=problem)
     parcels = Parcels(kept, serving=False)
     while True:
         try:

@@ -19,6 +19,7 @@ from vsep.signal.scene import Observation
 from vsep.signal.template import SignalModel
 from vsep.workers import worker_pool
 
+_WRONG_FILTER = RaisedCosineFilter(cutoff_hz=1.275e6, rolloff=0.25)
 _ITERATIONS = 4  # search, bursts, channels, the filter's correction and objects have had a turn
 
 
@@ -26,8 +27,7 @@ def compile_everything() -> None:
     """Run a few iterations of every estimator on a frame that needs all, and draw a small map."""
     scenario, observation = _frame()
     # The true filter, and one that is to be corrected.
-    filters = (scenario.anti_aliasing_filter, RaisedCosineFilter(cutoff_hz=1.275e6, rolloff=0.25))
-    for assumed in filters:
+    for assumed in (scenario.anti_aliasing_filter, _WRONG_FILTER):
         model = SignalModel.of_radar(scenario.radar, assumed)
         for name in ("factorised", "joint"):
             run(make_estimator(name, model, max_iterations=_ITERATIONS), observation.received)
@@ -46,6 +46,13 @@ def compile_side_by_side() -> None:
         jobs: list[Future[None]] = [pool.submit(_compile_others), pool.submit(compile_everything)]
         for job in jobs:
             job.result()
+
+
+def separate_one_frame() -> None:
+    """Load what a process needs to separate, a second or so; its next frame is quick."""
+    scenario, observation = _frame()
+    model = SignalModel.of_radar(scenario.radar, _WRONG_FILTER)
+    run(make_estimator("factorised", model, max_iterations=_ITERATIONS), observation.received)
 
 
 def _compile_others() -> None:

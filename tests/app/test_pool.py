@@ -157,3 +157,32 @@ def test_a_closed_desk_takes_no_jobs(pool):
     desk = pool.desk()
     desk.close()
     assert desk.submit(_where).cancelled()
+
+
+PREPARED = []
+
+
+def _prepare():
+    PREPARED.append(os.getpid())
+
+
+def _prepare_in_vain():
+    raise OSError("nothing is there")
+
+
+def _prepared():
+    return os.getpid(), list(PREPARED)
+
+
+def test_every_worker_prepares_before_its_first_job():
+    workers = WorkerPool((), workers=2, prepare=_prepare)
+    for _ in range(4):
+        process, prepared = workers.desk().submit(_prepared).result(20)
+        assert prepared == [process]
+    workers.close()
+
+
+def test_a_worker_that_cannot_prepare_does_its_jobs_all_the_same():
+    workers = WorkerPool((), workers=1, prepare=_prepare_in_vain)
+    assert workers.desk().submit(_same, 3).result(20) == 3
+    workers.close()
