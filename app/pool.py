@@ -355,9 +355,7 @@ class _Worker:
         self._process.join()
 
 
-def work(
-    pipe: Connection, kept: tuple[type, ...], prepare: Callable[[], object] | None = None
-) -> None:
+def work(pipe: Connection, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
     """Do jobs until the other end of the pipe is closed; the body of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if prepare is not None:

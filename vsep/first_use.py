@@ -8,6 +8,7 @@ from concurrent.futures import Future
 
 import numpy as np
 
+from vsep._arrays import ComplexArray
 from vsep.inference.estimators import make_estimator
 from vsep.inference.run import run
 from vsep.laboratory.analytic import analytic_map
@@ -19,6 +20,7 @@ from vsep.signal.scene import Observation
 from vsep.signal.template import SignalModel
 from vsep.workers import worker_pool
 
+# Of another kind than the frame's: it is to be corrected.
 _WRONG_FILTER = RaisedCosineFilter(cutoff_hz=1.275e6, rolloff=0.25)
 _ITERATIONS = 4  # search, bursts, channels, the filter's correction and objects have had a turn
 
@@ -26,14 +28,12 @@ _ITERATIONS = 4  # search, bursts, channels, the filter's correction and objects
 def compile_everything() -> None:
     """Run a few iterations of every estimator on a frame that needs all, and draw a small map."""
     scenario, observation = _frame()
-    # The true filter, and one that is to be corrected.
     for assumed in (scenario.anti_aliasing_filter, _WRONG_FILTER):
         model = SignalModel.of_radar(scenario.radar, assumed)
         for name in ("factorised", "joint"):
-            run(make_estimator(name, model, max_iterations=_ITERATIONS), observation.received)
+            _separate(name, model, observation.received)
     several = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter, 2)
-    received = np.stack([observation.received] * several.num_antennas)
-    run(make_estimator("factorised", several, max_iterations=_ITERATIONS), received)
+    _separate("factorised", several, np.stack([observation.received] * several.num_antennas))
     _compile_map()
 
 
@@ -52,14 +52,18 @@ def separate_one_frame() -> None:
     """Load what a process needs to separate, a second or so; its next frame is quick."""
     scenario, observation = _frame()
     model = SignalModel.of_radar(scenario.radar, _WRONG_FILTER)
-    run(make_estimator("factorised", model, max_iterations=_ITERATIONS), observation.received)
+    _separate("factorised", model, observation.received)
 
 
 def _compile_others() -> None:
     _compile_map()
     scenario, observation = _frame()
     model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
-    run(make_estimator("object-only", model, max_iterations=_ITERATIONS), observation.received)
+    _separate("object-only", model, observation.received)
+
+
+def _separate(name: str, model: SignalModel, received: ComplexArray) -> None:
+    run(make_estimator(name, model, max_iterations=_ITERATIONS), received)
 
 
 def _compile_map() -> None:

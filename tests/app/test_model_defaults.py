@@ -19,11 +19,17 @@ def as_bokeh_has_it(monkeypatch):
     monkeypatch.setattr(PropertyDescriptor, "has_unstable_default", has_unstable_default)
 
 
-@pytest.mark.parametrize("route", ["/", "/recording"])
-def test_every_model_of_a_page_has_the_defaults_that_bokeh_gives_it(route):
+def opened(route):
+    """The document of a page, as a visitor opens it."""
     visit = Visit(pool=None, query={}, post=lambda function: function(), watched=lambda: True)
     document = Document()
     document.add_root(PAGES[route][0](visit).page().get_root(document))
+    return document
+
+
+@pytest.mark.parametrize("route", ["/", "/recording"])
+def test_every_model_of_a_page_has_the_defaults_that_bokeh_gives_it(route):
+    document = opened(route)
     classes = {type(model) for model in document.models}
     assert len(classes) > 10
     remember_defaults()

@@ -185,7 +185,8 @@ def open_experiment(page, query):
 @pytest.mark.parametrize("query", PAGES)
 def test_a_phone_held_upright_shows_all(watched, app_url, query):  # noqa: F811
     watched.set_viewport_size(PHONE)
-    drawn(watched, app_url, query)
+    drawn(watched, app_url, f"{query}{'&' if '?' in query else '?'}theme=dark")
+    assert watched.locator(".mui-dark").count() > 0
     watched.get_by_role("button", name="Open drawer").wait_for(timeout=PATIENCE_MS)
     wide, shown = watched.evaluate(WIDE)
     assert wide == shown == PHONE["width"]

@@ -10,7 +10,6 @@ from vsep.inference.chirp_refinement import place_chirps
 from vsep.inference.chirp_search import (
     ChirpCandidates,
     find_single_chirps,
-    squared_norms,
     tone_scores,
 )
 from vsep.inference.expected_bursts import (
@@ -21,6 +20,7 @@ from vsep.inference.expected_bursts import (
 from vsep.inference.interference import InterferenceWorkspace
 from vsep.inference.last_search import nothing_searched
 from vsep.inference.progress import EventKind
+from vsep.inference.row_energies import row_energies, squared_norms, sum_of_antennas
 from vsep.inference.sbl import activation_ratio, converged_precision
 from vsep.inference.thresholds import threshold_of_sum
 
@@ -127,7 +127,7 @@ class BurstSearch:
         num_bins = self.work.grid.num_bins
         seen = self._by_antenna(templates.conj()) * rows
         products = fft.ifft(seen, num_bins, axis=-1, norm="forward")
-        power = _sum_of_antennas(products.real**2 + products.imag**2)
+        power = sum_of_antennas(products.real**2 + products.imag**2)
         single = power.max(axis=1) / squared_norms(templates[: len(power)])
         return np.array([single, explained])
 
@@ -299,13 +299,3 @@ class BurstSearch:
         active.set_precision(last, converged_precision(rho, omega_sq))
         table.amplitudes[columns], table.precisions[columns] = active.amplitudes, active.precisions
         return True
-
-
-def row_energies(rows: ComplexArray) -> FloatArray:
-    """(B,) energies of the rows of B ramps, (B, N) or, summed over antennas, (A, B, N)."""
-    return _sum_of_antennas(squared_norms(rows)[..., None])[:, 0]
-
-
-def _sum_of_antennas(powers: FloatArray) -> FloatArray:
-    """(B, N) of powers (B, N) or (A, B, N)."""
-    return np.asarray(powers.sum(axis=0)) if powers.ndim == 3 else powers

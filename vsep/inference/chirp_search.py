@@ -13,6 +13,7 @@ import numpy as np
 from scipy import fft
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
+from vsep.inference.row_energies import sum_of_antennas
 from vsep.kernels.scores import ChirpGrid, best_chirps, correlation_spectra
 from vsep.signal.template import SignalModel
 
@@ -127,12 +128,6 @@ def _inverse_energies(
     return np.asarray(np.where(enough, 1.0 / np.where(enough, energy, 1.0), 0.0))
 
 
-def squared_norms(rows: ComplexArray) -> FloatArray:
-    """(P,) energies of the rows of a (P, N) array, or (A, P) of an (A, P, N) array."""
-    parts = np.ascontiguousarray(rows).view(np.float64)
-    return np.asarray(np.einsum("...n,...n->...", parts, parts))
-
-
 def tone_scores(rows: ComplexArray) -> FloatArray:
     """(P,) what the best single tone of every row scores, on a grid of half a cell.
 
@@ -140,9 +135,7 @@ def tone_scores(rows: ComplexArray) -> FloatArray:
     """
     num_samples = rows.shape[-1]
     tones = np.abs(fft.fft(rows, 2 * num_samples, axis=-1)) ** 2 / num_samples
-    if tones.ndim == 3:
-        tones = tones.sum(axis=0)
-    return np.asarray(tones.max(axis=1))
+    return np.asarray(sum_of_antennas(tones).max(axis=1))
 
 
 def find_single_chirps(

@@ -22,7 +22,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from vsep._arrays import BoolArray, ComplexArray, FloatArray, InputError, IntArray, frozen
-from vsep.inference.chirp_search import EDGE_PHASE, LEAST_OVERLAP, slope_bank, squared_norms
+from vsep.inference.chirp_search import EDGE_PHASE, LEAST_OVERLAP, slope_bank
+from vsep.inference.row_energies import squared_norms, sum_of_antennas
 from vsep.signal.template import SignalModel
 
 CENTRE_STEP = 0.5  # samples between centres tried; a burst of full band changes over two or more
@@ -113,8 +114,7 @@ def expected_scores(
     whole = 2.0 * model.normalised_cutoff / np.abs(slopes)
     enough = energy >= LEAST_OVERLAP * np.minimum(whole, model.num_samples)
     products = np.einsum("bkn,...bn->...bk", templates.conj(), rows)
-    power = np.abs(products) ** 2
-    power = power.sum(axis=0) if power.ndim == 3 else power
+    power = sum_of_antennas(np.abs(products) ** 2)
     scores: FloatArray = np.where(enough, power / np.where(enough, energy, 1.0), 0.0)
     return scores
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._arrays import ComplexArray, FloatArray, IntArray, frozen
+from vsep.inference.row_energies import row_energies
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,11 +42,8 @@ class LastSearch:
         >>> float(seen.limits_of(np.array([[0.0, 4.0j]]))[0])
         49.0
         """
-        change = (rests - self.rests).view(np.float64)
-        energies = np.einsum("...n,...n->...", change, change)
-        if energies.ndim == 2:
-            energies = energies.sum(axis=0)
-        return np.asarray((np.sqrt(self.limits) + np.sqrt(energies)) ** 2)
+        change = np.sqrt(row_energies(rests - self.rests))
+        return np.asarray((np.sqrt(self.limits) + change) ** 2)
 
     def searched(self, ramps: IntArray, rests: ComplexArray, limits: FloatArray) -> "LastSearch":
         """Return what is known after some of the ramps were searched; `limits` are of these."""

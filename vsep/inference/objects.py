@@ -153,7 +153,7 @@ class ObjectWorkspace:
         """
         before, active = self.placed, self.active
         new = update_lines(
-            before.points, active.precisions, self.residual, before.columns, float(self.threshold)
+            before.points, active.precisions, self.residual, before.columns, self.threshold
         )
         points, precisions, start = new.points, new.precisions, before.points
         if not new.kept.all():
