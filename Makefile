@@ -28,12 +28,12 @@ clean:
 # The stamps say what is installed; the checks need the program too.
 .venv/.program: pyproject.toml | .venv/bin/pip
 	$(BIN)/pip install --quiet --editable .
-	$(BIN)/python -m vsep.first_use
+	$(BIN)/python -m vsep_app.jobs.warmup
 	touch $@
 
 .venv/.checks: pyproject.toml | .venv/bin/pip
 	$(BIN)/pip install --quiet --editable '.[dev]'
-	$(BIN)/python -m vsep.first_use
+	$(BIN)/python -m vsep_app.jobs.warmup
 	touch $@ .venv/.program
 
 .venv/bin/pip:

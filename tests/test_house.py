@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from vsep_app import assets
+from vsep_app.cli import main as cli
 
 import vsep
-from app import assets
-from vsep import cli
 
 ROOT = Path(__file__).parents[1]
 TOP_LEVEL = {
@@ -53,7 +53,7 @@ def own_files() -> list[str]:
 
 
 def python_sources() -> Iterator[Path]:
-    for package in ("vsep", "app"):
+    for package in ("vsep", "app/vsep_app"):
         yield from (ROOT / package).rglob("*.py")
 
 
@@ -136,7 +136,7 @@ def test_every_shipped_folder_is_in_the_wheel() -> None:
     }
     assert read
     assert {f"assets/{folder}" for folder in read} <= set(included)
-    assert all(target.startswith("app/static/") for target in included.values())
+    assert all(target.startswith("vsep_app/static/") for target in included.values())
 
 
 def test_an_asset_that_is_not_shipped_is_named() -> None:
@@ -154,9 +154,9 @@ def test_the_recording_ships_with_its_licence() -> None:
 
 def test_the_command_does_linear_algebra_in_one_thread_unless_told_otherwise() -> None:
     code = (
-        "import sys, vsep.__main__\nassert 'numpy' not in sys.modules\n"
-        "sys.argv = ['vsep', '--version']\n"
-        "try:\n    vsep.__main__.main()\nexcept SystemExit:\n    pass\n"
+        "import sys, vsep_app.cli.entry\nassert 'numpy' not in sys.modules\n"
+        "sys.argv = ['vsep', 'study', 'list']\n"
+        "try:\n    vsep_app.cli.entry.main()\nexcept SystemExit:\n    pass\n"
         "import os; assert 'numpy' in sys.modules; print(os.environ['OPENBLAS_NUM_THREADS'])"
     )
     free = {name: text for name, text in os.environ.items() if not name.endswith("_NUM_THREADS")}
@@ -175,7 +175,7 @@ def test_the_command_does_linear_algebra_in_one_thread_unless_told_otherwise() -
 def test_help_loads_no_dashboard_and_no_plotting() -> None:
     heavy = ("panel", "bokeh", "holoviews", "matplotlib", "param", "pandas", "app", "scipy.signal")
     code = (
-        "import sys\nfrom vsep.cli import main\n"
+        "import sys\nfrom vsep_app.cli.main import main\n"
         "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
         f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)"
     )

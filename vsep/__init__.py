@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 from vsep._version import __version__
 
 if TYPE_CHECKING:
-    from vsep._arrays import InputError
+    from vsep.errors import InputError
     from vsep.files.frame import Frame, read_frame, write_frame
-    from vsep.inference.object_only import ObjectOnlySeparator
-    from vsep.inference.run import iterate, run
-    from vsep.inference.separator import FactorisedSeparator
-    from vsep.inference.uncertainty import dispersion_std
+    from vsep.inference.core.run import iterate, run
+    from vsep.inference.factorised import FactorisedSeparator
+    from vsep.inference.objects.object_only import ObjectOnlySeparator
+    from vsep.inference.objects.uncertainty import dispersion_std
+    from vsep.presets.scenes import preset, simulate_preset
     from vsep.signal.filters import ButterworthFilter, MeasuredFilter, NoFilter, RaisedCosineFilter
-    from vsep.signal.presets import preset, simulate_preset
     from vsep.signal.radar import ChirpSequence, InterfererSequence
     from vsep.signal.scene import Channel, GroundTruth, Interferer, Observation, Scene
     from vsep.signal.simulate import add_interference, simulate
@@ -55,27 +55,27 @@ _HOMES = {
     "ButterworthFilter": "vsep.signal.filters",
     "Channel": "vsep.signal.scene",
     "ChirpSequence": "vsep.signal.radar",
-    "FactorisedSeparator": "vsep.inference.separator",
+    "FactorisedSeparator": "vsep.inference.factorised",
     "Frame": "vsep.files.frame",
     "GroundTruth": "vsep.signal.scene",
-    "InputError": "vsep._arrays",
+    "InputError": "vsep.errors",
     "Interferer": "vsep.signal.scene",
     "InterfererSequence": "vsep.signal.radar",
     "MeasuredFilter": "vsep.signal.filters",
     "NoFilter": "vsep.signal.filters",
-    "ObjectOnlySeparator": "vsep.inference.object_only",
+    "ObjectOnlySeparator": "vsep.inference.objects.object_only",
     "Observation": "vsep.signal.scene",
     "RaisedCosineFilter": "vsep.signal.filters",
     "Scene": "vsep.signal.scene",
     "SignalModel": "vsep.signal.template",
     "add_interference": "vsep.signal.simulate",
-    "dispersion_std": "vsep.inference.uncertainty",
-    "iterate": "vsep.inference.run",
-    "preset": "vsep.signal.presets",
+    "dispersion_std": "vsep.inference.objects.uncertainty",
+    "iterate": "vsep.inference.core.run",
+    "preset": "vsep.presets.scenes",
     "read_frame": "vsep.files.frame",
-    "run": "vsep.inference.run",
+    "run": "vsep.inference.core.run",
     "simulate": "vsep.signal.simulate",
-    "simulate_preset": "vsep.signal.presets",
+    "simulate_preset": "vsep.presets.scenes",
     "write_frame": "vsep.files.frame",
 }
 

@@ -15,7 +15,7 @@ import numpy as np
 OUT = Path(__file__).with_name("openradar_doppler_example_1.npz")
 # The sensor samples both halves of the spectrum but uses beat frequencies from 0 to the sample
 # rate: ranges above half of the unambiguous one lie in the negative half.
-LOWEST_BEAT = 0.0
+MIN_BEAT = 0.0
 
 
 def main(recording: str) -> None:
@@ -26,7 +26,7 @@ def main(recording: str) -> None:
             OUT,
             received=archive["x"][0],
             beat_sign=1,
-            lowest_beat=LOWEST_BEAT,
+            lowest_beat=MIN_BEAT,
             sample_rate_hz=meta["fs_hz"],
             slope_hz_per_s=meta["slope_hz_per_s"],
             start_frequency_hz=meta["fc_hz"],

@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from vsep_app.jobs.run_session import Phase, Snapshot
+from vsep_app.jobs.tasks import Prepared, advance, prepare
+from vsep_app.model.settings import Settings
 
-from app.session import Phase, Snapshot
-from app.settings import Settings
-from app.work import Prepared, advance, prepare
-from vsep._arrays import ComplexArray
-from vsep.inference.progress import Step, Termination
+from vsep._typing import ComplexArray
+from vsep.inference.core.progress import Step, Termination
+from vsep.presets.scenes import simulate_preset
 from vsep.recordings.settings_text import settings_text
-from vsep.signal.presets import simulate_preset
 from vsep.studies.catalogue import make_study
 from vsep.studies.trial import Row, run_trial
 
@@ -106,7 +106,7 @@ def raw_capture() -> RawCapture:
 @pytest.fixture(scope="session")
 def app_server():
     """Serve the dashboard from a thread with its own event loop."""
-    from app.main import make_server
+    from vsep_app.server.main import make_server
 
     ready, box = threading.Event(), {}
 

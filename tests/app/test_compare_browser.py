@@ -5,8 +5,8 @@ import time
 
 import numpy as np
 import pytest
+from vsep_app.views.tables import MISSING
 
-from app.views.tables import MISSING
 from tests.app.test_browser import (  # noqa: F401
     CHROMIUM,
     PATIENCE_MS,

@@ -6,11 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-
-from app.compare.page import BLIND_MASK, ComparePage
-from app.session import Phase
-from app.settings import LOADED_FRAME
-from app.visit import Visit
+from vsep_app.jobs.run_session import Phase
+from vsep_app.model.settings import LOADED_FRAME
+from vsep_app.pages.base import PageContext
+from vsep_app.pages.compare.page import BLIND_MASK, ComparePage
 
 
 @pytest.fixture
@@ -20,12 +19,12 @@ def pool():
 
 
 def page_of(pool, query=()):
-    visit = Visit(
+    context = PageContext(
         pool=pool, query=dict(query), post=lambda function: function(), watched=lambda: True
     )
-    page = ComparePage(visit)
-    page.complaints = []
-    page.complain = page.complaints.append
+    page = ComparePage(context)
+    page.errors = []
+    page.notify_error = page.errors.append
     return page
 
 
@@ -43,9 +42,9 @@ def test_a_choice_made_on_the_page_restarts_and_a_double_one_is_undone(pool):
     assert page.choice.methods == ["omp", "joint", "zeroing"]
     assert [select.value for select in page.form.methods] == ["omp", "joint", "zeroing", ""]
     assert page.session.run_number == number + 1
-    page.form._complain = page.complaints.append
+    page.form._complain = page.errors.append
     page.form.methods[0].value = "joint"
-    assert page.complaints == ["joint is chosen twice; the methods must differ."]
+    assert page.errors == ["joint is chosen twice; the methods must differ."]
     assert page.form.methods[0].value == "omp"
     assert page.session.run_number == number + 1
 
@@ -57,7 +56,7 @@ def test_a_loaded_frame_without_truth_takes_a_mask_that_is_found(pool, frame_arr
     page.load("own.npz", content.getvalue())
     assert (page.settings.preset, page.choice.mask) == (LOADED_FRAME, BLIND_MASK)
     page.load("bad.npz", b"nothing")
-    assert "bad.npz" in page.complaints[0]
+    assert "bad.npz" in page.errors[0]
 
 
 def test_frames_follow_each_other_and_a_changed_scene_begins_anew(pool):
@@ -81,4 +80,4 @@ def test_frames_follow_each_other_and_a_changed_scene_begins_anew(pool):
         page.loop.close()
 
     asyncio.run(asyncio.wait_for(drive(), 60))
-    assert page.complaints == []
+    assert page.errors == []

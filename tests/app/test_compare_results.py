@@ -1,13 +1,13 @@
 import re
 
 import numpy as np
+from vsep_app.pages.compare.maps import CompareMaps
+from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics
+from vsep_app.pages.compare.results import CompareResults, table_html
+from vsep_app.pages.compare.tasks import advance, compose, prepare
+from vsep_app.views.tables import MISSING
 
-from app.compare.maps import CompareMaps
-from app.compare.metrics import FrameResult, LaneMetrics
-from app.compare.results import CompareResults, table_html
-from app.compare.work import advance, compose, prepare
-from app.views.tables import MISSING
-from tests.app.test_compare_work import plan_of, snapshot_of
+from tests.app.test_compare_tasks import plan_of, snapshot_of
 
 
 def picture_of(*methods, **changes):
@@ -31,8 +31,8 @@ def test_the_table_has_a_row_for_the_frame_and_each_method():
     # One iteration of the repair, one of the estimator.
     assert (prior[2], masked[2]) == ("1", "1")
     assert (prior[4], prior[8], masked[8]) == (MISSING, "0 peaks", MISSING)
-    assert prior[6] == f"{picture.lanes[0].metrics.windowed_error_db:.1f}"
-    assert masked[4] == str(picture.lanes[1].metrics.misses)
+    assert prior[6] == f"{picture.method_runs[0].metrics.windowed_error_db:.1f}"
+    assert masked[4] == str(picture.method_runs[1].metrics.misses)
 
 
 def test_earlier_frames_are_in_the_curves():
@@ -41,7 +41,7 @@ def test_earlier_frames_are_in_the_curves():
     past = tuple(
         FrameResult(
             frame_number=number,
-            lanes=(LaneMetrics(windowed_error_db=-8.0 - number), LaneMetrics()),
+            method_runs=(MethodMetrics(windowed_error_db=-8.0 - number), MethodMetrics()),
         )
         for number in range(2)
     )
@@ -49,7 +49,7 @@ def test_earlier_frames_are_in_the_curves():
     results.show(later)
     first, second, third, _ = results._sources
     assert first.data["frame"] == [0, 1, 2]
-    now = picture.lanes[0].metrics.windowed_error_db
+    now = picture.method_runs[0].metrics.windowed_error_db
     np.testing.assert_array_equal(first.data["error"], [-8.0, -9.0, now])
     assert np.isnan(second.data["error"][0])
     assert third.data["frame"] == []
@@ -61,11 +61,11 @@ def test_the_maps_show_the_cleaned_frames_and_their_objects():
     maps.show(picture)
     assert maps.grid.css_classes == ["of-2"]
     assert [card.column.visible for card in maps._cards] == [True, True, False, False]
-    for card, view in zip(maps._cards, picture.lanes, strict=False):
+    for card, view in zip(maps._cards, picture.method_runs, strict=False):
         np.testing.assert_array_equal(card._image.data["image"][0], view.map_cleaned)
         np.testing.assert_array_equal(card.marks.data["range"], view.objects.ranges_m)
         assert card.map.title.text.startswith(f"{view.name}: detects, ")
-    assert picture.lanes[1].objects.ranges_m.size > 0
+    assert picture.method_runs[1].objects.ranges_m.size > 0
 
 
 def test_a_single_ramp_is_a_curve():
@@ -74,4 +74,4 @@ def test_a_single_ramp_is_a_curve():
     maps.show(picture)
     card = maps._cards[1]
     assert (card._map_pane.visible, card._profile_pane.visible) == (False, True)
-    np.testing.assert_array_equal(card._line.data["level"], picture.lanes[1].profile_db)
+    np.testing.assert_array_equal(card._line.data["level"], picture.method_runs[1].profile_db)

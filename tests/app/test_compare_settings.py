@@ -1,8 +1,8 @@
 import pytest
+from vsep_app.model.compare_settings import METHODS, CompareSettings, parse_choice, require_distinct
 
-from app.compare.settings import METHODS, CompareSettings, parse_choice, require_distinct
-from vsep._arrays import InputError
-from vsep.inference.estimators import ESTIMATORS
+from vsep.errors import InputError
+from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.registry import MITIGATIONS
 
 
@@ -29,9 +29,9 @@ def test_an_address_chooses_and_what_is_wrong_in_it_is_told():
     query = {"methods": "omp,masked", "mask": "residual", "debias": True, "snr": 3}
     chosen = {"methods": ["omp", "masked"], "mask": "residual", "debias": True}
     assert parse_choice(query) == (chosen, [])
-    values, complaints = parse_choice({"methods": "omp", "mask": "guess", "debias": "maybe"})
+    values, errors = parse_choice({"methods": "omp", "mask": "guess", "debias": "maybe"})
     assert values == {}
-    assert [sentence.split(" is ")[1].split(";")[0] for sentence in complaints] == [
+    assert [sentence.split(" is ")[1].split(";")[0] for sentence in errors] == [
         "1",
         "guess",
         "maybe",

@@ -1,7 +1,6 @@
 import pytest
-
-from app.controls import Controls
-from app.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Settings, preset_values
+from vsep_app.model.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Settings, preset_values
+from vsep_app.widgets.controls import Controls
 
 
 @pytest.fixture
@@ -90,7 +89,7 @@ def test_the_measured_filter_is_offered_with_a_frame_that_brings_it(controls):
     assert controls.settings.assumed_kind == "raised_cosine"
 
 
-def test_an_upload_is_handed_on_with_its_name(controls, loaded):
+def test_an_upload_is_stored_on_with_its_name(controls, loaded):
     controls.upload.param.update(filename="mine.npz", value=b"content")
     assert loaded == [("mine.npz", b"content")]
 

@@ -6,15 +6,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-
-from app.address import QUERY_NAMES
-from app.assets import folder
-from app.compare.metrics import judge_objects
-from app.compare.settings import ComparePlan
-from app.compare.work import advance as advance_all
-from app.compare.work import prepare as prepare_all
-from app.settings import PLAN_NAMES, Settings
-from app.teaching.experiment import (
+from vsep_app.assets import folder
+from vsep_app.jobs.tasks import advance, prepare
+from vsep_app.model.compare_settings import ComparePlan
+from vsep_app.model.settings import PLAN_NAMES, Settings
+from vsep_app.model.url import QUERY_NAMES
+from vsep_app.pages.compare.metrics import judge_objects
+from vsep_app.pages.compare.tasks import advance as advance_all
+from vsep_app.pages.compare.tasks import prepare as prepare_all
+from vsep_app.teaching.experiment import (
     COMPARE,
     LIVE,
     open_experiment,
@@ -22,9 +22,9 @@ from app.teaching.experiment import (
     read_experiments,
     shipped_experiments,
 )
-from app.work import advance, prepare
-from vsep._arrays import InputError
-from vsep.inference.progress import Termination
+
+from vsep.errors import InputError
+from vsep.inference.core.progress import Termination
 
 TEXT = """
 title = "Title"
@@ -57,9 +57,9 @@ class Outcome:
         self.misses, self.false_alarms = verdict
         self.iterations, self.termination = len(steps), steps[-1].termination
         self.objects, self.bursts = steps[-1].state.objects, steps[-1].state.bursts
-        self.radar, self.truth = prepared.backdrop.radar, prepared.observation.truth
+        self.radar, self.truth = prepared.static_picture.radar, prepared.observation.truth
         self.threshold_db = prepared.estimator.threshold_db
-        power = 1.0 / (steps[-1].state.noise_precision * prepared.backdrop.reference_power)
+        power = 1.0 / (steps[-1].state.noise_precision * prepared.static_picture.reference_power)
         self.noise_db = 10.0 * math.log10(power)
 
     @property
@@ -126,7 +126,7 @@ def test_zeroing_leaves_ghosts():
     )
     comparison = prepare_all(plan)
     # "a fifth of them"
-    assert comparison.lanes[0].mask.mean() == pytest.approx(0.2, abs=0.02)
+    assert comparison.method_runs[0].mask.mean() == pytest.approx(0.2, abs=0.02)
     step = advance_all(comparison, comparison.initial_state)
     while step.termination is Termination.RUNNING:
         step = advance_all(comparison, step.state)

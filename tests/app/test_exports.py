@@ -7,11 +7,10 @@ import json
 from dataclasses import asdict
 
 import pytest
-
-from app.download import Download
-from app.exports import download_buttons, table_csv
-from app.words import LogLine, TableRow
-from app.work import compose
+from vsep_app.jobs.tasks import compose
+from vsep_app.model.text import LogLine, TableRow
+from vsep_app.widgets.download import Download
+from vsep_app.widgets.exports import download_buttons, table_csv
 
 
 @pytest.fixture

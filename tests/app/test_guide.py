@@ -3,12 +3,11 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-
-from app.compare.page import ComparePage
-from app.page import Dashboard
-from app.teaching.experiment import LIVE, shipped_experiments
-from app.teaching.guide import Guide
-from app.visit import Visit
+from vsep_app.pages.base import PageContext
+from vsep_app.pages.compare.page import ComparePage
+from vsep_app.pages.live import Dashboard
+from vsep_app.teaching.experiment import LIVE, shipped_experiments
+from vsep_app.teaching.guide import Guide
 
 
 @pytest.fixture
@@ -22,9 +21,9 @@ def guide(taken):
 
 
 @pytest.fixture
-def visit():
+def context():
     with ThreadPoolExecutor(1) as pool:
-        yield lambda **query: Visit(
+        yield lambda **query: PageContext(
             pool=pool, query=query, post=lambda function: function(), watched=lambda: True
         )
 
@@ -43,7 +42,7 @@ def test_nothing_is_shown_before_a_choice(guide, taken):
 def test_a_choice_sets_the_controls_and_shows_the_question_only(guide, taken):
     guide.choice.value = "dip"
     assert [one.name for one in taken] == ["dip"]
-    assert "Question" in guide.texts.object
+    assert "MapSpec" in guide.texts.object
     assert answer_of("dip")[:30] not in guide.texts.object + guide.answer.object
 
 
@@ -80,8 +79,8 @@ def test_texts_cannot_bring_markup():
     assert "<b>" not in shown.texts.object
 
 
-def test_the_live_view_opens_an_experiment_and_begins_it_again(visit):
-    page = Dashboard(visit(experiment="pedestrian", snr="50"))
+def test_the_live_view_opens_an_experiment_and_begins_it_again(context):
+    page = Dashboard(context(experiment="pedestrian", snr="50"))
     settings = page.settings
     assert (settings.preset, settings.sir_db, settings.seed) == ("simulation-2-b", 0.0, 33)
     assert (settings.estimator, settings.snr_db) == ("object-only", 50.0)
@@ -95,13 +94,13 @@ def test_the_live_view_opens_an_experiment_and_begins_it_again(visit):
     assert page.session.run_number == number + 2
 
 
-def test_the_compare_page_takes_methods_too(visit):
-    page = ComparePage(visit())
+def test_the_compare_page_takes_methods_too(context):
+    page = ComparePage(context())
     page.guide.choice.value = "zeroing"
     assert page.choice.methods == ["zeroing", "masked", "factorised"]
     assert (page.settings.seed, page.settings.max_iterations) == (3, 30)
 
 
-def test_an_unknown_experiment_is_told(visit):
-    page = Dashboard(visit(experiment="none"))
-    assert page._complaints[0].startswith("experiment is none; it must be one of")
+def test_an_unknown_experiment_is_told(context):
+    page = Dashboard(context(experiment="none"))
+    assert page._errors[0].startswith("experiment is none; it must be one of")

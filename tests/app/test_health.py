@@ -1,12 +1,14 @@
 import json
 import os
 
-from app.health import cpu_s, figures, memory_mb
-from app.lobby import Lobby, Rules
+from vsep_app.server.health import cpu_s, figures, memory_mb
+from vsep_app.server.sessions import ServerLimits, SessionRegistry
 
 
 def test_figures_are_plain_numbers_of_the_server():
-    told = json.loads(json.dumps(figures(Lobby(Rules(most_pages=7), own_folder=False))))
+    told = json.loads(
+        json.dumps(figures(SessionRegistry(ServerLimits(most_pages=7), own_folder=False)))
+    )
     assert told["pages_at_most"] == 7
     assert told["pages"] == told["jobs_waiting"] == 0
     assert len(told["workers_mb"]) == told["workers"]

@@ -5,14 +5,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import panel as pn
 import pytest
-
-from app.assets import path
-from app.compare.page import ComparePage
-from app.page import Dashboard
-from app.settings import Settings
-from app.studies.page import StudyPage
-from app.teaching.help import Help, controls_html, controls_of
-from app.visit import Visit
+from vsep_app.assets import path
+from vsep_app.model.settings import Settings
+from vsep_app.pages.base import PageContext
+from vsep_app.pages.compare.page import ComparePage
+from vsep_app.pages.live import Dashboard
+from vsep_app.pages.studies.page import StudyPage
+from vsep_app.teaching.help import Help, controls_html, controls_of
 
 # What is measured in something names its unit in label or text; these are numbers of things.
 COUNTED = {"Antenna", "Iteration", "Seed", "Ramp", "Largest number of iterations"}
@@ -24,8 +23,8 @@ EQUATIONS += ("object_threshold_db",)
 @pytest.fixture(params=[Dashboard, ComparePage, StudyPage])
 def page(request):
     with ThreadPoolExecutor(1) as pool:
-        visit = Visit(pool=pool, query={}, post=lambda f: f(), watched=lambda: True)
-        opened = request.param(visit)
+        context = PageContext(pool=pool, query={}, post=lambda f: f(), watched=lambda: True)
+        opened = request.param(context)
         yield opened.page()
         opened.close()
 

@@ -3,9 +3,9 @@ import socket
 
 import pytest
 from tornado.websocket import WebSocketClosedError
+from vsep_app.server.main import _closed_pages_are_no_error, make_server
 
-from app.main import _closed_pages_are_no_error, make_server
-from vsep._arrays import InputError
+from vsep.errors import InputError
 
 
 @pytest.mark.parametrize("port", [-1, 65536])

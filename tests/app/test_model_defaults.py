@@ -6,10 +6,13 @@ from bokeh.core.property.descriptors import PropertyDescriptor
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource, Slider
 from bokeh.plotting import figure
-
-from app.main import PAGES
-from app.model_defaults import has_unstable_default, overridden_defaults, remember_defaults
-from app.visit import Visit
+from vsep_app.pages.base import PageContext
+from vsep_app.server.main import PAGES
+from vsep_app.server.model_defaults import (
+    has_unstable_default,
+    overridden_defaults,
+    remember_defaults,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -21,9 +24,11 @@ def as_bokeh_has_it(monkeypatch):
 
 def opened(route):
     """The document of a page, as a visitor opens it."""
-    visit = Visit(pool=None, query={}, post=lambda function: function(), watched=lambda: True)
+    context = PageContext(
+        pool=None, query={}, post=lambda function: function(), watched=lambda: True
+    )
     document = Document()
-    document.add_root(PAGES[route][0](visit).page().get_root(document))
+    document.add_root(PAGES[route][0](context).page().get_root(document))
     return document
 
 

@@ -1,6 +1,6 @@
 import numpy as np
+from vsep_app.widgets.notifications import antenna_notice
 
-from app.notices import antenna_notice
 from vsep.files.frame import Frame
 from vsep.signal.radar import ChirpSequence
 

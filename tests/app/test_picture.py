@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vsep_app.jobs.tasks import compose
+from vsep_app.model.picture import FADE_ITERATIONS, FLASH_ITERATIONS, make_picture
+from vsep_app.model.static_picture import make_static_picture
 
-from app.backdrop import make_backdrop
-from app.picture import FADE_ITERATIONS, FLASH_ITERATIONS, make_picture
-from app.work import compose
-from vsep.inference.progress import ComponentEvent, EventKind, Termination
+from vsep.inference.core.progress import ComponentEvent, EventKind, Termination
 from vsep.signal.scene import Observation
 
 
@@ -49,37 +49,39 @@ def test_cleaned_is_received_minus_interference(many_ramps):
 
 
 def test_level_of_the_median_sample_is_zero(many_ramps):
-    backdrop = many_ramps.prepared.backdrop
+    static_picture = many_ramps.prepared.static_picture
     power = np.abs(many_ramps.prepared.observation.received) ** 2
-    assert np.median(backdrop.level_db(power)) == pytest.approx(0.0, abs=0.1)
+    assert np.median(static_picture.level_db(power)) == pytest.approx(0.0, abs=0.1)
 
 
 def test_levels_do_not_depend_on_the_unit_of_the_samples(many_ramps):
     prepared = many_ramps.prepared
-    scaled = prepared.backdrop.level_db(np.array([prepared.backdrop.reference_power]))
+    scaled = prepared.static_picture.level_db(np.array([prepared.static_picture.reference_power]))
     assert scaled == pytest.approx([0.0])
 
 
 def test_limits_stay_during_a_run(many_ramps):
     first, last = _picture(many_ramps, 1), _picture(many_ramps)
-    assert first.backdrop is last.backdrop
+    assert first.static_picture is last.static_picture
 
 
 def test_the_map_is_cleaner_after_cancellation(many_ramps):
     picture = _picture(many_ramps)
-    before, after = picture.backdrop.map_before, picture.map_after
+    before, after = picture.static_picture.map_before, picture.map_after
     assert before.dtype == after.dtype == np.uint8
     assert before.shape == after.shape
     assert np.median(after) < np.median(before)
 
 
 def test_the_map_peaks_at_the_strongest_true_object(many_ramps):
-    picture, backdrop = _picture(many_ramps), many_ramps.prepared.backdrop
+    picture, static_picture = _picture(many_ramps), many_ramps.prepared.static_picture
     strongest = int(np.argmax(picture.true_objects.snr_db))
     row = np.argmin(
-        np.abs(backdrop.map_velocities_mps - picture.true_objects.velocities_mps[strongest])
+        np.abs(static_picture.map_velocities_mps - picture.true_objects.velocities_mps[strongest])
     )
-    column = np.argmin(np.abs(backdrop.map_ranges_m - picture.true_objects.ranges_m[strongest]))
+    column = np.argmin(
+        np.abs(static_picture.map_ranges_m - picture.true_objects.ranges_m[strongest])
+    )
     # On the grid of the map, within the main lobe of a strong line.
     assert picture.map_after[row, column] >= 0.9 * picture.map_after.max()
 
@@ -125,13 +127,13 @@ def test_a_pruned_component_fades_where_it_was(many_ramps):
     for age in range(FADE_ITERATIONS + 1):
         quiet = [replace(step, info=replace(step.info, events=()))] * age
         picture = make_picture(
-            many_ramps.prepared.backdrop, many_ramps.prepared.initial_state, [pruned, *quiet]
+            many_ramps.prepared.static_picture, many_ramps.prepared.initial_state, [pruned, *quiet]
         )
         if age == FADE_ITERATIONS:
             assert picture.pruned.opacity.size == 0
             break
         assert picture.pruned.opacity == pytest.approx([1.0 - age / FADE_ITERATIONS])
-        radar = many_ramps.prepared.backdrop.radar
+        radar = many_ramps.prepared.static_picture.radar
         assert picture.pruned.ranges_m == pytest.approx([radar.range_from_beat(np.array(0.1))])
 
 
@@ -147,40 +149,41 @@ def test_progress_has_one_point_an_iteration(one_ramp):
 
 
 def test_a_frame_without_truth_has_a_picture(one_ramp):
-    from app.backdrop import make_backdrop
+    from vsep_app.model.static_picture import make_static_picture
+
     from vsep.signal.scene import Observation
 
     prepared = one_ramp.prepared
-    backdrop = make_backdrop(
-        prepared.backdrop.radar,
+    static_picture = make_static_picture(
+        prepared.static_picture.radar,
         Observation(received=prepared.observation.received),
         title="recorded",
     )
-    picture = make_picture(backdrop, prepared.initial_state, one_ramp.steps)
+    picture = make_picture(static_picture, prepared.initial_state, one_ramp.steps)
     assert picture.true_objects.ranges_m.size == 0
     assert not picture.true_ramps.any()
     assert np.all(np.isnan(picture.delay.true_object))
-    assert backdrop.levels_text == ""
+    assert static_picture.levels_text == ""
 
 
 def test_both_conventions_of_the_levels_are_said(one_ramp):
-    text = one_ramp.prepared.backdrop.levels_text
+    text = one_ramp.prepared.static_picture.levels_text
     # 30 dB over 256 samples is 30 - 24.1 dB a sample.
     assert "SNR 30.0 dB in all = 5.9 dB a sample" in text
     assert "SIR -20.0 dB in all" in text
 
 
 def test_bursts_do_not_hide_the_noise_where_no_truth_is_known(many_ramps):
-    backdrop = many_ramps.prepared.backdrop
-    observation = backdrop.observation
-    without = backdrop_of(backdrop.radar, observation.received)
-    clean = backdrop_of(
-        backdrop.radar, observation.received - observation.truth.interference_signal
+    static_picture = many_ramps.prepared.static_picture
+    observation = static_picture.observation
+    without = static_picture_of(static_picture.radar, observation.received)
+    clean = static_picture_of(
+        static_picture.radar, observation.received - observation.truth.interference_signal
     )
     # Four of sixteen ramps are interfered; the floor is that of the others. Limits are rounded to
     # steps of 5 dB.
     assert abs(without.map_limits_db[0] - clean.map_limits_db[0]) <= 5.0
 
 
-def backdrop_of(radar, received):
-    return make_backdrop(radar, Observation(received=received, truth=None), title="")
+def static_picture_of(radar, received):
+    return make_static_picture(radar, Observation(received=received, truth=None), title="")

@@ -5,13 +5,13 @@ import time
 from concurrent.futures import wait
 
 import pytest
+from vsep_app.jobs import pool as pool_module
+from vsep_app.jobs.pool import SLOW_JOB_S, WorkerPool
 
-from app import pool as pool_module
-from app.pool import SLOW_JOB_S, WorkerPool
-from tests.app.test_session import _state, _step
-from vsep._arrays import InputError
-from vsep.inference.progress import Step
-from vsep.inference.state import SeparationState
+from tests.app.test_run_session import _state, _step
+from vsep.errors import InputError
+from vsep.inference.core.progress import Step
+from vsep.inference.core.state import SeparationState
 
 
 @pytest.fixture(scope="module")
@@ -47,14 +47,14 @@ def _until(condition, seconds=20.0):
 
 
 def test_jobs_are_done_in_other_processes(pool):
-    places = {pool.desk().submit(_where).result(20) for _ in range(4)}
+    places = {pool.queue().submit(_where).result(20) for _ in range(4)}
     assert places <= set(pool.figures().process_ids)
     assert os.getpid() not in places
 
 
 def test_a_state_that_was_sent_comes_back_as_the_same_object(pool):
     step = _step(_state(0))
-    assert pool.desk().submit(_same, step).result(20) is step
+    assert pool.queue().submit(_same, step).result(20) is step
 
 
 def _same(argument):
@@ -63,39 +63,39 @@ def _same(argument):
 
 def test_an_error_is_the_caller_s(pool):
     with pytest.raises(InputError, match="it must be 4"):
-        pool.desk().submit(_refuse).result(20)
+        pool.queue().submit(_refuse).result(20)
 
 
 def test_what_cannot_be_sent_is_an_error_of_the_job(pool):
     with pytest.raises((AttributeError, TypeError)):
-        pool.desk().submit(_where, threading.Lock()).result(20)
+        pool.queue().submit(_where, threading.Lock()).result(20)
 
 
-def test_a_desk_has_one_job_at_work(pool):
-    desk = pool.desk()
-    first, second = desk.submit(_sleep, 0.2), desk.submit(_sleep, 0.2)
+def test_a_queue_has_one_job_at_work(pool):
+    queue = pool.queue()
+    first, second = queue.submit(_sleep, 0.2), queue.submit(_sleep, 0.2)
     # Both workers are free; the second job ends a whole job later than the first.
     assert second.result(20) - first.result(20) >= 0.2
 
 
 def test_who_has_used_least_comes_first(pool):
-    busy, fresh = pool.desk(), pool.desk()
+    busy, fresh = pool.queue(), pool.queue()
     busy.charge(10.0)
-    holding = [pool.desk().submit(_sleep, 0.3) for _ in range(2)]
+    holding = [pool.queue().submit(_sleep, 0.3) for _ in range(2)]
     _until(lambda: pool.figures().at_work == 2)
     late = busy.submit(_sleep, 0.15)
-    early = [fresh.submit(_sleep, 0.15), pool.desk().submit(_sleep, 0.15)]
+    early = [fresh.submit(_sleep, 0.15), pool.queue().submit(_sleep, 0.15)]
     wait([*holding, late, *early], 20)
     assert late.result() > max(job.result() for job in early)
 
 
 def test_slow_jobs_leave_a_worker_to_the_others(pool):
-    desks = [pool.desk() for _ in range(3)]
-    for desk in desks:
-        desk.last_s[_sleep] = 2.0 * SLOW_JOB_S
-    slow = [desk.submit(_sleep, 0.6) for desk in desks]
+    desks = [pool.queue() for _ in range(3)]
+    for queue in desks:
+        queue.last_s[_sleep] = 2.0 * SLOW_JOB_S
+    slow = [queue.submit(_sleep, 0.6) for queue in desks]
     begun = time.monotonic()
-    pool.desk().submit(_where).result(20)
+    pool.queue().submit(_where).result(20)
     # All three would take 1.2 s on two workers if they could hold both.
     assert not any(job.done() for job in slow[1:])
     wait(slow, 20)
@@ -103,60 +103,60 @@ def test_slow_jobs_leave_a_worker_to_the_others(pool):
 
 
 def test_a_dropped_job_is_never_done(pool):
-    desk = pool.desk()
-    held = desk.submit(_sleep, 0.2)
-    dropped = desk.submit(_sleep, 0.2)
+    queue = pool.queue()
+    held = queue.submit(_sleep, 0.2)
+    dropped = queue.submit(_sleep, 0.2)
     assert dropped.cancel()
     held.result(20)
     done = pool.figures().done
-    desk.submit(_where).result(20)
+    queue.submit(_where).result(20)
     assert pool.figures().done <= done + 2
 
 
-def test_a_job_that_was_given_up_does_not_hold_up_its_desk(pool):
-    desk = pool.desk()
-    long = desk.submit(_sleep, 1.0)
+def test_a_job_that_was_given_up_does_not_hold_up_its_queue(pool):
+    queue = pool.queue()
+    long = queue.submit(_sleep, 1.0)
     _until(lambda: pool.figures().at_work == 1)
     long.cancel()
     begun = time.monotonic()
-    desk.submit(_where).result(20)
+    queue.submit(_where).result(20)
     assert time.monotonic() - begun < 1.0
 
 
 def test_a_worker_that_nobody_waits_for_is_ended_and_replaced(pool, monkeypatch):
-    monkeypatch.setattr(pool_module, "LONGEST_UNWANTED_S", 0.1)
+    monkeypatch.setattr(pool_module, "MAX_UNWANTED_S", 0.1)
     before = set(pool.figures().process_ids)
-    desk = pool.desk()
-    desk.submit(_sleep, 600.0)
+    queue = pool.queue()
+    queue.submit(_sleep, 600.0)
     _until(lambda: pool.figures().at_work == 1)
-    desk.close()
+    queue.close()
     _until(lambda: set(pool.figures().process_ids) != before)
     _until(lambda: pool.figures().at_work == 0)
-    assert len({pool.desk().submit(_where).result(20) for _ in range(8)} - before) >= 0
+    assert len({pool.queue().submit(_where).result(20) for _ in range(8)} - before) >= 0
     assert pool.figures().replaced == 1
 
 
 def test_a_worker_that_breaks_is_told_and_replaced(pool, caplog):
     with pytest.raises(InputError, match="ended abruptly"):
-        pool.desk().submit(_end).result(20)
+        pool.queue().submit(_end).result(20)
     assert "was replaced" in caplog.text
-    assert pool.desk().submit(_where).result(20) in pool.figures().process_ids
+    assert pool.queue().submit(_where).result(20) in pool.figures().process_ids
 
 
 def test_a_worker_that_ended_while_it_had_nothing_to_do_fails_no_job(pool, caplog):
     for number in pool.figures().process_ids:
         os.kill(number, signal.SIGKILL)
     _until(lambda: not any(worker.alive for worker in pool._workers))
-    desks = [pool.desk() for _ in range(4)]
-    places = {job.result(20) for job in [desk.submit(_where) for desk in desks]}
+    desks = [pool.queue() for _ in range(4)]
+    places = {job.result(20) for job in [queue.submit(_where) for queue in desks]}
     assert places <= set(pool.figures().process_ids)
     assert caplog.text == ""
 
 
-def test_a_closed_desk_takes_no_jobs(pool):
-    desk = pool.desk()
-    desk.close()
-    assert desk.submit(_where).cancelled()
+def test_a_closed_queue_takes_no_jobs(pool):
+    queue = pool.queue()
+    queue.close()
+    assert queue.submit(_where).cancelled()
 
 
 PREPARED = []
@@ -177,12 +177,12 @@ def _prepared():
 def test_every_worker_prepares_before_its_first_job():
     workers = WorkerPool((), workers=2, prepare=_prepare)
     for _ in range(4):
-        process, prepared = workers.desk().submit(_prepared).result(20)
+        process, prepared = workers.queue().submit(_prepared).result(20)
         assert prepared == [process]
     workers.close()
 
 
 def test_a_worker_that_cannot_prepare_does_its_jobs_all_the_same():
     workers = WorkerPool((), workers=1, prepare=_prepare_in_vain)
-    assert workers.desk().submit(_same, 3).result(20) == 3
+    assert workers.queue().submit(_same, 3).result(20) == 3
     workers.close()

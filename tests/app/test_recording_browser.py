@@ -4,6 +4,7 @@ import io
 import re
 
 import pytest
+from vsep_app.cli.main import main
 
 from tests.app.test_browser import (  # noqa: F401
     CHROMIUM,
@@ -14,7 +15,6 @@ from tests.app.test_browser import (  # noqa: F401
     browser_type_launch_args,
     watched,
 )
-from vsep.cli import main
 from vsep.files.frame import read_frame
 
 pytestmark = [
@@ -68,7 +68,7 @@ def recording(watched, app_url):  # noqa: F811
     return page
 
 
-def test_a_capture_is_mended_separated_saved_and_handed_over(recording, raw_capture):
+def test_a_capture_is_mended_separated_saved_and_stored_over(recording, raw_capture):
     page = recording.page
     wrong = raw_capture.text(sign="positive")
     recording.drop(RECORDING, ("radar.yaml", wrong), ("adc.bin", raw_capture.content))

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
+from vsep_app.pages.recording import files
+from vsep_app.pages.recording.files import DroppedFiles, DropZone, StoredFile
 
-from app.recording import files
-from app.recording.files import DroppedFiles, DropZone, StoredFile
-from vsep._arrays import InputError
+from vsep.errors import InputError
 
 
 def test_files_stay_in_their_folder_and_go_with_the_page():
@@ -35,7 +35,7 @@ def test_no_file_of_somebody_else_is_removed(tmp_path):
 
 
 def test_sizes_have_limits(monkeypatch):
-    monkeypatch.setattr(files, "LARGEST_FILE", 2 * 2**20)
+    monkeypatch.setattr(files, "MAX_FILE", 2 * 2**20)
     dropped = DroppedFiles()
     with pytest.raises(InputError, match=r"adc.bin has 3 MB; at most 2 MB are taken"):
         dropped.keep("adc.bin", bytes(3 * 2**20))
@@ -48,9 +48,9 @@ def _chunk(name, data):
     return {**values, "chunk": 1, "total_chunks": 1}
 
 
-def test_what_the_browser_sends_is_handed_on_once_and_may_come_again():
+def test_what_the_browser_sends_is_stored_on_once_and_may_come_again():
     taken, told = [], []
-    zone = DropZone(take=taken.append, complain=told.append, label="Files")
+    zone = DropZone(take=taken.append, notify_error=told.append, label="Files")
     for _ in range(2):
         zone._handle_msg(_chunk("a.npy", b"abc"))
         zone._handle_msg(_chunk("a.yaml", b"x: 1"))
@@ -61,7 +61,7 @@ def test_what_the_browser_sends_is_handed_on_once_and_may_come_again():
 
 def test_what_the_browser_cannot_send_is_a_sentence():
     taken, told = [], []
-    zone = DropZone(take=taken.append, complain=told.append, label="Files")
+    zone = DropZone(take=taken.append, notify_error=told.append, label="Files")
     zone._handle_msg({"status": "error", "error": "File size exceeds ..."})
     zone._handle_msg({"status": "finished"})
     assert told == [

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from vsep_app.jobs import run_loop as loop
+from vsep_app.jobs.frame_store import FRAME_KEY
+from vsep_app.jobs.run_session import Phase
+from vsep_app.pages.base import PageContext
+from vsep_app.pages.recording.page import EXAMPLE, RecordingPage
 
-from app import loop
-from app.handover import FRAME_KEY
-from app.recording.page import EXAMPLE, RecordingPage
-from app.session import Phase
-from app.visit import Visit
 from vsep.files.frame import read_frame
 
 
@@ -50,12 +50,14 @@ def drive(pool, monkeypatch):
     """Runs a coroutine function with a started page that shows the example."""
     told = []
     # No browser says that it has drawn a picture.
-    monkeypatch.setattr(loop, "LONGEST_FLIGHT_S", 0.01)
-    monkeypatch.setattr(RecordingPage, "complain", lambda _, sentence: told.append(sentence))
+    monkeypatch.setattr(loop, "MAX_FLIGHT_S", 0.01)
+    monkeypatch.setattr(RecordingPage, "notify_error", lambda _, sentence: told.append(sentence))
 
     def run(work):
-        visit = Visit(pool=pool, query={}, post=lambda function: function(), watched=lambda: True)
-        page = RecordingPage(visit)
+        context = PageContext(
+            pool=pool, query={}, post=lambda function: function(), watched=lambda: True
+        )
+        page = RecordingPage(context)
         driven = Driven(page, told)
 
         async def session():
@@ -195,7 +197,7 @@ def test_a_clean_recording_is_shown_beside_until_it_does_not_fit(drive, raw_capt
     drive(work)
 
 
-def test_the_frame_is_handed_to_the_live_view_and_saved(drive, raw_capture):
+def test_the_frame_is_stored_to_the_live_view_and_saved(drive, raw_capture):
     async def work(driven):
         page = driven.page
         page.drop([("a.bin", raw_capture.content), ("a.yaml", raw_capture.settings)])
@@ -204,8 +206,8 @@ def test_the_frame_is_handed_to_the_live_view_and_saved(drive, raw_capture):
         await until(lambda: page._link.source.data["place"][0])
         start, word = page._link.source.data["place"][0].split(f"{FRAME_KEY}=")
         assert start == "./?"
-        handed = page._visit.commons.frames.find(word)
-        frame = read_frame(io.BytesIO(handed.content), name=handed.name)
+        stored = page._context.commons.frames.find(word)
+        frame = read_frame(io.BytesIO(stored.content), name=stored.name)
         assert (frame.name, frame.beat_sign, frame.radar.shape) == ("a-frame.npz", -1, (16, 128))
         page.form.save.clicks += 1
         await until(lambda: page._download.source.data["name"] == ["a-frame.npz"])

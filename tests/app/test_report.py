@@ -5,14 +5,14 @@ import sys
 
 import numpy as np
 import pytest
+from vsep_app.report.metadata import read_account
+from vsep_app.report.page import outcome, report_html
+from vsep_app.report.run import account, execute, listed_settings, of_steps
+from vsep_app.report.sources import of_report
+from vsep_app.report.spec import ReportSpec
+from vsep_app.report.write import report_bytes, write_report
 
-from app.report.carrier import read_account
-from app.report.page import outcome, report_html
-from app.report.recipe import Recipe
-from app.report.run import account, carry_out, listed_settings, of_steps
-from app.report.sources import of_report
-from app.report.write import report_bytes, write_report
-from vsep._arrays import InputError
+from vsep.errors import InputError
 
 SUFFIXES = (".html", ".png", ".pdf", ".json")
 HEADS = {".html": b"<!DOCTYPE html>", ".png": b"\x89PNG\r\n\x1a\n", ".pdf": b"%PDF", ".json": b"{"}
@@ -20,8 +20,8 @@ HEADS = {".html": b"<!DOCTYPE html>", ".png": b"\x89PNG\r\n\x1a\n", ".pdf": b"%P
 
 def report_of(run, **changes):
     """The report's run of a finished run of the live view."""
-    recipe = Recipe(plan=run.prepared.plan, **changes)
-    return of_steps(recipe, run.steps[: changes.get("iteration")])
+    spec = ReportSpec(plan=run.prepared.plan, **changes)
+    return of_steps(spec, run.steps[: changes.get("iteration")])
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def test_the_html_holds_views_film_table_settings_and_seed(html):
 
 def test_what_a_frame_is_called_cannot_become_markup(one_ramp):
     run = report_of(one_ramp)
-    object.__setattr__(run.backdrop, "title", "<b>frame</b>")
+    object.__setattr__(run.static_picture, "title", "<b>frame</b>")
     assert "<b>frame</b>" not in report_html(run)
 
 
@@ -94,9 +94,9 @@ def test_a_report_is_made_again_from_what_it_says(one_ramp, tmp_path, suffix, ch
     write_report(run, out)
     assert out.read_bytes().startswith(HEADS[suffix])
     assert read_account(out) == json.loads(report_bytes(run, ".json"))
-    recipe = of_report(str(out))
-    assert recipe == run.recipe
-    assert report_bytes(carry_out(recipe), suffix) == out.read_bytes()
+    spec = of_report(str(out))
+    assert spec == run.spec
+    assert report_bytes(execute(spec), suffix) == out.read_bytes()
 
 
 def test_another_process_makes_the_same_page(many_ramps, tmp_path):
@@ -104,7 +104,7 @@ def test_another_process_makes_the_same_page(many_ramps, tmp_path):
     first, second = tmp_path / "first.html", tmp_path / "second.html"
     run = report_of(many_ramps, iteration=3)
     write_report(run, first)
-    code = "import sys; from vsep.cli import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys; from vsep_app.cli.main import main; sys.exit(main(sys.argv[1:]))"
     arguments = ["report", "--from", str(first), "--out", str(second)]
     subprocess.run([sys.executable, "-W", "error", "-c", code, *arguments], check=True, timeout=120)
     assert second.read_bytes() == first.read_bytes()
@@ -138,7 +138,7 @@ def test_a_picture_is_large_enough_for_print(many_ramps):
 )
 def test_what_the_run_does_not_have_is_refused(one_ramp, changes, words):
     with pytest.raises(InputError, match=words):
-        carry_out(Recipe(plan=one_ramp.prepared.plan, **changes))
+        execute(ReportSpec(plan=one_ramp.prepared.plan, **changes))
 
 
 def test_another_suffix_is_one_sentence(one_ramp, tmp_path):
@@ -149,7 +149,7 @@ def test_another_suffix_is_one_sentence(one_ramp, tmp_path):
 def test_the_report_needs_no_panel_and_no_display():
     code = (
         "import sys; sys.modules['tkinter'] = None; "
-        "import app.report.write, app.report.printed, app.report.animation; "
+        "import vsep_app.report.write, vsep_app.report.static_export, vsep_app.report.animation; "
         "loaded = {'panel', 'panel_material_ui', 'holoviews', 'matplotlib.pyplot'} "
         "& set(sys.modules); assert not loaded, loaded"
     )

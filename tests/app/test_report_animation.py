@@ -5,19 +5,19 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
-
-from app.report.animation import (
+from vsep_app.report.animation import (
     LAST_MS,
     animation_palette,
     shown_iterations,
     write_animation,
 )
-from app.report.carrier import read_account
-from app.report.names import ffmpeg_program, require_animation_name
-from app.report.run import account
-from app.views.style import COLOURS
+from vsep_app.report.metadata import read_account
+from vsep_app.report.names import ffmpeg_program, require_animation_name
+from vsep_app.report.run import account
+from vsep_app.views.style import COLOURS
+
 from tests.app.test_report import report_of
-from vsep._arrays import InputError
+from vsep.errors import InputError
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".webp"])
@@ -30,7 +30,7 @@ def test_an_animation_shows_every_iteration_and_says_how_it_was_made(one_ramp, t
         image.seek(image.n_frames - 1)
         image.load()
         assert image.info["duration"] >= LAST_MS
-    assert read_account(out)["recipe"] == account(run)["recipe"]
+    assert read_account(out)["spec"] == account(run)["spec"]
 
 
 def test_lines_keep_their_colours():
@@ -56,12 +56,12 @@ def test_another_suffix_is_one_sentence(name):
 
 def test_a_missing_ffmpeg_is_one_sentence(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("app.report.names.find_spec", lambda _: None)
+    monkeypatch.setattr("vsep_app.report.names.find_spec", lambda _: None)
     with pytest.raises(InputError, match="needs the program ffmpeg"):
         require_animation_name("run.mp4")
 
 
-def test_the_video_is_handed_to_ffmpeg_and_its_failure_told(one_ramp, monkeypatch, tmp_path):
+def test_the_video_is_stored_to_ffmpeg_and_its_failure_told(one_ramp, monkeypatch, tmp_path):
     tool = tmp_path / "ffmpeg"
     tool.write_text('#!/bin/sh\nfor last; do :; done\n/bin/cat > "$last"\n')
     tool.chmod(0o755)

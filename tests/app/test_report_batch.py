@@ -2,14 +2,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from vsep_app.report.batch import write_batch
+from vsep_app.report.metadata import read_account
+from vsep_app.report.sources import changed, of_frame
 
-from app.report.batch import write_batch
-from app.report.carrier import read_account
-from app.report.sources import changed, of_frame
-from vsep._arrays import InputError
+from vsep.errors import InputError
 
 
-def recipe_of(path):
+def spec_of(path):
     return changed(of_frame(path), {"max_iterations": 2})
 
 
@@ -19,16 +19,16 @@ def test_every_frame_gets_a_report_and_a_row(tmp_path, frame_arrays):
     (tmp_path / "<bad>.npz").write_text("no frame")
     frames = [str(tmp_path / f"{name}.npz") for name in ("a", "<bad>", "b")]
     folder = tmp_path / "reports"
-    complaints = write_batch(frames, folder, recipe_of=recipe_of)
-    assert len(complaints) == 1
-    assert "is not a frame file" in complaints[0]
+    errors = write_batch(frames, folder, spec_of=spec_of)
+    assert len(errors) == 1
+    assert "is not a frame file" in errors[0]
     assert sorted(path.name for path in folder.iterdir()) == ["a.html", "b.html", "index.html"]
     index = (folder / "index.html").read_text()
     assert index.count('<a href="') == 2
     assert index.count("data:image/png") == 2
     assert "2 of 3 frames" in index
     assert "<bad>" not in index
-    assert read_account(folder / "a.html")["recipe"]["plan"]["max_iterations"] == 2
+    assert read_account(folder / "a.html")["spec"]["plan"]["max_iterations"] == 2
 
 
 @pytest.mark.parametrize(
@@ -42,5 +42,5 @@ def test_every_frame_gets_a_report_and_a_row(tmp_path, frame_arrays):
 def test_reports_never_overwrite_each_other(tmp_path, frames, words):
     folder = Path(__file__) if "folder" in words else tmp_path / "reports"
     with pytest.raises(InputError, match=words):
-        write_batch(frames, folder, recipe_of=recipe_of)
+        write_batch(frames, folder, spec_of=spec_of)
     assert not (tmp_path / "reports").exists()

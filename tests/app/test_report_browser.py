@@ -5,8 +5,8 @@ import subprocess
 import sys
 
 import pytest
+from vsep_app.report.metadata import read_account
 
-from app.report.carrier import read_account
 from tests.app.test_browser import (  # noqa: F401
     CHROMIUM,
     PATIENCE_MS,
@@ -40,7 +40,7 @@ def test_reports_open_and_a_recorded_run_plays_from_disk_without_a_request(page,
     report, out = tmp_path / "report.html", tmp_path / "run.html"
     # A process of its own, as for a user.
     command = f"report --preset simulation-2-b --out {report} --record {out}"
-    code = f"from vsep.cli import main; raise SystemExit(main({command.split()!r}))"
+    code = f"from vsep_app.cli.main import main; raise SystemExit(main({command.split()!r}))"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
     requests, errors = [], []
     page.on("request", lambda request: requests.append(request.url))
@@ -105,7 +105,7 @@ def test_a_snapshot_is_downloaded_and_says_what_was_shown(dashboard, tmp_path): 
     assert names == [f"vsep-simulation-2-b-7-iteration-2.{suffix}" for suffix in ("html", "json")]
     told = [read_account(tmp_path / name) for name in names]
     assert told[0] == told[1]
-    assert (told[0]["recipe"]["iteration"], told[0]["result"]["iterations"]) == (2, 2)
+    assert (told[0]["spec"]["iteration"], told[0]["result"]["iterations"]) == (2, 2)
 
 
 def test_the_link_is_copied(dashboard, context):  # noqa: F811

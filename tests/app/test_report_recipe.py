@@ -2,14 +2,14 @@ import json
 from dataclasses import replace
 
 import pytest
+from vsep_app.report import spec as specs
+from vsep_app.report.metadata import for_html, read_account
+from vsep_app.report.spec import KeptFrame, ReportSpec, default_plan, read_spec, spec_data
 
-from app.report import recipe as recipes
-from app.report.carrier import for_html, read_account
-from app.report.recipe import KeptFrame, Recipe, default_plan, read_recipe, recipe_data
-from vsep._arrays import InputError
+from vsep.errors import InputError
 
 FRAME = KeptFrame(name="night.npz", content=b"\x00\xff content")
-FULL = Recipe(
+FULL = ReportSpec(
     plan=replace(default_plan("simulation-2-b"), estimator="masked", object_threshold_db=None),
     frame=FRAME,
     mask="amplitude",
@@ -22,14 +22,14 @@ FULL = Recipe(
 
 
 @pytest.mark.parametrize(
-    "recipe", [FULL, Recipe(plan=default_plan()), Recipe(plan=default_plan(), trial="a/1/2")]
+    "spec", [FULL, ReportSpec(plan=default_plan()), ReportSpec(plan=default_plan(), trial="a/1/2")]
 )
-def test_a_recipe_comes_back_from_json(recipe):
-    assert read_recipe(json.loads(json.dumps(recipe_data(recipe))), "a.html") == recipe
+def test_a_spec_comes_back_from_json(spec):
+    assert read_spec(json.loads(json.dumps(spec_data(spec))), "a.html") == spec
 
 
 def _broken(**changes):
-    data = recipe_data(FULL)
+    data = spec_data(FULL)
     plan = {key[5:]: changes.pop(key) for key in tuple(changes) if key.startswith("plan_")}
     return {**data, **changes, "plan": {**data["plan"], **plan}}
 
@@ -40,7 +40,7 @@ def _broken(**changes):
         None,
         [],
         {},
-        {**recipe_data(FULL), "more": 1},
+        {**spec_data(FULL), "more": 1},
         _broken(ramp=-1),
         _broken(ramp=True),
         _broken(iteration=1.5),
@@ -56,34 +56,34 @@ def _broken(**changes):
         _broken(plan_estimator=["masked"]),
         _broken(plan_more=1),
         _broken(frame={"name": "x"}),
-        _broken(frame={**recipe_data(FULL)["frame"], "npz": "no base 64"}),
-        _broken(frame={**recipe_data(FULL)["frame"], "sha256": "0" * 64}),
+        _broken(frame={**spec_data(FULL)["frame"], "npz": "no base 64"}),
+        _broken(frame={**spec_data(FULL)["frame"], "sha256": "0" * 64}),
     ],
 )
-def test_what_is_no_recipe_is_one_sentence(data):
+def test_what_is_no_spec_is_one_sentence(data):
     with pytest.raises(InputError, match=r"a\.html"):
-        read_recipe(data, "a.html")
+        read_spec(data, "a.html")
 
 
 def test_a_large_frame_is_named_and_asked_for(monkeypatch):
-    monkeypatch.setattr(recipes, "LARGEST_KEPT", 3)
-    data = recipe_data(FULL)
+    monkeypatch.setattr(specs, "MAX_KEPT", 3)
+    data = spec_data(FULL)
     assert data["frame"]["npz"] is None
     with pytest.raises(InputError, match=r"too large; give night\.npz as well"):
-        read_recipe(data, "a.html")
+        read_spec(data, "a.html")
     moved = KeptFrame(name="moved/night.npz", content=FRAME.content)
-    assert read_recipe(data, "a.html", moved) == FULL
+    assert read_spec(data, "a.html", moved) == FULL
     with pytest.raises(InputError, match=r"is not the frame of a\.html"):
-        read_recipe(data, "a.html", KeptFrame(name="other.npz", content=b"other"))
+        read_spec(data, "a.html", KeptFrame(name="other.npz", content=b"other"))
 
 
 def test_a_frame_that_is_not_needed_is_refused():
     with pytest.raises(InputError, match="made without a frame"):
-        read_recipe(recipe_data(Recipe(plan=default_plan())), "a.html", FRAME)
+        read_spec(spec_data(ReportSpec(plan=default_plan())), "a.html", FRAME)
 
 
 def test_no_text_of_an_account_ends_its_element(tmp_path):
-    told = {"recipe": {"name": "</script><script>alert(1)</script>"}}
+    told = {"spec": {"name": "</script><script>alert(1)</script>"}}
     element = for_html(told)
     assert element.count("<") == 2
     (tmp_path / "a.html").write_text(f"<html>{element}</html>")
@@ -103,7 +103,7 @@ def test_no_text_of_an_account_ends_its_element(tmp_path):
         b"RIFFxxxxWEBP",
         b"{",
         b"{}",
-        b'{"recipe"',
+        b'{"spec"',
         b'<script type="application/json" id="vsep-account">[]</script>',
     ],
 )

@@ -1,11 +1,11 @@
 import pytest
+from vsep_app.model.settings import LOADED_FRAME
+from vsep_app.model.trial_link import open_trial
+from vsep_app.report.run import execute
+from vsep_app.report.sources import changed, of_frame, of_link, of_preset, of_rows, of_trial
+from vsep_app.report.spec import ReportSpec, default_plan
 
-from app.report.recipe import Recipe, default_plan
-from app.report.run import carry_out
-from app.report.sources import changed, of_frame, of_link, of_preset, of_rows, of_trial
-from app.settings import LOADED_FRAME
-from app.studies.trial_link import open_trial
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.frame import write_frame
 from vsep.studies.rows import append_rows
 
@@ -14,13 +14,13 @@ LINK = "fig-3/6/0/object-only/1/robust"
 
 def test_a_link_brings_scene_ramp_and_iteration():
     url = "http://127.0.0.1:5006/?preset=simulation-2-a&sir=-30&ramp=4&iteration=3&fast_time=real"
-    recipe = of_link(url)
-    assert (recipe.plan.preset, recipe.plan.sir_db, recipe.plan.snr_db) == (
+    spec = of_link(url)
+    assert (spec.plan.preset, spec.plan.sir_db, spec.plan.snr_db) == (
         "simulation-2-a",
         -30.0,
         60.0,
     )
-    assert (recipe.ramp, recipe.iteration, recipe.fast_time) == (4, 3, "real")
+    assert (spec.ramp, spec.iteration, spec.fast_time) == (4, 3, "real")
 
 
 @pytest.mark.parametrize(
@@ -38,17 +38,17 @@ def test_what_a_link_says_wrongly_is_one_sentence(query, words):
 
 
 def test_a_link_to_a_trial_is_that_trial():
-    recipe = of_link(f"http://127.0.0.1:5006/?preset=loaded-frame&trial={LINK}")
-    assert recipe == of_trial(LINK)
-    assert recipe.plan.preset == LOADED_FRAME
-    assert carry_out(recipe).frame.name == "fig-3, point 6, realization 0"
+    spec = of_link(f"http://127.0.0.1:5006/?preset=loaded-frame&trial={LINK}")
+    assert spec == of_trial(LINK)
+    assert spec.plan.preset == LOADED_FRAME
+    assert execute(spec).frame.name == "fig-3, point 6, realization 0"
 
 
 def test_a_row_of_a_study_becomes_the_same_run(study_rows, tmp_path):
     path = tmp_path / "rows.jsonl"
     with path.open("w") as file:
         append_rows(file, study_rows)
-    run = carry_out(of_rows(str(path), "6/0/object-only"))
+    run = execute(of_rows(str(path), "6/0/object-only"))
     row = next(r for r in study_rows if (r["point_index"], r["realization"]) == (6, 0))
     assert len(run.steps) == row["iterations"]
     assert run.state.objects.num_components == row["num_objects"]
@@ -60,9 +60,9 @@ def test_a_row_of_a_study_becomes_the_same_run(study_rows, tmp_path):
 def test_a_frame_file_is_kept_whole(tmp_path):
     path = tmp_path / "frame.npz"
     write_frame(path, open_trial(LINK).frame)
-    recipe = of_frame(str(path))
-    assert recipe.frame.content == path.read_bytes()
-    assert carry_out(recipe).frame.name == str(path)
+    spec = of_frame(str(path))
+    assert spec.frame.content == path.read_bytes()
+    assert execute(spec).frame.name == str(path)
     with pytest.raises(InputError, match="does not exist"):
         of_frame(str(tmp_path / "absent.npz"))
 
@@ -73,7 +73,7 @@ def test_an_unknown_preset_is_one_sentence():
 
 
 def test_what_is_given_replaces_what_the_source_has():
-    base = changed(Recipe(plan=default_plan()), {"object_threshold_db": 9.0, "ramp": 2})
+    base = changed(ReportSpec(plan=default_plan()), {"object_threshold_db": 9.0, "ramp": 2})
     assert (base.plan.object_threshold_db, base.ramp) == (9.0, 2)
     again = changed(base, {"false_alarm_rate": 0.5, "mask": "amplitude"})
     assert (again.plan.object_threshold_db, again.plan.false_alarm_rate) == (None, 0.5)

@@ -2,9 +2,8 @@ import dataclasses
 import pickle
 
 import pytest
-
-from app.address import QUERY_NAMES, parse_query
-from app.settings import (
+from vsep_app.jobs.tasks import real_frame
+from vsep_app.model.settings import (
     LOADED_FRAME,
     PLAN_NAMES,
     PRESETS,
@@ -13,8 +12,9 @@ from app.settings import (
     Settings,
     preset_values,
 )
-from app.work import real_frame
-from vsep.signal.presets import PRESET_NAMES, interferer_sequence, preset_radar
+from vsep_app.model.url import QUERY_NAMES, parse_query
+
+from vsep.presets.scenes import PRESET_NAMES, interferer_sequence, preset_radar
 
 
 def test_every_preset_of_the_simulator_is_offered():
@@ -79,8 +79,8 @@ def test_values_outside_of_the_bounds_are_refused():
 
 
 def test_a_link_names_only_what_it_changes():
-    values, complaints = parse_query({"preset": "simulation-2-a", "sir": "-5", "matched": False})
-    assert complaints == []
+    values, errors = parse_query({"preset": "simulation-2-a", "sir": "-5", "matched": False})
+    assert errors == []
     assert values["sir_db"] == -5.0
     assert values["snr_db"] == 60.0
     assert values["assume_true_filter"] is False
@@ -98,8 +98,8 @@ def test_a_link_written_by_the_page_is_read_back():
         false_alarm_rate=0.3,
     )
     query = {key: getattr(settings, name) for name, key in QUERY_NAMES.items()}
-    values, complaints = parse_query(query | {"assumed_cutoff": 1.0})
-    assert complaints == []
+    values, errors = parse_query(query | {"assumed_cutoff": 1.0})
+    assert errors == []
     expected = {name: getattr(settings, name) for name in QUERY_NAMES} | {"assumed_cutoff": 1.0}
     assert values == expected
 
@@ -120,14 +120,14 @@ def test_a_link_written_by_the_page_is_read_back():
     ],
 )
 def test_a_bad_value_of_a_link_is_one_sentence_and_changes_nothing(query, sentence):
-    values, complaints = parse_query(query)
-    assert complaints == [sentence]
+    values, errors = parse_query(query)
+    assert errors == [sentence]
     assert values == {}
 
 
 def test_a_slope_unfit_for_the_preset_falls_back_to_its_own():
-    values, complaints = parse_query({"preset": REAL_FRAME, "slope": "9.2"})
-    assert len(complaints) == 1
+    values, errors = parse_query({"preset": REAL_FRAME, "slope": "9.2"})
+    assert len(errors) == 1
     assert values["interferer_slope"] == PRESETS[REAL_FRAME].slope
 
 

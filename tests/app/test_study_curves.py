@@ -1,8 +1,8 @@
 import numpy as np
 from bokeh.models import ColumnDataSource
+from vsep_app.figures.study_figure import draw_panel, panel_columns, panel_shape, update_panel
+from vsep_app.pages.studies.curves import StudyCurves
 
-from app.studies.curves import StudyCurves
-from app.studies.figures import draw_panel, panel_columns, panel_shape, update_panel
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
 

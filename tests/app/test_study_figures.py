@@ -3,10 +3,10 @@ import re
 import numpy as np
 import pytest
 from bokeh.models import Legend, Title
+from vsep_app.figures.study_figure import draw_panel, figure_html, figure_panels, write_study_figure
+from vsep_app.figures.study_print import write_print
+from vsep_app.figures.study_style import colour, marker
 
-from app.studies.figures import draw_panel, figure_html, figure_panels, write_study_figure
-from app.studies.print import write_print
-from app.studies.style import colour, marker
 from vsep import InputError
 from vsep.studies.panels import Box, BoxPanel, Panel, Series
 

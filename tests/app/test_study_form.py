@@ -1,8 +1,8 @@
 import asyncio
 
 import pytest
+from vsep_app.pages.studies.form import StudyForm
 
-from app.studies.form import StudyForm
 from vsep import InputError
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.study import TrialSettings

@@ -5,11 +5,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from vsep_app.pages.base import PageContext
+from vsep_app.pages.studies.page import StudyPage, compose
+from vsep_app.pages.studies.scatter import ScatterChoice
+from vsep_app.pages.studies.session import StudyPhase
 
-from app.studies.page import StudyPage, compose
-from app.studies.scatter import ScatterChoice
-from app.studies.session import StudyPhase
-from app.visit import Visit
 from vsep.files.results import as_json
 from vsep.studies.trial import run_trial
 
@@ -18,7 +18,7 @@ from vsep.studies.trial import run_trial
 def told(monkeypatch):
     """Sentences that the user was told."""
     sentences = []
-    monkeypatch.setattr(StudyPage, "complain", lambda _, sentence: sentences.append(sentence))
+    monkeypatch.setattr(StudyPage, "notify_error", lambda _, sentence: sentences.append(sentence))
     return sentences
 
 
@@ -40,7 +40,7 @@ def slow_engine(monkeypatch):
 def new_page():
     with ThreadPoolExecutor(max_workers=1) as idle:
         return StudyPage(
-            Visit(pool=idle, query={}, post=lambda function: function(), watched=lambda: True)
+            PageContext(pool=idle, query={}, post=lambda function: function(), watched=lambda: True)
         )
 
 
@@ -70,7 +70,7 @@ def test_a_closed_page_stops_its_study_and_removes_its_folder():
     page.form.methods.value = ["object-only"]
     page.form.realizations.value = 10_000
 
-    async def visit():
+    async def context():
         page.start()
         await page._run(None)
         await until(lambda: page._panels)
@@ -79,7 +79,7 @@ def test_a_closed_page_stops_its_study_and_removes_its_folder():
         await until(lambda: not Path(page._folder.name).exists())
         return content
 
-    content = asyncio.run(visit())
+    content = asyncio.run(context())
     assert json.loads(content[0])["study"] == "fig-3"
     assert page.session.snapshot().phase is StudyPhase.STOPPED
 
@@ -88,7 +88,7 @@ def test_a_closed_page_stops_its_study_and_removes_its_folder():
 def test_rows_that_are_opened_are_shown_and_gone_on_with(study_rows, told):
     page = new_page()
 
-    async def visit():
+    async def context():
         page.start()
         await page.load("mine.jsonl", as_file(study_rows))
         assert page.session.snapshot().phase is StudyPhase.STOPPED
@@ -98,7 +98,7 @@ def test_rows_that_are_opened_are_shown_and_gone_on_with(study_rows, told):
         await until(lambda: page.session.snapshot().phase is StudyPhase.FINISHED)
         page.close()
 
-    asyncio.run(visit())
+    asyncio.run(context())
     rows = page.session.snapshot().rows
     # Panel 3a has 13 points; two of them were there.
     assert len(rows) == 3 * 13 * 2
@@ -119,11 +119,11 @@ def test_rows_that_are_opened_are_shown_and_gone_on_with(study_rows, told):
 def test_a_file_of_something_else_is_told_and_nothing_changes(told, content, sentence):
     page = new_page()
 
-    async def visit():
+    async def context():
         await page.load("../mine.jsonl", content)
         page.close()
 
-    asyncio.run(visit())
+    asyncio.run(context())
     assert told == [sentence]
     assert page.session is None
 
@@ -147,15 +147,15 @@ def test_a_failure_to_draw_is_told_once_and_the_page_goes_on(told, study_rows, m
             raise KeyError("odd")
         return compose(rows, choice)
 
-    monkeypatch.setattr("app.studies.page.compose", broken)
-    monkeypatch.setattr("app.studies.page.SHORTEST_PERIOD_S", 0.01)
+    monkeypatch.setattr("vsep_app.pages.studies.page.compose", broken)
+    monkeypatch.setattr("vsep_app.pages.studies.page.MIN_PERIOD_S", 0.01)
 
-    async def visit():
+    async def context():
         page.start()
         await page.load("mine.jsonl", as_file(study_rows))
         await until(lambda: page._panels)
         page.close()
 
-    asyncio.run(visit())
+    asyncio.run(context())
     assert told == ["The rows cannot be drawn (KeyError: 'odd')."]
     assert "the panels of a study failed" in caplog.text

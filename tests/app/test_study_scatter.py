@@ -1,5 +1,11 @@
-from app.studies.scatter import ScatterChoice, StudyScatter, make_dots, worst_html, worst_rows
-from app.studies.trial_link import trial_link
+from vsep_app.model.trial_link import trial_link
+from vsep_app.pages.studies.scatter import (
+    ScatterChoice,
+    StudyScatter,
+    make_dots,
+    worst_html,
+    worst_rows,
+)
 
 CHOICE = ScatterChoice(study="fig-3", panel="3a", value="iterations")
 

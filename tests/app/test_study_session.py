@@ -1,8 +1,8 @@
 import time
 
 import pytest
+from vsep_app.pages.studies.session import StudyPhase, StudySession, time_left_s
 
-from app.studies.session import StudyPhase, StudySession, time_left_s
 from vsep import InputError
 from vsep.studies.catalogue import make_study
 from vsep.studies.engine import record_study

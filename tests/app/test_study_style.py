@@ -1,4 +1,5 @@
-from app.studies.style import colour, marker
+from vsep_app.figures.study_style import colour, marker
+
 from vsep.studies.plans import PLANS
 
 

@@ -1,5 +1,5 @@
-from app.studies.session import StudyPhase, StudySnapshot
-from app.studies.transport import StudyTransport, progress_text
+from vsep_app.pages.studies.session import StudyPhase, StudySnapshot
+from vsep_app.pages.studies.transport import StudyTransport, progress_text
 
 
 def snapshot(num_rows, *, whole=100, phase=StudyPhase.RUNNING, failed=0, left_s=None):

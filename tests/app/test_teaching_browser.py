@@ -26,7 +26,7 @@ pytestmark = [
     pytest.mark.ui,
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
 ]
-PAGES = ["?speed=30", "compare?speed=30&max_iterations=3", "laboratory", "recording", "studies"]
+PAGES = ["?speed=30", "compare?speed=30&max_iterations=3", "separability", "recording", "studies"]
 # Of the libraries, not ours, told by what stands in the element: progress bars have no name, the
 # mark that shows a tooltip has a label but no role, plus and minus of a number field have no name.
 UPSTREAM = {
@@ -76,7 +76,7 @@ def drawn(page, url, query):
     status.wait_for(timeout=PATIENCE_MS)
     # The trials of the laboratory go on for minutes; its map stands from the beginning. A recording
     # is shown at once and waits.
-    also = {"laboratory": "running", "recording": "ready"}
+    also = {"separability": "running", "recording": "ready"}
     words = ["finished", "converged", "stopped"] + [
         word for page_name, word in also.items() if query.startswith(page_name)
     ]

@@ -1,10 +1,9 @@
 import pytest
 from param.parameterized import edit_constant
-
-from app.session import Phase, RunSession
-from app.settings import Settings
-from app.transport import Transport
-from app.work import advance, compose
+from vsep_app.jobs.run_session import Phase, RunSession
+from vsep_app.jobs.tasks import advance, compose
+from vsep_app.model.settings import Settings
+from vsep_app.widgets.transport import Transport
 
 
 @pytest.fixture
@@ -60,7 +59,7 @@ def test_a_ramp_is_taken_from_its_field_within_the_frame(session):
     assert settings.ramp == 15
 
 
-def test_a_complaint_leaves_the_status_of_the_run_as_it_is(session, transport):
+def test_a_error_leaves_the_status_of_the_run_as_it_is(session, transport):
     transport.show(compose(session.snapshot(), 0, "level"), 0.0)
     status = transport.status.object
     assert ">converged<" in status

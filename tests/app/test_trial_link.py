@@ -1,19 +1,19 @@
 import numpy as np
 import pytest
+from vsep_app.jobs.tasks import advance, prepare
+from vsep_app.model.settings import LOADED_FRAME, Settings
+from vsep_app.model.trial_link import open_trial, trial_link, trial_of_query
 
-from app.settings import LOADED_FRAME, Settings
-from app.studies.trial_link import open_trial, trial_link, trial_of_query
-from app.work import advance, prepare
 from vsep import InputError
-from vsep.inference.progress import Termination
-from vsep.laboratory.axes import parse_axis
-from vsep.laboratory.question import Question
-from vsep.laboratory.words import trial_word
-from vsep.studies.bench import draw_bench
+from vsep.inference.core.progress import Termination
+from vsep.separability.axes import parse_axis
+from vsep.separability.map_spec import MapSpec
+from vsep.separability.trial_word import trial_word
 from vsep.studies.catalogue import make_study
 from vsep.studies.rows import trial_of_row
 from vsep.studies.study import TrialSettings
 from vsep.studies.trial import failed_rows, run_trial, separate
+from vsep.studies.trial_scenario import simulate_trial
 
 
 def live_run(link):
@@ -45,7 +45,7 @@ def test_the_live_view_ends_to_the_bit_as_the_trial_did(study, index, method, op
     (row,) = run_trial(make_study(study, methods=(method,), **options).trial(index, 4))
     step = live_run(trial_link(row))
     trial = trial_of_row(row)
-    _, solution = separate(trial, method, draw_bench(trial))
+    _, solution = separate(trial, method, simulate_trial(trial))
     objects = step.state.objects
     assert step.state.iteration == row["iterations"] == solution.iterations
     assert step.termination.name.lower() == row["termination"]
@@ -85,8 +85,8 @@ def test_a_row_that_cannot_be_repeated_live_has_no_link():
 def test_a_link_that_names_no_trial_is_one_sentence(link):
     with pytest.raises(InputError):
         open_trial(link)
-    trial, rest, complaints = trial_of_query({"trial": link, "speed": 30})
-    assert (trial, rest, len(complaints)) == (None, {"speed": 30}, 1)
+    trial, rest, errors = trial_of_query({"trial": link, "speed": 30})
+    assert (trial, rest, len(errors)) == (None, {"speed": 30}, 1)
 
 
 def test_a_query_without_a_trial_stays_as_it_is():
@@ -96,13 +96,13 @@ def test_a_query_without_a_trial_stays_as_it_is():
 
 def test_the_trial_brings_the_loaded_frame_of_its_query():
     query = {"trial": "fig-3/20/17/factorised/1/robust", "preset": LOADED_FRAME}
-    trial, rest, complaints = trial_of_query(query)
+    trial, rest, errors = trial_of_query(query)
     assert trial.frame.name == "fig-3, point 20, realization 17"
-    assert (rest, complaints) == ({}, [])
+    assert (rest, errors) == ({}, [])
 
 
-def test_the_live_view_repeats_a_cell_of_the_laboratory():
-    maps = Question(
+def test_the_live_view_repeats_a_cell_of_the_separability():
+    maps = MapSpec(
         x=parse_axis("object_delay=-1e-7:1e-7:3"),
         y=parse_axis("filter_mismatch=-0.1:0.1:3"),
         fixed=(("num_objects", 3.0),),

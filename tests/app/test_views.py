@@ -4,15 +4,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bokeh.models import Span
-
-from app.views.progress import ProgressView
-from app.views.ramps import RampStrip
-from app.views.range_doppler import LARGEST_MARK, SMALLEST_MARK, RangeDopplerView, mark_sizes
-from app.views.signals import DelayView, FastTimeView
-from app.views.style import COLOURS, Axis
-from app.views.tables import MISSING, log_html, table_html, times_html, value_text
-from app.words import LogLine, TableRow
-from app.work import compose
+from vsep_app.jobs.tasks import compose
+from vsep_app.model.text import LogLine, TableRow
+from vsep_app.views.progress import ProgressView
+from vsep_app.views.ramps import RampStrip
+from vsep_app.views.range_doppler import MAX_MARK, MIN_MARK, RangeDopplerView, mark_sizes
+from vsep_app.views.signals import DelayView, FastTimeView
+from vsep_app.views.style import COLOURS, Axis
+from vsep_app.views.tables import MISSING, log_html, table_html, times_html, value_text
 
 
 @pytest.fixture
@@ -119,8 +118,8 @@ def test_the_map_before_is_sent_once_a_scene(linked, many_ramps):
 
 def test_marks_grow_with_the_component_snr():
     sizes = mark_sizes(np.array([-10.0, 0.0, 25.0, 50.0, 90.0]))
-    middle = (SMALLEST_MARK + LARGEST_MARK) / 2.0
-    expected = [SMALLEST_MARK, SMALLEST_MARK, middle, LARGEST_MARK, LARGEST_MARK]
+    middle = (MIN_MARK + MAX_MARK) / 2.0
+    expected = [MIN_MARK, MIN_MARK, middle, MAX_MARK, MAX_MARK]
     assert sizes == pytest.approx(expected)
 
 

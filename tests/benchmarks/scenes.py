@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep.inference.separator import FactorisedSeparator
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.filters import RaisedCosineFilter
-from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
 
 SAMPLE_RATE_HZ = 5.1e6

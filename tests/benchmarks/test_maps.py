@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from vsep.analysis.separability import separability
-from vsep.laboratory.analytic import analytic_map
-from vsep.laboratory.axes import parse_axis
-from vsep.laboratory.question import Question
-from vsep.studies.bench import draw_bench
+from vsep.separability.analytic import analytic_map
+from vsep.separability.axes import parse_axis
+from vsep.separability.map_spec import MapSpec
+from vsep.studies.trial_scenario import simulate_trial
 
 SLOPE = "slope_difference=-2e12:-1e11:64"
 MAPS = {
@@ -33,23 +33,23 @@ MAPS = {
 SAMPLED = 16
 
 
-@pytest.mark.benchmark(group="laboratory")
+@pytest.mark.benchmark(group="separability")
 @pytest.mark.parametrize("part", MAPS)
 def test_map(timed, part):
     scene, x, y = MAPS[part]
-    maps = Question(scene=scene, x=parse_axis(x), y=parse_axis(y))
+    maps = MapSpec(scene=scene, x=parse_axis(x), y=parse_axis(y))
     found = timed(lambda: analytic_map(maps), part=part, rounds=5)
     assert np.all(np.isfinite(found.coherence))
 
 
-@pytest.mark.benchmark(group="laboratory")
+@pytest.mark.benchmark(group="separability")
 def test_cells_one_by_one(timed):
     scene, x, y = MAPS["map of Simulation I over SIR and slope"]
-    maps = Question(scene=scene, x=parse_axis(x), y=parse_axis(y))
+    maps = MapSpec(scene=scene, x=parse_axis(x), y=parse_axis(y))
 
     def literally():
         for cell in range(SAMPLED):
-            bench = draw_bench(maps.trial((cell, cell)))
+            bench = simulate_trial(maps.trial((cell, cell)))
             truth = bench.truth
             lines = truth.beats, truth.dopplers, truth.amplitudes
             ratio = separability(*lines, truth.interference_signal)

@@ -5,26 +5,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bokeh.models import Span
+from vsep_app.jobs.tasks import advance, prepare
+from vsep_app.model.picture import make_picture
+from vsep_app.model.settings import Settings
+from vsep_app.views.range_doppler import RangeDopplerView
+from vsep_app.views.signals import DelayView, FastTimeView
+from vsep_app.views.style import Axis
 
-from app.picture import make_picture
-from app.settings import Settings
-from app.views.range_doppler import RangeDopplerView
-from app.views.signals import DelayView, FastTimeView
-from app.views.style import Axis
-from app.work import advance, prepare
 from tests.benchmarks.scenes import preset_problem
 from tests.vsep import literal
-from vsep.inference.channel import ChannelGrid
-from vsep.inference.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
-from vsep.inference.chirp_search import find_single_chirps
-from vsep.inference.progress import Termination
-from vsep.inference.run import run
-from vsep.inference.sbl import ActiveSet
-from vsep.kernels.climbing import climb
-from vsep.kernels.lines import Columns, split_columns
+from vsep.inference.bursts.channel import ChannelGrid
+from vsep.inference.bursts.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
+from vsep.inference.bursts.chirp_search import find_single_chirps
+from vsep.inference.core.progress import Termination
+from vsep.inference.core.run import run
+from vsep.inference.objects.sbl import ActiveSet
+from vsep.kernels.complex_parts import split
+from vsep.kernels.line_spectra import Columns, columns_as_parts
+from vsep.kernels.newton_ascent import climb
 from vsep.kernels.object_cost import cost_jet
 from vsep.kernels.ramps import FlatRamps
-from vsep.kernels.split_arrays import split
 from vsep.signal.atoms import gram, line_factors, project
 
 WAYS = ["fast", "literal"]
@@ -89,7 +89,7 @@ def cost_of(chirp):
 @pytest.mark.parametrize("way", WAYS)
 def test_cost_of_an_object(timed, line, way):
     points, precisions, residual, others = line
-    rest, columns = split(residual), split_columns(others)
+    rest, columns = split(residual), columns_as_parts(others)
 
     def literally():
         atoms = literal.object_atoms(points, residual.shape)
@@ -106,7 +106,7 @@ def test_cost_of_an_object(timed, line, way):
 @pytest.mark.parametrize("way", WAYS)
 def test_refinement_of_an_object(timed, settled, line, way):
     points, precisions, residual, others = line
-    rest, columns = split(residual), split_columns(others)
+    rest, columns = split(residual), columns_as_parts(others)
     start = points[0] + OFF_CELLS / np.array(residual.shape[::-1])
     separator = literal.LiteralSeparator(model=settled[0].separator.model)
 
@@ -193,7 +193,7 @@ def test_dashboard_frame(timed):
 
     def draw():
         picture = make_picture(
-            prepared.backdrop,
+            prepared.static_picture,
             prepared.initial_state,
             tuple(steps),
             ramp=0,

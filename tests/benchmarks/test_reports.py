@@ -6,7 +6,7 @@ import sys
 import pytest
 
 SCENE = ["report", "--preset", "simulation-2-b"]
-CODE = "import sys; from vsep.cli import main; sys.exit(main(sys.argv[1:]))"
+CODE = "import sys; from vsep_app.cli.main import main; sys.exit(main(sys.argv[1:]))"
 
 
 def run(*arguments):

@@ -6,7 +6,7 @@ import pytest
 
 from tests.benchmarks.scenes import drawn_problem, preset_problem
 from tests.vsep.literal import LiteralSeparator, chirp_dictionary
-from vsep.inference.run import run
+from vsep.inference.core.run import run
 
 CASES = {
     "Simulation I, SIR -20 dB": ("simulation-1", 30.0, -20.0),

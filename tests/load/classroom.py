@@ -31,7 +31,7 @@ SLIDERS = {"SNR [dB, total]": (20, 70), "SIR [dB, total]": (-30, 0)}
 RUN_GAP_S = 1.0
 # A machine that others use, too, takes its time to build a page.
 PATIENCE_S = 180.0
-SERVE = "from vsep.cli import main; main()"
+SERVE = "from vsep_app.cli.main import main; main()"
 FIRST = re.compile(r"iteration ([0-2]) of")
 
 

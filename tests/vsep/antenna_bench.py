@@ -21,13 +21,13 @@ from vsep.analysis.intervals import (
     poisson_interval,
     root_mean_square,
 )
-from vsep.inference.object_only import ObjectOnlySeparator
-from vsep.inference.run import run
-from vsep.inference.separator import FactorisedSeparator
-from vsep.signal.antenna_line import AntennaLine, AntennaScene
+from vsep.inference.core.run import run
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.presets.scenes import preset
 from vsep.signal.atoms import gram, line_factors
 from vsep.signal.filters import NoFilter
-from vsep.signal.presets import preset
+from vsep.signal.linear_array import AntennaScene, UniformLinearArray
 from vsep.signal.simulate import simulate_antennas
 from vsep.signal.template import SignalModel
 
@@ -56,7 +56,7 @@ def antenna_frame(name, num_antennas, *, snr_db, sir_db, seed, interference=True
     drawn = preset(name, snr_db=snr_db, sir_db=sir_db, rng=rng, interference=interference)
     scene = AntennaScene(
         scene=drawn.scene,
-        antennas=AntennaLine(num_antennas=num_antennas),
+        antennas=UniformLinearArray(num_antennas=num_antennas),
         object_angles_deg=rng.uniform(-SIDES, SIDES, drawn.scene.objects.num_paths),
         interferer_angles_deg=rng.uniform(-SIDES, SIDES, len(drawn.scene.interferers)),
     )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vsep.inference.channel import ChannelGrid
+from vsep.inference.bursts.channel import ChannelGrid
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
 

@@ -11,18 +11,18 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import fresnel
 
-from vsep._arrays import from_db, wrap_frequency
-from vsep.inference.burst_search import CLEARLY_BETTER, START_STEPS
-from vsep.inference.chirp_refinement import LONGEST_SHIFT, LONGEST_STRETCH
-from vsep.inference.chirp_search import slope_bank
-from vsep.inference.objects import ADDITION_WINDOW
-from vsep.inference.progress import ComponentEvent, EventKind, IterationInfo
-from vsep.inference.schedule import schedule_by_name
-from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import BurstComponents, ObjectComponents
+from vsep.inference.bursts.chirp_refinement import MAX_SHIFT, MAX_STRETCH
+from vsep.inference.bursts.chirp_search import slope_bank
+from vsep.inference.bursts.search import CLEARLY_BETTER, START_STEPS
+from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo
+from vsep.inference.core.schedule import schedule_by_name
+from vsep.inference.core.state import BurstComponents, ObjectComponents
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.inference.objects.workspace import ADDITION_WINDOW
 from vsep.kernels.candidates import ABSORBED_SHARE, CANDIDATE_PEAKS, NEW_COMPONENT_STEPS
+from vsep.units import from_db, wrap_frequency
 
-LONGEST_STEP = 0.25  # of a resolution cell
+MAX_STEP = 0.25  # of a resolution cell
 NO_GAIN = 1e-6  # nats
 
 
@@ -289,7 +289,7 @@ class LiteralSeparator(FactorisedSeparator):
 
         start = np.array([burst.start_frequency + burst.slope * reference, burst.slope])
         longest = np.array(
-            [2.0 * LONGEST_SHIFT * model.normalised_cutoff, LONGEST_STRETCH * abs(burst.slope)]
+            [2.0 * MAX_SHIFT * model.normalised_cutoff, MAX_STRETCH * abs(burst.slope)]
         )
         # A ten-thousandth of the longest step: rounding and third derivative are both small.
         point = climb(cost, start, 1e-4 * longest, longest, max_steps)
@@ -430,7 +430,7 @@ class LiteralSeparator(FactorisedSeparator):
             schur = max(schur, 1e-12 * lam)
             return lam**2 * abs(inner) ** 2 / schur - np.log(schur)
 
-        longest = LONGEST_STEP / np.array(shape[::-1], dtype=float)[:free]
+        longest = MAX_STEP / np.array(shape[::-1], dtype=float)[:free]
         # A thousandth of a cell: rounding and third derivative are both small.
         moved = climb(cost, point[:free], 4e-3 * longest, longest, max_steps)
         return np.append(moved, point[free:])
@@ -464,7 +464,7 @@ class LiteralSeparator(FactorisedSeparator):
             return points
         moves = np.zeros((count, 2))
         moves[:, :axes] = step.reshape(axes, count).T
-        moves *= min(1.0, LONGEST_STEP / np.max(np.abs(moves) * np.array(shape[::-1])))
+        moves *= min(1.0, MAX_STEP / np.max(np.abs(moves) * np.array(shape[::-1])))
         for _ in range(3):
             if cost(moves) >= cost(np.zeros_like(moves)):
                 return list(start + moves)

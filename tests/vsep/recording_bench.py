@@ -14,20 +14,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vsep._arrays import to_db
 from vsep.calibration.calibrate import calibrate
-from vsep.inference.masked import MaskedSeparator
-from vsep.inference.object_only import ObjectOnlySeparator
-from vsep.inference.run import run
-from vsep.inference.separator import FactorisedSeparator
+from vsep.inference.core.run import run
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.inference.objects.masked import MaskedSeparator
+from vsep.inference.objects.object_only import ObjectOnlySeparator
 from vsep.mitigation.blanking import zeroing
 from vsep.mitigation.method import mitigate
-from vsep.signal.clutter import static_part
+from vsep.signal.clutter import static_clutter
 from vsep.signal.filters import NoFilter
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel, Interferer
 from vsep.signal.simulate import add_interference
 from vsep.signal.template import SignalModel
+from vsep.units import to_db
 
 INTERFERED, CLEAN = "radarlab_20180608-195044.npz", "radarlab_20180613-190347.npz"
 SLOPE = -19.312e12  # by the settings of both radars, in the paper's sign
@@ -103,7 +103,7 @@ def car_of(moving, ramps=None):
 
 def separated(antenna, response, *, max_iterations=30):
     """State of the separator on the moving part of one antenna of the interfered recording."""
-    moving = antenna - static_part(antenna)
+    moving = antenna - static_clutter(antenna)
     model = model_with(response)
     return run(FactorisedSeparator(model=model, max_iterations=max_iterations), moving).state
 
@@ -124,7 +124,7 @@ def grown(mask, samples=40):
 def car_row(index, signals, mask, response):
     """One antenna of the interfered recording: everything that is asked of it."""
     antenna = signals[index]
-    moving = antenna - static_part(antenna)
+    moving = antenna - static_clutter(antenna)
     state = separated(antenna, response.filter_of(index))
     hit = mask.any(axis=1)
     rest = np.abs(moving - state.object_signal - state.interference_signal) ** 2
@@ -182,7 +182,7 @@ def sweep_rows(slope_differences, sirs_db, *, max_iterations=30):
         calibrate([interfered[:1, rows]], RATE, SLOPE).estimate.response.filter_of(0)
         for rows in (slice(0, 64), slice(64, 128))
     ]
-    moving = (clean - static_part(clean))[0]
+    moving = (clean - static_clutter(clean))[0]
     objects = run(
         ObjectOnlySeparator(model=model_with(NoFilter()), max_iterations=60), moving
     ).state

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsep.signal.presets import simulate_preset
+from vsep.presets.scenes import simulate_preset
 
 SETS = ("simulation-2-a", "simulation-2-b", "simulation-2-c")
 

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vsep.presets.scenes import preset_radar
 from vsep.signal.filters import NoFilter
 from vsep.signal.motion import moving_scenes
-from vsep.signal.presets import preset_radar
 from vsep.signal.scene import Channel, Scene
 from vsep.signal.simulate import simulate
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from vsep._arrays import wrap_frequency
-from vsep.inference.object_only import ObjectOnlySeparator
-from vsep.inference.run import run
-from vsep.inference.separator import FactorisedSeparator
-from vsep.signal.presets import preset, preset_radar, simulate_preset
+from vsep.inference.core.run import run
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.presets.scenes import preset, preset_radar, simulate_preset
 from vsep.signal.template import SignalModel
+from vsep.units import wrap_frequency
 
 ROOT_CRLB_30_DB = 4.816e-5  # sqrt(6 / (SNR (2 pi)^2 (N^2 - 1))) at 30 dB and N = 256
 

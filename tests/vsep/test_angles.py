@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
 from vsep.analysis.angles import angle_bound_deg, object_angles
-from vsep.signal.antenna_line import AntennaLine
+from vsep.errors import InputError
+from vsep.signal.linear_array import UniformLinearArray
 
 
 def weights_of(angles_deg, num_antennas, spacing):
@@ -47,7 +47,7 @@ def test_a_wide_line_gives_the_direction_nearest_to_broadside():
     assert found.angles_deg[0] == pytest.approx(aliased, abs=1e-6)
     assert (
         abs(found.angles_deg[0])
-        <= AntennaLine(num_antennas=2, spacing_wavelengths=2.0).unambiguous_angle_deg
+        <= UniformLinearArray(num_antennas=2, spacing_wavelengths=2.0).unambiguous_angle_deg
         == pytest.approx(14.4775, abs=1e-4)
     )
 

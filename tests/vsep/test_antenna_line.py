@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
-from vsep.signal.antenna_line import AntennaLine, AntennaScene
-from vsep.signal.presets import preset
+from vsep.errors import InputError
+from vsep.presets.scenes import preset
+from vsep.signal.linear_array import AntennaScene, UniformLinearArray
 from vsep.signal.simulate import simulate_antennas
 
 
@@ -20,7 +20,7 @@ def received_by(num_antennas, interferer_angle=20.0):
     angles = np.linspace(-40.0, 50.0, scenario.scene.objects.num_paths)
     scene = AntennaScene(
         scene=scenario.scene,
-        antennas=AntennaLine(num_antennas=num_antennas, spacing_wavelengths=0.4),
+        antennas=UniformLinearArray(num_antennas=num_antennas, spacing_wavelengths=0.4),
         object_angles_deg=angles,
         interferer_angles_deg=np.array([interferer_angle]),
     )
@@ -65,7 +65,7 @@ def flat_size(noise):
 
 def test_directions_are_one_for_each():
     scenario = drawn()
-    line = AntennaLine(num_antennas=2)
+    line = UniformLinearArray(num_antennas=2)
     with pytest.raises(InputError, match=r"object_angles_deg has shape \(2,\); it must be \(10,\)"):
         AntennaScene(
             scene=scenario.scene,
@@ -84,6 +84,6 @@ def test_directions_are_one_for_each():
 
 def test_a_line_has_antennas_some_way_apart():
     with pytest.raises(InputError, match="num_antennas is 0"):
-        AntennaLine(num_antennas=0)
+        UniformLinearArray(num_antennas=0)
     with pytest.raises(InputError, match="spacing_wavelengths is 0"):
-        AntennaLine(num_antennas=2, spacing_wavelengths=0.0)
+        UniformLinearArray(num_antennas=2, spacing_wavelengths=0.0)

@@ -5,20 +5,20 @@ import pytest
 from scipy.stats import gamma
 
 from tests.vsep import antenna_bench as bench
-from vsep._arrays import InputError
 from vsep.analysis.intervals import binomial_interval, poisson_interval
-from vsep.inference.antennas import SharedSet
-from vsep.inference.elbo import weights_bound
-from vsep.inference.estimators import make_estimator
-from vsep.inference.run import run
-from vsep.inference.sbl import ActiveSet
-from vsep.inference.thresholds import threshold_from_false_alarm_rate, threshold_of_sum
-from vsep.kernels.climbing import climb, update_lines
+from vsep.errors import InputError
+from vsep.inference.core.elbo import weights_bound
+from vsep.inference.core.run import run
+from vsep.inference.core.thresholds import threshold_from_false_alarm_rate, threshold_of_sum
+from vsep.inference.objects.measurement_vectors import MultipleVectorActiveSet
+from vsep.inference.objects.sbl import ActiveSet
+from vsep.inference.registry import make_estimator
+from vsep.kernels.complex_parts import split
 from vsep.kernels.joint_slopes import joint_slopes
-from vsep.kernels.lines import Columns, split_columns
+from vsep.kernels.line_spectra import Columns, columns_as_parts
+from vsep.kernels.newton_ascent import climb, update_lines
 from vsep.kernels.object_cost import cost_jet
-from vsep.kernels.placing import object_signals, place_columns
-from vsep.kernels.split_arrays import split
+from vsep.kernels.object_posterior import object_signals, place_columns
 from vsep.signal.atoms import gram, line_factors, project, synthesize
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
@@ -46,7 +46,7 @@ def frame_factors(points):
 def shared_set(points, precisions, residual):
     factors = frame_factors(points)
     products = np.array([project(signal, *factors) for signal in residual]).T
-    return SharedSet(gram(*factors), products, precisions, NOISE_PRECISION), factors
+    return MultipleVectorActiveSet(gram(*factors), products, precisions, NOISE_PRECISION), factors
 
 
 def as_columns(shared, factors):
@@ -59,7 +59,7 @@ def flat(residual):
 
 
 def shared_cost_jet(beat, doppler, precision, residual, columns):
-    return cost_jet(beat, doppler, precision, split(flat(residual)), split_columns(columns))
+    return cost_jet(beat, doppler, precision, split(flat(residual)), columns_as_parts(columns))
 
 
 def update_shared(points, shared, residual, threshold):
@@ -154,7 +154,7 @@ def test_climbing_never_lowers_the_cost_and_ends_at_a_peak(crowded):
     start = points[0] + [0.4 / SHAPE[1], -0.4 / SHAPE[0]]
     before = shared_cost_jet(*start, 0.0, residual, columns).value
     for steps in (1, 12):
-        end = climb(start, 0.0, split(flat(residual)), split_columns(columns), steps)
+        end = climb(start, 0.0, split(flat(residual)), columns_as_parts(columns), steps)
         jet = end.end
         assert jet.value >= before
     again = shared_cost_jet(end.beat, end.doppler, 0.0, residual, columns)

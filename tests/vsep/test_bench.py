@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from vsep import ButterworthFilter, InputError, RaisedCosineFilter, simulate_preset
-from vsep.studies.bench import draw_bench, preset_name
 from vsep.studies.study import Point, Trial, TrialSettings
+from vsep.studies.trial_scenario import preset_name, simulate_trial
 
 
 def trial(realization=0, **changes):
@@ -35,7 +35,7 @@ def noise_of(observation):
     ],
 )
 def test_both_frames_have_the_same_objects_and_noise(changes):
-    bench = draw_bench(trial(**changes))
+    bench = simulate_trial(trial(**changes))
     interfered, clean = bench.interfered.truth, bench.clean.truth
     assert np.array_equal(interfered.object_signal, clean.object_signal)
     assert not np.any(clean.interference_signal)
@@ -48,7 +48,7 @@ def test_both_frames_have_the_same_objects_and_noise(changes):
 
 def test_the_scene_is_that_of_the_preset_of_the_same_seed():
     one = trial(scene="simulation-2", realization=1)
-    bench = draw_bench(one)
+    bench = simulate_trial(one)
     _, observation = simulate_preset(
         "simulation-2-b", snr_db=30.0, sir_db=-20.0, seed=one.seed_sequence
     )
@@ -62,7 +62,7 @@ def test_the_sets_of_simulation_2_take_turns():
 
 
 def test_the_estimators_assume_the_raised_cosine_whatever_shaped_the_bursts():
-    bench = draw_bench(trial(butterworth_order=8))
+    bench = simulate_trial(trial(butterworth_order=8))
     true, assumed = bench.scenario.anti_aliasing_filter, bench.model.anti_aliasing_filter
     assert true == ButterworthFilter(cutoff_hz=2.55e6, order=8)
     assert assumed == RaisedCosineFilter(cutoff_hz=2.55e6, rolloff=0.25)
@@ -70,8 +70,8 @@ def test_the_estimators_assume_the_raised_cosine_whatever_shaped_the_bursts():
 
 @pytest.mark.parametrize("realization", range(6))
 def test_a_second_interferer_puts_a_second_burst_into_every_interfered_ramp(realization):
-    one = draw_bench(trial(scene="simulation-2", realization=realization))
-    two = draw_bench(trial(scene="simulation-2", realization=realization, num_interferers=2))
+    one = simulate_trial(trial(scene="simulation-2", realization=realization))
+    two = simulate_trial(trial(scene="simulation-2", realization=realization, num_interferers=2))
     first = [burst.ramp for burst in one.truth.bursts]
     both = [burst.ramp for burst in two.truth.bursts]
     assert both == sorted(first * 2)
@@ -86,9 +86,9 @@ def test_a_second_interferer_puts_a_second_burst_into_every_interfered_ramp(real
 
 
 def test_two_chirps_of_the_second_interferer_make_three_bursts_on_both_sides_of_the_first():
-    one = draw_bench(trial(scene="simulation-2"))
+    one = simulate_trial(trial(scene="simulation-2"))
     point = {"num_interferers": 2, "num_second_crossings": 2}
-    three = draw_bench(trial(scene="simulation-2", **point))
+    three = simulate_trial(trial(scene="simulation-2", **point))
     first = {burst.ramp: burst for burst in one.truth.bursts}
     assert [burst.ramp for burst in three.truth.bursts] == sorted([*first] * 3)
     for ramp, alone in first.items():
@@ -101,21 +101,21 @@ def test_two_chirps_of_the_second_interferer_make_three_bursts_on_both_sides_of_
 
 
 def test_noise_frames_hold_noise_alone():
-    small, large = draw_bench(trial(scene="noise-1")), draw_bench(trial(scene="noise-2"))
+    small, large = simulate_trial(trial(scene="noise-1")), simulate_trial(trial(scene="noise-2"))
     assert small.interfered.received.shape == (1, 256)
     assert large.interfered.received.shape == (16, 128)
     assert len(large.truth.beats) == 0
     assert not np.any(large.truth.interference_signal)
     assert large.truth.bursts == ()
-    other = draw_bench(trial(scene="noise-2", realization=1))
+    other = simulate_trial(trial(scene="noise-2", realization=1))
     assert not np.array_equal(large.interfered.received, other.interfered.received)
 
 
 def test_bounds_are_those_of_the_true_filter_and_unknown_interference_raises_them():
-    unknown, known = draw_bench(trial()).bounds()
+    unknown, known = simulate_trial(trial()).bounds()
     assert known.root_mean_crlb == pytest.approx(4.816e-5, abs=0.5e-8)
     assert 1.0 < unknown.root_mean_crlb / known.root_mean_crlb < 1.001
-    nothing, same = draw_bench(trial(scene="noise-1")).bounds()
+    nothing, same = simulate_trial(trial(scene="noise-1")).bounds()
     assert np.isnan(nothing.root_mean_crlb)
     assert np.isnan(same.root_mean_crlb)
 
@@ -123,10 +123,10 @@ def test_bounds_are_those_of_the_true_filter_and_unknown_interference_raises_the
 @pytest.mark.parametrize("realization", range(3))
 @pytest.mark.parametrize("count", [1, 5, 16])
 def test_as_many_ramps_are_interfered_as_asked_for(realization, count):
-    bench = draw_bench(trial(realization, scene="simulation-2", num_interfered_ramps=count))
+    bench = simulate_trial(trial(realization, scene="simulation-2", num_interfered_ramps=count))
     assert [burst.ramp for burst in bench.truth.bursts] == list(range(count))
 
 
 def test_more_ramps_than_there_are_cannot_be_interfered():
     with pytest.raises(InputError, match="num_interfered_ramps is 17"):
-        draw_bench(trial(scene="simulation-2", num_interfered_ramps=17))
+        simulate_trial(trial(scene="simulation-2", num_interfered_ramps=17))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.mitigation.blanking import blanked, blanking, zeroed
 from vsep.signal.spectra import delay_spectrum
 

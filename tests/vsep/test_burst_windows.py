@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from tests.vsep.test_calibrate import SIMULATED_RATE, simulated_recording
-from vsep._arrays import InputError
 from vsep.calibration.burst_windows import Crossing, cut_bursts, find_crossings, window_span
-from vsep.signal.clutter import static_part
+from vsep.errors import InputError
+from vsep.signal.clutter import static_clutter
 
 SLOPE = -10e12 / SIMULATED_RATE**2
 
@@ -15,7 +15,7 @@ def crossings_at(*places):
 
 def test_simulated_bursts_are_found_where_they_cross():
     received, _ = simulated_recording()
-    moving = received[0] - static_part(received[0])
+    moving = received[0] - static_clutter(received[0])
     found = find_crossings(moving, SIMULATED_RATE)
     # f = k_V t - k_I (t - offset - 0.17 us p) = 0, where t is from the start of ramp p.
     expected = {p: 10.0 * (-20.0 * (-10.0 + 0.17 * p)) / 10.0 for p in range(24)}

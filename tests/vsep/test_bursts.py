@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
+from vsep.presets.scenes import interferer_sequence, preset_radar
 from vsep.signal.bursts import (
     convolved_bursts,
     crossings,
@@ -14,7 +15,6 @@ from vsep.signal.bursts import (
     true_bursts,
 )
 from vsep.signal.filters import ButterworthFilter, NoFilter, RaisedCosineFilter
-from vsep.signal.presets import interferer_sequence, preset_radar
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel, Interferer
 

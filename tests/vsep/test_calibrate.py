@@ -12,10 +12,10 @@ from tests.vsep.recording_bench import (
     recording,
     separated,
 )
-from vsep._arrays import InputError
 from vsep.calibration.calibrate import calibrate
 from vsep.calibration.reproduction import reproduction_errors
-from vsep.signal.clutter import static_part
+from vsep.errors import InputError
+from vsep.signal.clutter import static_clutter
 from vsep.signal.filters import ButterworthFilter
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.receiver_response import ReceiverResponse
@@ -138,7 +138,7 @@ def _changed(response, samples):
 
 def test_the_static_part_of_a_recording_holds_no_burst():
     signals, mask = recording(INTERFERED)
-    still = static_part(signals[0])
+    still = static_clutter(signals[0])
     # Bursts peak at some hundred times the median magnitude; the settling transient is smooth.
     assert np.abs(still).max() < 0.15
     assert np.abs(signals[0][mask]).max() > 0.3
@@ -148,7 +148,7 @@ def test_the_static_part_of_a_recording_holds_no_burst():
 def test_the_car_of_a_real_recording_is_freed_of_bursts():
     signals, mask = recording(INTERFERED)
     response = calibrate([signals], RATE, SLOPE).estimate.response
-    moving = signals[0] - static_part(signals[0])
+    moving = signals[0] - static_clutter(signals[0])
     state = separated(signals[0], response.filter_of(0))
     # The bars; 44.2 dB was measured, 15.0 as received and 43.1 by slow-time interpolation.
     assert car_sir_db(signals[0] - state.interference_signal) > 44.0

@@ -1,14 +1,14 @@
 import pytest
 
 from vsep import InputError
-from vsep.studies.bench import draw_bench
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.methods import NO_INTERFERENCE, estimator_names, method_names
 from vsep.studies.study import select_points
+from vsep.studies.trial_scenario import simulate_trial
 
 
 def test_the_catalogue_has_the_promised_studies():
-    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-5-methods", "opponents", "fig-6"]
+    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-5-methods", "baselines", "fig-6"]
     names += ["separability", "false-alarms"]
     assert list(CATALOGUE) == names
 
@@ -22,7 +22,7 @@ def test_every_point_is_distinct_and_its_scene_can_be_drawn(name):
         kind = (point.panel, point.butterworth_order, point.interferer_slope_hz_per_s)
         if kind not in drawn:
             drawn.add(kind)
-            assert draw_bench(study.trial(index, 0)).interfered.received.size
+            assert simulate_trial(study.trial(index, 0)).interfered.received.size
 
 
 def test_figure_3_covers_the_levels_that_are_asked_for():
@@ -90,7 +90,7 @@ def test_unknown_names_and_numbers_are_refused(changes, message):
 
 
 def test_the_opponents_meet_short_and_endless_bursts_weak_and_strong_in_few_and_all_ramps():
-    study = make_study("opponents")
+    study = make_study("baselines")
     assert set(study.methods) == {"factorised", "masked", "masked-autoregressive", NO_INTERFERENCE}
     length = [p for p in study.points if p.panel == "length"]
     # Seconds for which a burst is within the half-amplitude band of 2.55 MHz; a ramp has 25 us.

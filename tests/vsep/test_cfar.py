@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.mitigation.cfar import Cfar, ordered_factor
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from vsep.kernels.channel import Channel
 from vsep.kernels.channel_products import fill_product_rows
-from vsep.kernels.channel_selection import reweighed, with_best_bins
+from vsep.kernels.channel_selection import reestimate_precisions, with_best_bins
 from vsep.kernels.posterior import inverse_factor, log_evidence, weight_posterior
 
 NUM_SAMPLES, NUM_BINS, NOISE_PRECISION, THRESHOLD, MOST = 32, 64, 20.0, 8.0, 3
@@ -97,7 +97,7 @@ def test_turns_of_the_columns_are_those_of_leaving_one_out(ramp):
     templates, channel, residual = ramp
     products = products_of(templates, residual)
     found, _, fit = with_best_bins(products, 2, channel, NOISE_PRECISION, THRESHOLD, MOST)
-    precisions, kept, ratios = reweighed(fit, found.precisions, THRESHOLD)
+    precisions, kept, ratios = reestimate_precisions(fit, found.precisions, THRESHOLD)
     columns = [
         column(templates, *each)
         for each in zip(found.owners.tolist(), found.bins.tolist(), strict=True)

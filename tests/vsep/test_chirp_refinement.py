@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
-from vsep.inference.channel import channel_posterior
-from vsep.inference.chirp_refinement import (
+from vsep.inference.bursts.channel import channel_posterior
+from vsep.inference.bursts.chirp_refinement import (
     ChannelCosts,
     place_chirps,
     refine_chirps,
 )
 from vsep.kernels.channel import Channel
-from vsep.kernels.damped_steps import RIDGE, newton_step
+from vsep.kernels.gauss_newton import RIDGE, newton_step
 from vsep.kernels.ramps import FlatRamps
 
 OWNERS, BINS = np.array([0, 1, 0]), np.array([0, 1, 7])

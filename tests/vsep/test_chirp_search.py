@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, NUM_SAMPLES, RATE, burst, noise
-from vsep.inference.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
-from vsep.inference.chirp_search import find_single_chirps, slope_bank
+from vsep.inference.bursts.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
+from vsep.inference.bursts.chirp_search import find_single_chirps, slope_bank
 from vsep.kernels.ramps import FlatRamps
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel

@@ -3,8 +3,7 @@
 from argparse import Namespace
 
 import pytest
-
-from vsep import commands
+from vsep_app.cli import separate as commands
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.frame import read_frame, write_frame
 from vsep.recordings.axes import complex_at_half_rate
 from vsep.recordings.convert import convert_recording

@@ -6,9 +6,9 @@ import pytest
 from vsep import InputError
 from vsep.analysis.burst_model import burst_signal, model_bursts
 from vsep.analysis.crlb import dispersion_bound, shared_dispersion_bound, single_line_bound
-from vsep.inference.uncertainty import fisher_information
+from vsep.inference.objects.uncertainty import fisher_information
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.atoms import line_factors, synthesize
-from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
 
 

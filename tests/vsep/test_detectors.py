@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.vsep.repair_bench import repair_scene
-from vsep._arrays import InputError
 from vsep.analysis.repair import mask_errors, windowed_error_db
+from vsep.errors import InputError
 from vsep.mitigation.masks.detectors import DETECTORS, detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import make_mitigation

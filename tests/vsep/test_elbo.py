@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.stats import gamma as gamma_distribution
 
-from vsep.inference.elbo import noise_bound, weights_bound
-from vsep.inference.sbl import ActiveSet, converged_precision
-from vsep.kernels.climbing import climb
-from vsep.kernels.lines import Columns, split_columns
-from vsep.kernels.split_arrays import split
+from vsep.inference.core.elbo import noise_bound, weights_bound
+from vsep.inference.objects.sbl import ActiveSet, converged_precision
+from vsep.kernels.complex_parts import split
+from vsep.kernels.line_spectra import Columns, columns_as_parts
+from vsep.kernels.newton_ascent import climb
 from vsep.signal.atoms import gram, line_factors, project, synthesize
 
 SHAPE = (4, 16)
@@ -89,7 +89,7 @@ def test_bound_does_not_fall_over_any_sub_update():
             others = active.without(index)
             other_factors = factors[0][keep], factors[1][keep]
             posterior_of_others = others.covariance, others.amplitudes[:, None], noise_precision
-            columns = split_columns(Columns(*other_factors, *posterior_of_others))
+            columns = columns_as_parts(Columns(*other_factors, *posterior_of_others))
             precision = float(active.precisions[index])
             points[index] = climb(points[index], precision, split(received), columns, 1)[:2]
             factors = line_factors(points[:, 0], SHAPE[1]), line_factors(points[:, 1], SHAPE[0])

@@ -194,7 +194,7 @@ def wait_until(condition, seconds=60.0):
 def test_a_killed_study_leaves_no_process_behind_and_resumes(tmp_path, repository):
     path = tmp_path / "rows.jsonl"
     study = quick_study(60)
-    code = "import sys\nfrom vsep.cli import main\nsys.exit(main(sys.argv[1:]))"
+    code = "import sys\nfrom vsep_app.cli.main import main\nsys.exit(main(sys.argv[1:]))"
     arguments = ["study", "run", "fig-3", "--points", "15,30", "--realizations", "60"]
     arguments += ["--workers", "2", "--out", str(path)]
     for method in QUICK:

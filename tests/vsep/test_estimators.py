@@ -2,8 +2,8 @@
 
 import pytest
 
-from vsep._arrays import InputError
-from vsep.inference.estimators import ESTIMATORS, estimator_by_name, make_estimator
+from vsep.errors import InputError
+from vsep.inference.registry import ESTIMATORS, estimator_by_name, make_estimator
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.vsep.lattice_bench import MODEL, RADAR
-from vsep._arrays import InputError
-from vsep.inference.chirp_search import find_single_chirps
-from vsep.inference.expected_bursts import (
+from tests.vsep.timing_scenes import MODEL, RADAR
+from vsep.errors import InputError
+from vsep.inference.bursts.chirp_search import find_single_chirps
+from vsep.inference.bursts.expected_bursts import (
     ExpectedBursts,
     expected_scores,
     expected_threshold,

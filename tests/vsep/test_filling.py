@@ -8,8 +8,8 @@ import pytest
 
 from tests.vsep.repair_bench import repair_scene
 from tests.vsep.sparse_bench import gap_scene
-from vsep._arrays import InputError
 from vsep.analysis.repair import gap_error_db
+from vsep.errors import InputError
 from vsep.mitigation.method import iterate_mitigation, mitigate
 from vsep.mitigation.registry import make_mitigation
 from vsep.mitigation.sparse.filling import SparseMitigation

@@ -6,24 +6,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vsep._arrays import from_db
-from vsep.inference.burst_search import BurstSearch
-from vsep.inference.filter_correction import (
-    LARGEST_DEVIATION,
+from vsep.inference.bursts.filter_correction import (
+    MAX_DEVIATION,
     SplineModel,
     passive_spline_ratios,
     spline_columns,
     update_correction,
 )
-from vsep.inference.interference import InterferenceWorkspace
-from vsep.inference.run import iterate, run
-from vsep.inference.schedule import ROBUST
-from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import FilterCorrection
+from vsep.inference.bursts.search import BurstSearch
+from vsep.inference.bursts.workspace import InterferenceWorkspace
+from vsep.inference.core.run import iterate, run
+from vsep.inference.core.schedule import ROBUST
+from vsep.inference.core.state import FilterCorrection
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.presets.scenes import preset, simulate_preset
 from vsep.signal.corrected_filter import NUM_SPLINES
 from vsep.signal.filters import ButterworthFilter, NoFilter, RaisedCosineFilter
-from vsep.signal.presets import preset, simulate_preset
 from vsep.signal.template import SignalModel
+from vsep.units import from_db
 
 RATE, NUM_SAMPLES, SLOPE, NOISE_PRECISION = 5.1e6, 128, -0.011065, 100.0
 ASSUMED = RaisedCosineFilter(cutoff_hz=RATE / 4, rolloff=0.25)
@@ -195,4 +195,4 @@ def test_objects_are_found_through_a_wrong_filter(order, sir_db):
     # 0.2 are expected of noise alone at 9 dB: more than 5 in 5 frames have a chance of 0.06 %.
     assert np.sum(false_alarms) <= 5
     # The prior holds the spline within a few of its deviations, whatever the fit gains.
-    assert max(largest) < 8 * LARGEST_DEVIATION
+    assert max(largest) < 8 * MAX_DEVIATION

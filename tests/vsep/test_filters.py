@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.signal.filters import ButterworthFilter, MeasuredFilter, NoFilter, RaisedCosineFilter
 
 # (sampling rate, slope difference, start frequency) of the first burst of every scene of Table I.

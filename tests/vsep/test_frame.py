@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
-from vsep.signal.antenna_line import AntennaLine
+from vsep.presets.antennas import simulate_preset_antennas
 from vsep.signal.filters import ButterworthFilter, MeasuredFilter, NoFilter, RaisedCosineFilter
-from vsep.signal.preset_antennas import simulate_preset_antennas
+from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth, TrueBurst
 
@@ -571,7 +571,7 @@ def test_every_antenna_is_kept_and_one_is_received(
 
 @pytest.mark.parametrize("beat_sign", [-1, 1])
 def test_the_truth_of_all_antennas_survives_writing(tmp_path: Path, beat_sign: int) -> None:
-    line = AntennaLine(num_antennas=3)
+    line = UniformLinearArray(num_antennas=3)
     scenario, observation = simulate_preset_antennas(
         "simulation-1", line, snr_db=30.0, sir_db=-10.0, seed=2
     )

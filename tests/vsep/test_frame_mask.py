@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.frame_mask import MASK_NAMES, frame_mask
 from vsep.mitigation.masks.detectors import detect_interference
-from vsep.signal.presets import simulate_preset
+from vsep.presets.scenes import simulate_preset
 
 
 @pytest.fixture(scope="module")

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import from_db
-from vsep.inference.burst_search import BurstSearch
-from vsep.inference.interference import InterferenceWorkspace
-from vsep.inference.progress import EventKind
-from vsep.inference.schedule import PAPER, ROBUST
+from vsep.inference.bursts.search import BurstSearch
+from vsep.inference.bursts.workspace import InterferenceWorkspace
+from vsep.inference.core.progress import EventKind
+from vsep.inference.core.schedule import PAPER, ROBUST
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
+from vsep.units import from_db
 
 RATE, NUM_SAMPLES, SLOPE = 5.1e6, 128, -0.011065
 MODEL = SignalModel(

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import from_db
-from vsep.inference.interference import InterferenceWorkspace
+from vsep.inference.bursts.workspace import InterferenceWorkspace
+from vsep.inference.core.run import run
+from vsep.inference.core.schedule import ROBUST
+from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.joint import JointSeparator
 from vsep.inference.joint_columns import JointColumns
-from vsep.inference.run import run
-from vsep.inference.schedule import ROBUST
-from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.uncertainty import dispersion_std
-from vsep.signal.presets import simulate_preset
+from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.template import SignalModel
+from vsep.units import from_db
 
 
 def problem(name, sir_db, seed):

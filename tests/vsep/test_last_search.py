@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from vsep.inference import burst_search
-from vsep.inference.chirp_search import find_single_chirps
-from vsep.inference.last_search import nothing_searched
-from vsep.inference.run import iterate, run
-from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import LastSearch
+from vsep.inference.bursts import search as burst_search
+from vsep.inference.bursts.chirp_search import find_single_chirps
+from vsep.inference.core.run import iterate, run
+from vsep.inference.core.search_cache import empty_search_cache
+from vsep.inference.core.state import SearchCache
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.filters import RaisedCosineFilter
-from vsep.signal.presets import simulate_preset
 from vsep.signal.template import SignalModel
 
 MODEL = SignalModel(
@@ -31,7 +31,7 @@ def test_no_chirp_of_a_changed_rest_exceeds_its_limit(antennas, change):
     rng = np.random.default_rng(11)
     before = noise(rng, *antennas, *MODEL.shape)
     found = find_single_chirps(before, MODEL)
-    seen = nothing_searched(before).searched(np.arange(6), before, found.limit)
+    seen = empty_search_cache(before).searched(np.arange(6), before, found.limit)
     after = before + change * noise(rng, *antennas, *MODEL.shape)
     # Single precision decides among the places of the grid.
     assert np.all(find_single_chirps(after, MODEL).score <= seen.limits_of(after) * (1.0 + 1e-5))
@@ -46,7 +46,7 @@ def test_a_coarse_place_that_is_not_followed_up_stands_for_all_around_it():
 
 def test_where_nobody_looked_nothing_is_known():
     rests = np.zeros((6, 128), dtype=complex)
-    seen = nothing_searched(rests).searched(np.array([2]), rests, np.array([4.0]))
+    seen = empty_search_cache(rests).searched(np.array([2]), rests, np.array([4.0]))
     assert seen.limits_of(rests).tolist() == [np.inf, np.inf, 4.0, np.inf, np.inf, np.inf]
 
 
@@ -66,7 +66,7 @@ def test_a_run_that_searches_everything_anew_ends_the_same(monkeypatch, preset, 
     monkeypatch.setattr(burst_search, "find_single_chirps", counted)
     remembered, spared = run(separator, observation.received), sum(ramps)
     ramps.clear()
-    monkeypatch.setattr(LastSearch, "limits_of", lambda self, _: np.full(len(self.limits), np.inf))
+    monkeypatch.setattr(SearchCache, "limits_of", lambda self, _: np.full(len(self.limits), np.inf))
     anew = run(separator, observation.received)
     assert spared < sum(ramps)
     assert anew.iterations == remembered.iterations
@@ -78,6 +78,6 @@ def test_a_state_carries_what_its_search_has_seen():
     scenario, observation = simulate_preset("simulation-1", snr_db=30.0, sir_db=-20.0, seed=3)
     model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     steps = list(iterate(FactorisedSeparator(model=model), observation.received))
-    assert np.isfinite(steps[0].state.last_search.limits).all()
-    assert not steps[0].state.last_search.rests.flags.writeable
-    assert steps[1].state.last_search is steps[0].state.last_search  # no search in between
+    assert np.isfinite(steps[0].state.search_cache.limits).all()
+    assert not steps[0].state.search_cache.rests.flags.writeable
+    assert steps[1].state.search_cache is steps[0].state.search_cache  # no search in between

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.vsep.literal import LiteralSeparator
-from vsep.inference.progress import Termination
-from vsep.inference.run import run
-from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.uncertainty import dispersion_std
+from vsep.inference.core.progress import Termination
+from vsep.inference.core.run import run
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel

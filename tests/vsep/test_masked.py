@@ -7,13 +7,13 @@ import pytest
 from scipy.optimize import least_squares
 
 from tests.vsep.repair_bench import repair_scene
-from vsep._arrays import InputError
 from vsep.analysis.metrics import frame_errors
-from vsep.inference.masked import MaskedSeparator
-from vsep.inference.object_only import ObjectOnlySeparator
-from vsep.inference.progress import Termination
-from vsep.inference.run import run
-from vsep.inference.uncertainty import dispersion_std
+from vsep.errors import InputError
+from vsep.inference.core.progress import Termination
+from vsep.inference.core.run import run
+from vsep.inference.objects.masked import MaskedSeparator
+from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from tests.vsep.repair_bench import repair_scene
-from vsep._arrays import InputError
 from vsep.analysis.repair import windowed_error_db
+from vsep.errors import InputError
 from vsep.mitigation.mca import mca, mca_2d
 from vsep.mitigation.method import iterate_mitigation, mitigate
 

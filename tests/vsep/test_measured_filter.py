@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.signal.filters import ButterworthFilter, MeasuredFilter, RaisedCosineFilter
 
 CUTOFF_HZ = 1.275e6

@@ -11,9 +11,9 @@ STATUS = Path("/proc/self/status")
 PROGRAM = f"""
 import json
 from pathlib import Path
-from vsep.inference.run import run
-from vsep.inference.separator import FactorisedSeparator
-from vsep.signal.presets import simulate_preset
+from vsep.inference.core.run import run
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.template import SignalModel
 
 def megabytes():
@@ -34,7 +34,7 @@ pytestmark = pytest.mark.skipif(not STATUS.exists(), reason="no memory is told o
 
 def test_a_run_takes_little_more_than_its_kernels_do():
     # Compiling the kernels takes more memory than the frame; after an installation it is over.
-    subprocess.run([sys.executable, "-m", "vsep.first_use"], check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "vsep_app.jobs.warmup"], check=True, capture_output=True)
     command = [sys.executable, "-W", "error", "-c", PROGRAM]
     told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     before, first, second = json.loads(told)

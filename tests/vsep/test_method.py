@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.mitigation.method import checked_frame, checked_mask, mitigate
 from vsep.mitigation.registry import make_mitigation
 

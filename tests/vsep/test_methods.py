@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from vsep import InputError, ObjectOnlySeparator, RaisedCosineFilter, SignalModel
-from vsep.inference.estimators import ESTIMATORS
-from vsep.inference.masked import MaskedSeparator
+from vsep.inference.objects.masked import MaskedSeparator
+from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.masks.detectors import DETECTORS
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.studies.methods import (

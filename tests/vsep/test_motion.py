@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
+from vsep.presets.scenes import preset_radar
 from vsep.signal.motion import moved_paths, moving_scenes
-from vsep.signal.presets import preset_radar
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS
 from vsep.signal.scene import Channel, Scene
 

@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 
 from vsep.kernels.candidates import best_candidate, grid_power, next_peak
-from vsep.kernels.climbing import move_line, put_in, take_out
+from vsep.kernels.complex_parts import ComplexParts, line_moments, split
+from vsep.kernels.convergence import largest_move
 from vsep.kernels.joint_slopes import joint_slopes
-from vsep.kernels.lines import Columns, fill_line, split_columns
-from vsep.kernels.moves import largest_move
+from vsep.kernels.line_spectra import Columns, columns_as_parts, fill_line
+from vsep.kernels.newton_ascent import downdate, move_line, update_inverse
 from vsep.kernels.object_cost import atom_fit, cost_jet
-from vsep.kernels.placing import (
+from vsep.kernels.object_posterior import (
     lines_trace,
     object_signals,
     place_columns,
     separable_projections,
     unexplained,
 )
-from vsep.kernels.split_arrays import Split, line_moments, split
 
 SHAPE = (5, 24)
 NUM_ANTENNAS = 2
@@ -65,7 +65,7 @@ def dense_columns(points, precisions, residual):
 @pytest.mark.parametrize("size", [1, 3, 16, 100, 1000])
 @pytest.mark.parametrize("frequency", [0.0, 0.123, -0.4999, 7.25])
 def test_lines_are_exponentials(size, frequency):
-    line = Split(np.empty(size), np.empty(size))
+    line = ComplexParts(np.empty(size), np.empty(size))
     fill_line(frequency, line)
     # A phase of `frequency * size` cycles is known to that many roundings.
     error = 2e-15 * max(1.0, abs(frequency) * size)
@@ -76,8 +76,8 @@ def test_lines_are_exponentials(size, frequency):
 
 def test_moments_are_inner_products_with_the_derivatives_of_a_line():
     signals, line, size = drawn(4, 24), drawn(24), 24
-    moments = Split(np.empty((3, 4)), np.empty((3, 4)))
-    line_moments(split(signals), Split(line.real.copy(), line.imag.copy()), moments)
+    moments = ComplexParts(np.empty((3, 4)), np.empty((3, 4)))
+    line_moments(split(signals), ComplexParts(line.real.copy(), line.imag.copy()), moments)
     turns = -2j * np.pi * (np.arange(size) - 0.5 * (size - 1))
     expected = [signals @ (turns**order * line).conj() for order in range(3)]
     np.testing.assert_allclose(whole(moments), expected, rtol=1e-12)
@@ -122,15 +122,15 @@ def test_signals_and_projections_are_those_of_dense_atoms(posterior):
 
 def test_the_fit_of_an_atom_is_its_cost_without_derivatives(posterior):
     residual, columns = posterior
-    jet = cost_jet(0.11, 0.18, 0.4, split(residual), split_columns(columns))
-    fit = atom_fit(0.11, 0.18, 0.4, split(residual), split_columns(columns))
+    jet = cost_jet(0.11, 0.18, 0.4, split(residual), columns_as_parts(columns))
+    fit = atom_fit(0.11, 0.18, 0.4, split(residual), columns_as_parts(columns))
     np.testing.assert_allclose(fit, (jet.value, jet.inverse_rho, jet.power), rtol=1e-11)
 
 
 def test_a_component_is_taken_out_and_put_in_as_in_dense_algebra(posterior):
     residual, columns = posterior
-    parts, others = split_columns(columns), [0, 2]
-    take_out(parts, 1)
+    parts, others = columns_as_parts(columns), [0, 2]
+    downdate(parts, 1)
     without = dense_columns(POINTS[others], PRECISIONS[others], residual)
     covariance, amplitudes = whole(parts.covariance), whole(parts.amplitudes)
     np.testing.assert_allclose(
@@ -142,7 +142,7 @@ def test_a_component_is_taken_out_and_put_in_as_in_dense_algebra(posterior):
     moved, precisions = POINTS.copy(), PRECISIONS.copy()
     moved[1], precisions[1] = (0.14, 0.11), 0.7
     fit = atom_fit(0.14, 0.11, 0.7, split(residual), parts)
-    put_in(parts, 1, 0.7, fit.inverse_rho)
+    update_inverse(parts, 1, 0.7, fit.inverse_rho)
     again = dense_columns(moved, precisions, residual)
     np.testing.assert_allclose(whole(parts.covariance), again.covariance, rtol=1e-11)
     np.testing.assert_allclose(whole(parts.amplitudes), again.amplitudes, rtol=1e-10)
@@ -152,7 +152,7 @@ def test_a_component_is_taken_out_and_put_in_as_in_dense_algebra(posterior):
 
 def test_a_move_never_lowers_the_cost(posterior):
     residual, columns = posterior
-    rest, parts = split(residual), split_columns(columns)
+    rest, parts = split(residual), columns_as_parts(columns)
     for start in np.random.default_rng(2).uniform(-0.5, 0.5, (40, 2)):
         point = start.copy()
         fit = move_line(point, 0.3, rest, parts)

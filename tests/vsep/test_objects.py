@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vsep.inference.objects import ObjectWorkspace, no_objects
-from vsep.inference.progress import EventKind
+from vsep.inference.core.progress import EventKind
+from vsep.inference.objects.workspace import ObjectWorkspace, no_objects
 
 SHAPE = (6, 20)
 

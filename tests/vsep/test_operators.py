@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.mitigation.sparse.operators import DOMAINS, ExplicitMatrix, MaskedFft, make_operator
 from vsep.signal.atoms import line_factors
 

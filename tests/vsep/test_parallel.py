@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vsep.analysis.parallel import parallel_ramps
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.filters import RaisedCosineFilter
-from vsep.signal.presets import simulate_preset
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel, Interferer, Scene
 from vsep.signal.simulate import simulate

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
-from vsep.signal.antenna_line import AntennaLine
-from vsep.signal.preset_antennas import WIDEST_DEG, simulate_preset_antennas
-from vsep.signal.presets import simulate_preset
+from vsep.errors import InputError
+from vsep.presets.antennas import MAX_DEG, simulate_preset_antennas
+from vsep.presets.scenes import simulate_preset
+from vsep.signal.linear_array import UniformLinearArray
 
 LEVELS = {"snr_db": 40.0, "sir_db": -15.0, "seed": 5}
-LINE = AntennaLine(num_antennas=3, spacing_wavelengths=0.4)
+LINE = UniformLinearArray(num_antennas=3, spacing_wavelengths=0.4)
 
 
 def drawn(line=LINE, **options):
@@ -34,7 +34,7 @@ def test_the_first_antenna_receives_the_scene_of_one():
 
 def test_antennas_turn_as_the_directions_say():
     truth = drawn().truth
-    assert np.all(np.abs(truth.angles_deg) <= WIDEST_DEG)
+    assert np.all(np.abs(truth.angles_deg) <= MAX_DEG)
     assert len(set(truth.angles_deg.tolist())) == 10
     turns = 0.4 * np.sin(np.radians(truth.angles_deg))
     np.testing.assert_allclose(
@@ -54,7 +54,7 @@ def test_a_direction_that_is_given_leaves_the_others():
 
 
 def test_a_wide_line_draws_directions_that_it_tells_apart():
-    truth = drawn(AntennaLine(num_antennas=2, spacing_wavelengths=2.0)).truth
+    truth = drawn(UniformLinearArray(num_antennas=2, spacing_wavelengths=2.0)).truth
     # asin(1/4) on both sides.
     assert np.all(np.abs(truth.angles_deg) <= np.degrees(np.arcsin(0.25)))
 

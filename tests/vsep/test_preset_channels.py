@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from vsep import InputError
-from vsep.signal.preset_channels import MAX_OBJECTS, many_objects, one_object
-from vsep.signal.presets import preset
+from vsep.presets.channels import MAX_OBJECTS, many_objects, one_object
+from vsep.presets.scenes import preset
 
 LEVELS = {"snr_db": 30.0, "sir_db": 0.0}
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
-from vsep.signal.filters import ButterworthFilter
-from vsep.signal.presets import (
+from vsep.errors import InputError
+from vsep.presets.scenes import (
     PRESET_NAMES,
     interferer_sequence,
     preset,
     preset_radar,
     simulate_preset,
 )
+from vsep.signal.filters import ButterworthFilter
 
 SIMULATION_2 = PRESET_NAMES[1:]
 # f_I in GHz, k_I in 10^3 GHz/s, T_swI and T_pI in us, P_I.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.vsep.sparse_bench import gap_scene
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
 from vsep.mitigation.sparse.sparse_methods import pm_iht, pm_ist

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 
 VALUES = {

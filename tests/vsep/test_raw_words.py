@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.recordings.raw_words import read_raw
 from vsep.recordings.settings import RecordingSettings
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.signal.receiver_response import ReceiverResponse
 
 FREQUENCY_HZ = np.linspace(-8e6, 8e6, 33)

@@ -1,7 +1,7 @@
 """`vsep.recordings.settings`: what a settings file may say, and how it is told that it may not."""
 
-import builtins
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vsep._arrays import InputError
-from vsep.recordings.settings import LARGEST_FILE, parse_settings, read_settings
+from vsep.errors import InputError
+from vsep.recordings.settings import MAX_FILE, parse_settings, read_settings
 
 NEEDED = {
     "format": "npy",
@@ -111,7 +111,7 @@ def test_a_missing_value_is_named(name: str) -> None:
         ("a.yml", "sample_rate_hz: 2020-01-01", "format is not given"),
         ("a.txt", "format: npy", "suffix '.txt'; it must be .json, .yaml or .yml"),
         ("a.json", b"\xff\xfe\x00", "no text in UTF-8"),
-        ("a.json", " " * (LARGEST_FILE + 1), "larger than 65536 bytes"),
+        ("a.json", " " * (MAX_FILE + 1), "larger than 65536 bytes"),
     ],
 )
 def test_a_file_that_is_none_is_told(
@@ -133,15 +133,8 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
 
 
 def test_yaml_without_its_library_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = builtins.__import__
-
-    def missing(name: str, *rest: Any) -> Any:
-        if name == "yaml":
-            raise ImportError(name)
-        return real(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", missing)
-    assert "which needs PyYAML" in told(tmp_path / "a.yaml", YAML)
+    monkeypatch.setitem(sys.modules, "yaml", None)
+    assert "it needs yaml: pip install 'vsep[yaml]'" in told(tmp_path / "a.yaml", YAML)
 
 
 @given(

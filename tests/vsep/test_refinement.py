@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from vsep.inference.objects import no_background
-from vsep.inference.refinement import joint_slopes, joint_step, place_components
-from vsep.inference.sbl import ActiveSet
-from vsep.kernels import climbing, object_cost
-from vsep.kernels.climbing import NO_GAIN
-from vsep.kernels.lines import Columns, split_columns
-from vsep.kernels.split_arrays import split
+from vsep.inference.objects.refinement import joint_slopes, joint_step, place_components
+from vsep.inference.objects.sbl import ActiveSet
+from vsep.inference.objects.workspace import no_background
+from vsep.kernels import newton_ascent as climbing
+from vsep.kernels import object_cost
+from vsep.kernels.complex_parts import split
+from vsep.kernels.line_spectra import Columns, columns_as_parts
+from vsep.kernels.newton_ascent import NO_GAIN
 from vsep.signal.atoms import gram, line_factors, project, synthesize
 
 SHAPE = (6, 20)
@@ -40,7 +41,7 @@ def crowded():
 def as_columns(others, factors):
     """The other components as the kernels take them."""
     amplitudes = others.amplitudes[:, None]
-    return split_columns(Columns(*factors, others.covariance, amplitudes, NOISE_PRECISION))
+    return columns_as_parts(Columns(*factors, others.covariance, amplitudes, NOISE_PRECISION))
 
 
 def cost_jet(point, precision, residual, others, factors):

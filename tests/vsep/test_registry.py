@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.mitigation.method import iterate_mitigation, mitigate
 from vsep.mitigation.registry import MITIGATIONS, make_mitigation
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
 from vsep.calibration.burst_windows import BurstWindow
 from vsep.calibration.line_grid import LineGrid
 from vsep.calibration.parametric import butterworth, fit_parametric
 from vsep.calibration.response_estimate import estimate_response
+from vsep.errors import InputError
 from vsep.signal.filters import ButterworthFilter
 from vsep.signal.template import SignalModel
 

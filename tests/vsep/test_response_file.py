@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.response_file import read_response, write_response
 from vsep.signal.receiver_response import ReceiverResponse
 

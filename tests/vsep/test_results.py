@@ -7,8 +7,8 @@ import pytest
 
 from vsep.files.frame import Frame
 from vsep.files.results import as_json, result_line, separated_signals
-from vsep.inference.progress import Solution, Termination
-from vsep.inference.state import BurstComponents, ObjectComponents, SeparationState
+from vsep.inference.core.progress import Solution, Termination
+from vsep.inference.core.state import BurstComponents, ObjectComponents, SeparationState
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 
 OBJECT_KEYS = {

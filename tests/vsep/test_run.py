@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
-from vsep.inference.object_only import ObjectOnlySeparator
-from vsep.inference.progress import IterationInfo, Termination
-from vsep.inference.run import guarded_step, iterate, run
+from vsep.errors import InputError
+from vsep.inference.core.progress import IterationInfo, Termination
+from vsep.inference.core.run import guarded_step, iterate, run
+from vsep.inference.objects.object_only import ObjectOnlySeparator
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
 

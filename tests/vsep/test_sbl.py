@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vsep.inference.sbl import ActiveSet, activation_ratio, converged_precision
+from vsep.inference.objects.sbl import ActiveSet, activation_ratio, converged_precision
 
 NOISE_PRECISION = 7.0
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vsep._arrays import wrap_frequency
+from vsep.units import wrap_frequency
 
 NUM_RAMPS, NUM_SAMPLES, NUM_OBJECTS, NUM_BURSTS, SEED = 128, 512, 100, 32, 4
 STATUS = Path("/proc/self/status")
@@ -19,7 +19,7 @@ PROGRAM = f"""
 import json
 from pathlib import Path
 from tests.benchmarks.scenes import drawn_problem
-from vsep.inference.run import run
+from vsep.inference.core.run import run
 
 problem = drawn_problem(({NUM_RAMPS}, {NUM_SAMPLES}), {NUM_OBJECTS}, {NUM_BURSTS}, seed={SEED})
 solution = run(problem.separator, problem.received)
@@ -40,7 +40,7 @@ pytestmark = pytest.mark.skipif(not STATUS.exists(), reason="no memory is told o
 @pytest.fixture(scope="module")
 def outcome():
     # Compiling the kernels takes more memory than the frame; after an installation it is over.
-    subprocess.run([sys.executable, "-m", "vsep.first_use"], check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "vsep_app.jobs.warmup"], check=True, capture_output=True)
     command = [sys.executable, "-W", "error", "-c", PROGRAM]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 

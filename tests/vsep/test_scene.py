@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.signal.scene import Channel, GroundTruth, Scene
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from vsep._arrays import InputError
-from vsep.inference.schedule import PAPER, ROBUST, schedule_by_name
+from vsep.errors import InputError
+from vsep.inference.core.schedule import PAPER, ROBUST, schedule_by_name
 
 
 def test_robust_schedule_searches_early_and_keeps_looking():

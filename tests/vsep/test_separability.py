@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from vsep.analysis.separability import separability
-from vsep.signal.presets import simulate_preset
+from vsep.presets.scenes import simulate_preset
 
 
 def of_preset(name, sir_db, seed=1):

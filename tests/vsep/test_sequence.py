@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.vsep.sparse_bench import gap_sequence
-from vsep._arrays import InputError
 from vsep.analysis.repair import gap_error_db
+from vsep.errors import InputError
 from vsep.mitigation.method import iterate_mitigation
 from vsep.mitigation.sparse.sequence import mitigate_sequence
 from vsep.mitigation.sparse.sparse_methods import SOFT_PRIOR, ist, pm_ist

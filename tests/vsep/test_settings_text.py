@@ -2,7 +2,7 @@
 
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.recordings.settings_text import settings_text, values_of, with_value
 
 

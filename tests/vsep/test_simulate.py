@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
+from vsep.presets.scenes import interferer_sequence, preset_radar
 from vsep.signal.bursts import multiplicative_bursts
 from vsep.signal.filters import NoFilter, RaisedCosineFilter
-from vsep.signal.presets import interferer_sequence, preset_radar
 from vsep.signal.scene import Channel, Interferer, Scene
 from vsep.signal.simulate import INTERFERENCE_MODELS, add_interference, simulate
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.signal.spectra import delay_spectrum, range_doppler_map
 
 

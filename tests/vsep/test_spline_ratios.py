@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from vsep.kernels.channel import grid_atoms
+from vsep.kernels.complex_parts import ComplexParts, split_row
 from vsep.kernels.fresnel import SMOOTH
 from vsep.kernels.ramps import FlatRamps, all_posteriors, all_signals
 from vsep.kernels.spline_ratios import SplineGrid, add_spline_columns, first_ratios
-from vsep.kernels.split_arrays import Split, split_row
 from vsep.signal.modified_response import bspline_responses
 
 NUM_SAMPLES, NOISE_PRECISION, UNSEEN = 64, 50.0, 1e-9
@@ -32,7 +32,7 @@ def chirped_splines(burst):
 def test_columns_are_added_to_those_of_the_ramp(burst):
     rng = np.random.default_rng(1)
     line, before = random_complex(rng, NUM_SAMPLES), rng.standard_normal((2, 7, NUM_SAMPLES))
-    columns = Split(*before.copy())
+    columns = ComplexParts(*before.copy())
     add_spline_columns(STARTS[burst], SLOPES[burst], split_row(line), GRID, columns)
     added = columns - before
     expected = (chirped_splines(burst) * line[:, None]).T
@@ -79,7 +79,7 @@ def test_ratios_are_those_of_the_dense_marginal_model():
 
 def test_what_channels_explain_to_rounding_is_no_spline():
     """A channel column that is a spline's column itself leaves nothing of it."""
-    columns = Split(np.zeros((7, NUM_SAMPLES)), np.zeros((7, NUM_SAMPLES)))
+    columns = ComplexParts(np.zeros((7, NUM_SAMPLES)), np.zeros((7, NUM_SAMPLES)))
     line = split_row(np.ones(NUM_SAMPLES, dtype=complex))
     add_spline_columns(STARTS[0], SLOPES[0], line, GRID, columns)
     ramps = FlatRamps(

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vsep.inference.sbl import ActiveSet, activation_ratio
-from vsep.inference.state import BurstComponents, ObjectComponents
+from vsep.inference.core.state import BurstComponents, ObjectComponents
+from vsep.inference.objects.sbl import ActiveSet, activation_ratio
 
 
 def test_component_snr_is_the_activation_ratio_minus_one():

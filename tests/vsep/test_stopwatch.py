@@ -2,8 +2,8 @@
 
 import pytest
 
-from vsep.inference import stopwatch
-from vsep.inference.stopwatch import part
+from vsep.inference.core import stopwatch
+from vsep.inference.core.stopwatch import part
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.recordings.settings import RecordingSettings
 from vsep.recordings.stored_arrays import read_stored_array
 

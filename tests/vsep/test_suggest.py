@@ -9,7 +9,7 @@ import pytest
 from scipy.io import savemat
 
 from tests.conftest import FrameArrays
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.frame import read_frame
 from vsep.recordings.convert import convert_recording
 from vsep.recordings.settings import parse_settings

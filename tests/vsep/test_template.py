@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.signal.filters import ButterworthFilter, NoFilter, RaisedCosineFilter
 from vsep.signal.template import SignalModel
 

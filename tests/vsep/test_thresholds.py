@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from vsep.inference.thresholds import threshold_from_false_alarm_rate
+from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
 
 
 @pytest.mark.parametrize("rate", [0.01, 0.05, 0.5, 5.0])

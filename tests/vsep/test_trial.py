@@ -5,11 +5,11 @@ import pytest
 
 from vsep._version import __version__
 from vsep.files.results import as_json
-from vsep.inference.estimators import ESTIMATORS
+from vsep.inference.registry import ESTIMATORS
 from vsep.studies import trial as trials
-from vsep.studies.bench import draw_bench
 from vsep.studies.study import Point, Trial, TrialSettings
 from vsep.studies.trial import failed_rows, run_trial
+from vsep.studies.trial_scenario import simulate_trial
 
 REQUIRED = (
     "study",
@@ -137,7 +137,7 @@ def test_the_masked_methods_differ_by_their_mask_alone(monkeypatch):
     masked, found = run_trial(trial(snr_db=60.0, methods=("masked", "masked-autoregressive")))
     assert (masked["misses"], found["misses"]) == (0, 0)
     assert masked["beat_errors"] != found["beat_errors"]
-    truth = draw_bench(trial(snr_db=60.0)).truth
+    truth = simulate_trial(trial(snr_db=60.0)).truth
     monkeypatch.setattr(trials, "detect_interference", lambda *_: truth.perfect_mask())
     (same,) = run_trial(trial(snr_db=60.0, methods=("masked-autoregressive",)))
     assert same["beat_errors"] == masked["beat_errors"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vsep.kernels.turns import turn
+from vsep.kernels.cis import turn
 
 
 def test_turns_are_exponentials():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vsep.inference.objects import no_objects
-from vsep.inference.uncertainty import dispersion_std, fisher_information
+from vsep.inference.objects.uncertainty import dispersion_std, fisher_information
+from vsep.inference.objects.workspace import no_objects
 
 
 def numeric_bound(beats, dopplers, amplitudes, noise_precision, shape):

@@ -2,7 +2,7 @@
 
 import os
 
-from vsep.workers import available_cores, worker_pool
+from vsep._processes import available_cores, worker_pool
 
 
 def test_workers_have_one_thread_each_and_the_parent_keeps_its_own(monkeypatch):

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
+from vsep._typing import ComplexArray, FloatArray
+from vsep._validation import require_range
+from vsep.errors import InputError
 
 GRID_POINTS_PER_ANTENNA = 8  # of the periodogram; the climb from its best point is quadratic there
 CLIMB_STEPS = 5

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.signal.bursts import true_bursts
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Interferer

@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr
 
-from vsep._arrays import ComplexArray, FloatArray, require_range
+from vsep._typing import ComplexArray, FloatArray
+from vsep._validation import require_range
 from vsep.analysis.burst_model import Burst
 from vsep.signal.atoms import line_factors
 from vsep.signal.scene import GroundTruth

@@ -14,7 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from vsep._arrays import FloatArray, InputError, IntArray, require_range, wrap_frequency
+from vsep._typing import FloatArray, IntArray
+from vsep._validation import require_range
+from vsep.errors import InputError
+from vsep.units import wrap_frequency
 
 DEFAULT_CUTOFF = 1.0  # resolution cells
 DEFAULT_ORDER = 1.0

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincinv, gammaincinv
 
-from vsep._arrays import FloatArray, InputError, require_range
+from vsep._typing import FloatArray
+from vsep._validation import require_range
+from vsep.errors import InputError
 
 IntervalMethod: TypeAlias = Literal["bootstrap percentile", "Clopper-Pearson", "Garwood", "none"]
 Statistic: TypeAlias = Callable[[FloatArray], FloatArray]

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray, to_db, wrap_frequency
+from vsep._typing import ComplexArray, FloatArray, IntArray
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER, Gospa, cell_distances, gospa
 from vsep.signal.atoms import line_factors, project
 from vsep.signal.scene import GroundTruth
+from vsep.units import to_db, wrap_frequency
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

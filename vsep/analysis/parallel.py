@@ -9,9 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from vsep._arrays import BoolArray, ComplexArray
+from vsep._typing import BoolArray, ComplexArray
 
-LEAST_RAMPS: Final = 8  # below, a median over the ramps says nothing
+MIN_RAMPS: Final = 8  # below, a median over the ramps says nothing
 SUDDEN: Final = 30.0  # times the median over the ramps; one noise sample in 1e9 exceeds it
 TONE_BINS: Final = 2  # on both sides of the strongest: the main lobe of the window
 TONE_SHARE: Final = 0.9  # of what is sudden in a ramp, within the lobe
@@ -39,7 +39,7 @@ def parallel_ramps(received: ComplexArray) -> BoolArray:
     array([5])
     """
     num_ramps, num_samples = received.shape
-    if num_ramps < LEAST_RAMPS:
+    if num_ramps < MIN_RAMPS:
         return np.zeros(num_ramps, dtype=bool)
     power = np.abs(np.fft.fft(received * np.hanning(num_samples), axis=1)) ** 2
     usual = np.median(power, axis=0)

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsep._arrays import BoolArray, ComplexArray, to_db
+from vsep._typing import BoolArray, ComplexArray
 from vsep.signal.spectra import hann_window
+from vsep.units import to_db
 
 
 def windowed_error_db(object_signal: ComplexArray, cleaned: ComplexArray) -> float:

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, to_db
+from vsep._typing import ComplexArray, FloatArray
 from vsep.signal.atoms import line_factors, project
+from vsep.units import to_db
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.calibration.burst_windows import BurstWindow
 from vsep.calibration.line_grid import LineGrid
 
 START_OFFSETS = np.arange(-3.0, 3.1, 0.5)  # samples around the search's crossing, tried at first
-LONGEST_MOVE = 0.5  # samples, one step
-LONGEST_STRETCH = 0.01  # of the slope, one step
+MAX_MOVE = 0.5  # samples, one step
+MAX_STRETCH = 0.01  # of the slope, one step
 HALVINGS = 6
 
 
@@ -78,7 +78,7 @@ def refine_fit(
     """Climb in the crossing time, and in the slope if it is free; the error never grows."""
     for _ in range(steps):
         move = _step(window, response, grid, fit)[: 2 if free_slope else 1]
-        limits = np.array([LONGEST_MOVE, LONGEST_STRETCH * abs(fit.slope_hz_per_s)])[: len(move)]
+        limits = np.array([MAX_MOVE, MAX_STRETCH * abs(fit.slope_hz_per_s)])[: len(move)]
         move = move / max(1.0, float(np.max(np.abs(move) / limits)))
         for _ in range(HALVINGS):
             stretch = float(move[1]) if free_slope else 0.0

@@ -10,22 +10,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, InputError, from_db, frozen
-from vsep.inference.chirp_search import find_single_chirps
+from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep.errors import InputError
+from vsep.inference.bursts.chirp_search import find_single_chirps
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import make_mitigation
-from vsep.signal.clutter import static_part
+from vsep.signal.clutter import static_clutter
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
+from vsep.units import from_db
 
 BURSTS_PER_RAMP = 3
-LEAST_SCORE_DB = 25.0  # of a burst over the noise: weaker ones tell less than the objects disturb
-WEAKEST_DB = -20.0  # of the strongest burst
+MIN_SCORE_DB = 25.0  # of a burst over the noise: weaker ones tell less than the objects disturb
+MIN_DB = -20.0  # of the strongest burst
 SEARCH_BAND = 0.45  # cut-off of the search's generic filter, in sample rates
 REACH = 0.6  # sample rates: how far from its crossing a burst is taken to be in the band
 MARGIN = 8  # samples before that
 MEMORY = 64  # samples after it: what the receiver rings for
-LARGEST_SHARE = 0.7  # of a ramp's samples that may lie in windows: objects are filled in there
+MAX_SHARE = 0.7  # of a ramp's samples that may lie in windows: objects are filled in there
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -98,11 +100,11 @@ def find_crossings(moving: ComplexArray, sample_rate_hz: float) -> tuple[Crossin
     )
     rest = moving.copy()
     noise = float(np.median(np.abs(moving) ** 2)) / np.log(2.0)
-    least = noise * float(from_db(LEAST_SCORE_DB))
+    least = noise * float(from_db(MIN_SCORE_DB))
     crossings: list[Crossing] = []
     for _ in range(BURSTS_PER_RAMP):
         found = find_single_chirps(rest, model, least_score=least)
-        least = max(least, float(from_db(WEAKEST_DB)) * float(found.score.max()))
+        least = max(least, float(from_db(MIN_DB)) * float(found.score.max()))
         usable = (found.score > least) & (found.score > found.tone_score)
         for p in np.flatnonzero(usable):
             sample = -float(found.start_frequency[p] / found.slope[p])
@@ -169,12 +171,12 @@ def cut_bursts(
     for each, (first, last) in zip(crossings, spans, strict=True):
         count[each.ramp, first:last] += 1
     share = float(np.mean(count > 0))
-    if share > LARGEST_SHARE:
+    if share > MAX_SHARE:
         raise InputError(
             f"Bursts cover {100.0 * share:.0f} % of the recording; at most "
-            f"{100.0 * LARGEST_SHARE:.0f} % are allowed, for objects must show beside them."
+            f"{100.0 * MAX_SHARE:.0f} % are allowed, for objects must show beside them."
         )
-    moving = received - static_part(received)
+    moving = received - static_clutter(received)
     bursts = moving - _filled(moving, count > 0)
     return tuple(
         BurstWindow(

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, InputError, require_range
+from vsep._typing import ComplexArray
+from vsep._validation import require_range
 from vsep.calibration.burst_windows import (
     BurstWindow,
     cut_bursts,
@@ -17,7 +18,8 @@ from vsep.calibration.burst_windows import (
 )
 from vsep.calibration.parametric import ParametricResponse, fit_parametric
 from vsep.calibration.response_estimate import ResponseEstimate, estimate_response
-from vsep.signal.clutter import FEWEST_RAMPS, static_part
+from vsep.errors import InputError
+from vsep.signal.clutter import MIN_RAMPS, static_clutter
 
 SLOPE_ROUNDS = 3  # corrections of a slope difference that was not given; two settle it to 1e-5
 
@@ -70,7 +72,7 @@ def calibrate(
         require_range("abs(slope difference)", abs(slope_hz_per_s), 1e6, highest, "Hz/s")
     found = []
     for recording in recordings:
-        moving = recording - static_part(recording)
+        moving = recording - static_clutter(recording)
         found.append(find_crossings(moving[strongest_antenna(moving)], sample_rate_hz))
     slopes = [each.slope_hz_per_s for crossings in found for each in crossings]
     if not slopes:
@@ -100,8 +102,8 @@ def _require_usable(recording: ComplexArray, first: ComplexArray) -> None:
             f"The recordings have {len(first)} and {len(recording)} antennas; one receiver's all "
             "have the same."
         )
-    if recording.shape[1] < FEWEST_RAMPS:
+    if recording.shape[1] < MIN_RAMPS:
         raise InputError(
-            f"A recording has {recording.shape[1]} ramps; at least {FEWEST_RAMPS} are needed to "
+            f"A recording has {recording.shape[1]} ramps; at least {MIN_RAMPS} are needed to "
             "tell what stands still from bursts."
         )

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.signal.receiver_response import ReceiverResponse
 
 HIGH_PASS_ORDER = 2
@@ -20,7 +20,7 @@ LOW_PASS_ORDER = 10
 FITTED_BAND = 0.55  # sample rates; further out bursts show next to nothing
 START_HIGH_PASS = 0.02  # cut-offs in sample rates where the fit starts
 START_LOW_PASS = 0.4
-LOWEST_HIGH_PASS = 1e-4  # what a receiver without a high-pass comes out at
+MIN_HIGH_PASS = 1e-4  # what a receiver without a high-pass comes out at
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -98,7 +98,7 @@ def fit_parametric(
     # Lag of the causal filter at the start, in samples, which the response lacks on average.
     lag = -LOW_PASS_ORDER / (2.0 * np.pi * START_LOW_PASS)
     start = np.concatenate([cut_offs, [0.0], delays + lag])
-    lowest = np.concatenate([[np.log(LOWEST_HIGH_PASS), np.log(0.02), -1.0], delays - 50.0])
+    lowest = np.concatenate([[np.log(MIN_HIGH_PASS), np.log(0.02), -1.0], delays - 50.0])
     highest = np.concatenate([[np.log(0.1), 0.0, 1.0], delays + 50.0])
     best = least_squares(residuals, start, bounds=(lowest, highest))
     rest = measured - templates(best.x)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 from vsep.calibration.burst_fit import refine_fit, start_fit
 from vsep.calibration.burst_windows import BurstWindow
 from vsep.calibration.response_estimate import grid_for

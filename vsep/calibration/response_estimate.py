@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, toeplitz
 
-from vsep._arrays import ComplexArray, FloatArray, InputError
+from vsep._typing import ComplexArray, FloatArray
 from vsep.calibration.burst_fit import BurstFit, evaluate, reference, refine_fit, start_fit
 from vsep.calibration.burst_windows import BurstWindow
 from vsep.calibration.line_grid import LineGrid
+from vsep.errors import InputError
 from vsep.signal.receiver_response import ReceiverResponse
 
-FEWEST_BURSTS = 8
+MIN_BURSTS = 8
 ROUNDS = 8
 STEPS = 3  # of every burst's fit in a round
 FREE_SLOPES_FROM = 3  # round (from 0) from which on slopes are free
@@ -70,10 +71,10 @@ def estimate_response(
     InputError
         If there are too few bursts, or they have no common part.
     """
-    if len(windows) < FEWEST_BURSTS:
+    if len(windows) < MIN_BURSTS:
         raise InputError(
             f"{len(windows)} bursts stand clear of each other and of the ramps' edges; at least "
-            f"{FEWEST_BURSTS} are needed for a response."
+            f"{MIN_BURSTS} are needed for a response."
         )
     grid = grid_for(windows, sample_rate_hz)
     response = _flat_response(grid, len(windows[0].signals))
@@ -86,10 +87,10 @@ def estimate_response(
         ]
         fits = _at_slope(fits, slope_hz_per_s)
         trusted = [round_number < 2 or fit.errors.mean() < TRUSTED_ERROR for fit in fits]
-        if sum(trusted) < FEWEST_BURSTS:
+        if sum(trusted) < MIN_BURSTS:
             raise InputError(
                 f"Only {sum(trusted)} of {len(windows)} bursts share one response at a slope "
-                f"difference of {slope_hz_per_s:g} Hz/s; at least {FEWEST_BURSTS} must: check it."
+                f"difference of {slope_hz_per_s:g} Hz/s; at least {MIN_BURSTS} must: check it."
             )
         used = [
             pair

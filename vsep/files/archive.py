@@ -16,7 +16,7 @@ from typing import IO, Any, BinaryIO, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 
 MAX_SAMPLES = 64 * 2**20
 """Largest number of elements of one array, a gibibyte of complex128."""

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import ComplexArray, FloatArray, InputError
+from vsep._typing import ComplexArray, FloatArray
+from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.signal.filters import (
     AntiAliasingFilter,

@@ -21,7 +21,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import BoolArray, ComplexArray, InputError, frozen, require_range
+from vsep._typing import BoolArray, ComplexArray, frozen
+from vsep._validation import require_range
+from vsep.errors import InputError
 from vsep.files.archive import Archive, Source
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
 from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
@@ -31,8 +33,8 @@ from vsep.signal.scene import GroundTruth
 
 # The estimators form fourth powers of the signal; within these magnitudes none of them leaves the
 # range of 64-bit numbers, 1e-308 to 1e308, also with the gain of a large frame.
-_LOWEST_PEAK = 1e-60
-_HIGHEST_PEAK = 1e60
+_MIN_PEAK = 1e-60
+_MAX_PEAK = 1e60
 _SPACING_RANGE = 1e-3, 1e3  # wavelengths
 SETTINGS_OF_RADAR: Final = (
     "start_frequency_hz",
@@ -354,10 +356,10 @@ def _require_usable(name: str, received: ComplexArray) -> None:
     peak = float(np.abs(received).max())
     if peak == 0.0:
         raise InputError(f"{name}: received is zero everywhere; a frame with a signal is needed.")
-    if not _LOWEST_PEAK <= peak <= _HIGHEST_PEAK:
+    if not _MIN_PEAK <= peak <= _MAX_PEAK:
         raise InputError(
             f"{name}: the largest magnitude in received is {peak:g}; it must lie between "
-            f"{_LOWEST_PEAK:g} and {_HIGHEST_PEAK:g}."
+            f"{_MIN_PEAK:g} and {_MAX_PEAK:g}."
         )
 
 

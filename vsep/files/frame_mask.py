@@ -2,7 +2,8 @@
 
 from typing import Final
 
-from vsep._arrays import BoolArray, InputError
+from vsep._typing import BoolArray
+from vsep.errors import InputError
 from vsep.files.frame import Frame
 from vsep.mitigation.masks.detectors import DETECTORS, detect_interference
 

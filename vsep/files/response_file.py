@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vsep._arrays import InputError
 from vsep._version import __version__
+from vsep.errors import InputError
 from vsep.files.archive import Archive, Source
 from vsep.signal.receiver_response import ReceiverResponse
 

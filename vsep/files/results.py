@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from vsep._arrays import to_db
 from vsep.analysis.angles import object_angles
 from vsep.files.frame import Frame
-from vsep.inference.progress import Solution
-from vsep.inference.state import BurstComponents
-from vsep.inference.uncertainty import dispersion_std
+from vsep.inference.core.progress import Solution
+from vsep.inference.core.state import BurstComponents
+from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.signal.radar import ChirpSequence
+from vsep.units import to_db
 
 
 def result_line(

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, InputError, frozen
+from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.signal.scene import GroundTruth, TrueBurst
 

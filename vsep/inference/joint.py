@@ -9,15 +9,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, from_db
-from vsep.inference.elbo import noise_bound, weights_bound
-from vsep.inference.estimator import require_one_antenna
+from vsep._typing import ComplexArray
+from vsep.inference.core.elbo import noise_bound, weights_bound
+from vsep.inference.core.estimator import require_one_antenna
+from vsep.inference.core.progress import IterationInfo
+from vsep.inference.core.state import SeparationState
+from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
+from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.joint_columns import JointColumns
-from vsep.inference.objects import ObjectWorkspace
-from vsep.inference.progress import IterationInfo
-from vsep.inference.separator import FactorisedSeparator
-from vsep.inference.state import SeparationState
-from vsep.inference.stopwatch import BURSTS, OBJECTS, SEARCH, part
+from vsep.inference.objects.workspace import ObjectWorkspace
+from vsep.units import from_db
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

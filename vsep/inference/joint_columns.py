@@ -10,19 +10,19 @@ from dataclasses import replace
 import numpy as np
 from scipy import fft
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray
-from vsep.inference.burst_table import RampBursts
-from vsep.inference.channel import passive_ratios
-from vsep.inference.chirp_refinement import ChirpCosts, refine_chirps
-from vsep.inference.interference import InterferenceWorkspace
-from vsep.inference.object_only import expected_error
-from vsep.inference.objects import Background
-from vsep.inference.progress import EventKind
-from vsep.inference.refinement import place_components
-from vsep.inference.sbl import activation_ratio, converged_precision
-from vsep.inference.state import ObjectComponents
+from vsep._typing import ComplexArray, FloatArray, IntArray
+from vsep.inference.bursts.channel import passive_ratios
+from vsep.inference.bursts.chirp_refinement import ChirpCosts, refine_chirps
+from vsep.inference.bursts.table import RampBursts
+from vsep.inference.bursts.workspace import InterferenceWorkspace
+from vsep.inference.core.progress import EventKind
+from vsep.inference.core.state import ObjectComponents
+from vsep.inference.objects.object_only import expected_error
+from vsep.inference.objects.refinement import place_components
+from vsep.inference.objects.sbl import activation_ratio, converged_precision
+from vsep.inference.objects.workspace import Background
 from vsep.kernels.channel import template_slopes
-from vsep.kernels.split_arrays import split, split_row
+from vsep.kernels.complex_parts import split, split_row
 from vsep.signal.atoms import synthesize
 
 OBJECT = -1  # owner of the columns that are object atoms

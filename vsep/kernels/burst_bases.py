@@ -6,9 +6,9 @@ QR factorisation of every row. Real and imaginary parts are kept apart, for the 
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
+from vsep.kernels.cis import turn
 from vsep.kernels.compiler import compiled
-from vsep.kernels.turns import turn
 
 # What is left of a column beside the earlier ones is rounding below this share of its length.
 _ROUNDING = 1e-13

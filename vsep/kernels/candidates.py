@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import ComplexArray, IntArray
-from vsep.kernels.climbing import climb
+from vsep._typing import ComplexArray, IntArray
 from vsep.kernels.compiler import compiled
-from vsep.kernels.lines import Columns, split_columns
-from vsep.kernels.object_cost import LEAST_SCHUR, CostJet
-from vsep.kernels.split_arrays import split
+from vsep.kernels.complex_parts import split
+from vsep.kernels.line_spectra import Columns, columns_as_parts
+from vsep.kernels.newton_ascent import climb
+from vsep.kernels.object_cost import MIN_SCHUR, CostJet
 
 NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
 CANDIDATE_PEAKS = 3  # grid peaks tried when the highest one runs into an existing component
@@ -37,7 +37,7 @@ def candidate_at(
 ) -> Candidate:
     """Weigh a point where the cost of a component without prior is `jet`."""
     beat, doppler = (beat + 0.5) % 1.0 - 0.5, (doppler + 0.5) % 1.0 - 0.5
-    if jet.inverse_rho <= LEAST_SCHUR * noise_precision:
+    if jet.inverse_rho <= MIN_SCHUR * noise_precision:
         return Candidate(beat, doppler, 0.0, np.inf, True)
     ratio = jet.power / jet.inverse_rho
     mean = ratio / num_antennas
@@ -111,7 +111,7 @@ def best_candidate(
     threshold : float
         T, linear; the sum of the antennas' ratios is compared with it.
     """
-    rest, others = split(residual), split_columns(columns)
+    rest, others = split(residual), columns_as_parts(columns)
     power = grid_power(transforms)
     num_rows, num_columns = power.shape
     num_antennas, noise_precision = len(transforms), columns.noise_precision

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep._typing import ComplexArray, FloatArray, IntArray
 from vsep.kernels.compiler import compiled
+from vsep.kernels.complex_parts import ComplexParts, add_scaled, inner, split, split_row
 from vsep.kernels.posterior import (
     Posterior,
     factored_posterior,
@@ -18,7 +19,6 @@ from vsep.kernels.posterior import (
     log_evidence,
     weight_posterior,
 )
-from vsep.kernels.split_arrays import Split, add_scaled, inner, split, split_row
 
 
 class Channel(NamedTuple):
@@ -45,7 +45,7 @@ def grid_atoms(num_samples: int, bins: IntArray, twiddle: ComplexArray) -> Compl
 
 
 @compiled
-def channel_columns(templates: Split, atoms: Split, owners: IntArray) -> Split:
+def channel_columns(templates: ComplexParts, atoms: ComplexParts, owners: IntArray) -> ComplexParts:
     """(K, N) columns from the templates (B, N) and the columns' atoms (K, N)."""
     real, imag = np.empty(atoms.real.shape), np.empty(atoms.real.shape)
     for k in range(len(owners)):
@@ -54,11 +54,13 @@ def channel_columns(templates: Split, atoms: Split, owners: IntArray) -> Split:
         for n in range(len(a)):
             real[k, n] = a[n] * c[n] - b[n] * d[n]
             imag[k, n] = a[n] * d[n] + b[n] * c[n]
-    return Split(real, imag)
+    return ComplexParts(real, imag)
 
 
 @compiled
-def column_products(columns: Split, residual: Split) -> tuple[ComplexArray, ComplexArray]:
+def column_products(
+    columns: ComplexParts, residual: ComplexParts
+) -> tuple[ComplexArray, ComplexArray]:
     """Gram matrix (K, K) of the columns, and projections (K,) of the residual, one row."""
     size = len(columns.real)
     gram = np.empty((size, size), dtype=np.complex128)
@@ -73,7 +75,7 @@ def column_products(columns: Split, residual: Split) -> tuple[ComplexArray, Comp
 
 @compiled
 def columns_posterior(
-    columns: Split, residual: Split, precisions: FloatArray, noise_precision: float
+    columns: ComplexParts, residual: ComplexParts, precisions: FloatArray, noise_precision: float
 ) -> Posterior:
     """Posterior of the weights of (K, N) columns; the residual is one row."""
     gram, projections = column_products(columns, residual)
@@ -81,7 +83,7 @@ def columns_posterior(
 
 
 @compiled
-def ramp_columns(templates: ComplexArray, channel: Channel) -> tuple[Split, Split]:
+def ramp_columns(templates: ComplexArray, channel: Channel) -> tuple[ComplexParts, ComplexParts]:
     """Atoms and columns (K, N) of one ramp."""
     atoms = split(grid_atoms(templates.shape[1], channel.bins, channel.twiddle))
     return atoms, channel_columns(split(templates), atoms, channel.owners)
@@ -98,7 +100,7 @@ def channel_fit(
 
 @compiled
 def fill_bursts(
-    columns: Split, owners: IntArray, amplitudes: ComplexArray, signals: ComplexArray
+    columns: ComplexParts, owners: IntArray, amplitudes: ComplexArray, signals: ComplexArray
 ) -> None:
     """Write what the columns of each burst add up to into (B, N) signals."""
     for b in range(signals.shape[0]):
@@ -112,16 +114,19 @@ def fill_bursts(
 
 @compiled
 def _line_and_spread(
-    atoms: Split,
-    columns: Split,
+    atoms: ComplexParts,
+    columns: ComplexParts,
     fit: tuple[ComplexArray, ComplexArray],
     moving: IntArray,
-) -> tuple[Split, Split]:
+) -> tuple[ComplexParts, ComplexParts]:
     """(1, N) ``Psi beta`` and ``diag(A C Psi^H)`` of the weights that carry a template."""
     covariance, amplitudes = fit
     shape = (1, atoms.real.shape[1])
-    line, spread = Split(np.zeros(shape), np.zeros(shape)), Split(np.zeros(shape), np.zeros(shape))
-    mixed = Split(np.empty(shape), np.empty(shape))
+    line, spread = (
+        ComplexParts(np.zeros(shape), np.zeros(shape)),
+        ComplexParts(np.zeros(shape), np.zeros(shape)),
+    )
+    mixed = ComplexParts(np.empty(shape), np.empty(shape))
     for k in range(len(moving)):
         for n in range(shape[1]):
             mixed.real[0, n] = mixed.imag[0, n] = 0.0
@@ -138,11 +143,11 @@ def _line_and_spread(
 @compiled
 def template_slopes(
     derivatives: ComplexArray,
-    atoms: Split,
-    columns: Split,
+    atoms: ComplexParts,
+    columns: ComplexParts,
     fit: tuple[ComplexArray, ComplexArray],
     moving: IntArray,
-    residual: Split,
+    residual: ComplexParts,
     noise_precision: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Gradient (2,) and Gauss-Newton curvature (2, 2) of a log evidence by a template.
@@ -170,12 +175,12 @@ def template_slopes(
     """
     covariance, amplitudes = fit
     size = len(columns.real)
-    rest = Split(residual.real.copy(), residual.imag.copy())
+    rest = ComplexParts(residual.real.copy(), residual.imag.copy())
     for m in range(size):
         add_scaled(-amplitudes[m], columns, m, rest, 0)
     line, spread = _line_and_spread(atoms, columns, fit, moving)
     slopes = split(derivatives)
-    moved = channel_columns(slopes, Split(_twice(line.real), _twice(line.imag)), _both())
+    moved = channel_columns(slopes, ComplexParts(_twice(line.real), _twice(line.imag)), _both())
     gradient, curvature = np.zeros(2), np.zeros((2, 2))
     crossed = np.empty((2, size), dtype=np.complex128)
     for i in range(2):
@@ -225,13 +230,13 @@ def channel_cost(
 
 
 @compiled
-def _carried(atoms: Split, owners: IntArray, burst: int) -> tuple[IntArray, Split]:
+def _carried(atoms: ComplexParts, owners: IntArray, burst: int) -> tuple[IntArray, ComplexParts]:
     """Columns of one burst, and their atoms."""
     count, place = 0, 0
     for k in range(len(owners)):
         count += owners[k] == burst
     shape = (count, atoms.real.shape[1])
-    own, carried = np.empty(count, dtype=np.int64), Split(np.zeros(shape), np.zeros(shape))
+    own, carried = np.empty(count, dtype=np.int64), ComplexParts(np.zeros(shape), np.zeros(shape))
     for k in range(len(owners)):
         if owners[k] == burst:
             own[place] = k

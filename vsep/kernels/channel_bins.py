@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.kernels.channel import Channel
 from vsep.kernels.compiler import compiled
-from vsep.kernels.split_arrays import Split, add_scaled
+from vsep.kernels.complex_parts import ComplexParts, add_scaled
 
 NOT_EXPLAINED = 1e-9  # of a column's own energy: what the others must leave of it
 
@@ -24,13 +24,15 @@ class Candidates(NamedTuple):
     ``innovation`` is (1, M); ``explained`` (M,) is the whitened correlations' squared length.
     """
 
-    white: Split
-    innovation: Split
+    white: ComplexParts
+    innovation: ComplexParts
     explained: FloatArray
 
 
 @compiled
-def _add_rolled(weight: complex, source: Split, i: int, shift: int, target: Split, j: int) -> None:
+def _add_rolled(
+    weight: complex, source: ComplexParts, i: int, shift: int, target: ComplexParts, j: int
+) -> None:
     """Add a weight times the conjugate row i of the source, rolled to the right, to row j."""
     real, imag = weight.real, weight.imag
     size = source.real.shape[1]
@@ -62,7 +64,7 @@ def _take_row(
 
 @compiled
 def all_candidates(
-    products: Split,
+    products: ComplexParts,
     channel: Channel,
     projections: ComplexArray,
     factor: ComplexArray,
@@ -89,8 +91,8 @@ def all_candidates(
     size, num_bins = len(projections), products.real.shape[1]
     shape, last = (size + spare, num_bins), len(products.real) - 1
     candidates = Candidates(
-        Split(np.zeros(shape), np.zeros(shape)),
-        Split(np.zeros((1, num_bins)), np.zeros((1, num_bins))),
+        ComplexParts(np.zeros(shape), np.zeros(shape)),
+        ComplexParts(np.zeros((1, num_bins)), np.zeros((1, num_bins))),
         np.zeros(num_bins),
     )
     add_scaled(complex(1.0, 0.0), products, last, candidates.innovation, 0)
@@ -132,7 +134,7 @@ def best_candidate(
 @compiled
 def activate(
     candidates: Candidates,
-    rows: tuple[Split, int, int],
+    rows: tuple[ComplexParts, int, int],
     best: int,
     pivot: float,
     noise_precision: float,

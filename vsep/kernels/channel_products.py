@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vsep._arrays import ComplexArray
+from vsep._typing import ComplexArray
 from vsep.kernels.channel import Channel
 from vsep.kernels.compiler import compiled
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.kernels.channel import Channel
 from vsep.kernels.channel_bins import activate, all_candidates, best_candidate
 from vsep.kernels.channel_products import gathered_products
 from vsep.kernels.compiler import compiled
+from vsep.kernels.complex_parts import split
 from vsep.kernels.posterior import Posterior, factored_posterior, inverse_factor
-from vsep.kernels.split_arrays import split
 
 
 @compiled
@@ -93,7 +93,7 @@ def with_best_bins(
 
 
 @compiled
-def reweighed(
+def reestimate_precisions(
     fit: Posterior, precisions: FloatArray, threshold: float
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
     """Re-weigh or prune every column in turn, by rank-one updates of the posterior.
@@ -171,6 +171,6 @@ def revised_channel(
     channel, added_ratios, fit = with_best_bins(
         products, count, channel, noise_precision, thresholds[0], max_additions
     )
-    precisions, kept, ratios = reweighed(fit, channel.precisions, thresholds[1])
+    precisions, kept, ratios = reestimate_precisions(fit, channel.precisions, thresholds[1])
     channel = Channel(channel.owners, channel.bins, precisions, channel.twiddle)
     return channel, added_ratios, kept, ratios

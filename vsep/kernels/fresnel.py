@@ -11,9 +11,9 @@ reproduce it to 1e-15.
 import numpy as np
 from scipy.special import wofz
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
+from vsep.kernels.cis import turn
 from vsep.kernels.compiler import compiled
-from vsep.kernels.turns import turn
 
 PIECES = 512
 DEGREE = 4

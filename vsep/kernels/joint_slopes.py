@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
-from vsep.kernels.lines import Columns, SplitColumns, atom_jet, split_columns
-from vsep.kernels.split_arrays import Split, row_of, split
+from vsep.kernels.complex_parts import ComplexParts, row_of, split
+from vsep.kernels.line_spectra import Columns, ComplexPartColumns, atom_jet, columns_as_parts
 
 
 @compiled
 def joint_information(
-    rows: Split, explained: Split, posterior: SplitColumns, axes: int
+    rows: ComplexParts, explained: ComplexParts, posterior: ComplexPartColumns, axes: int
 ) -> FloatArray:
     """Fisher information of the objects' frequencies with the weights as nuisance.
 
@@ -20,7 +20,7 @@ def joint_information(
         Inner products of the atoms with the columns, see `AtomJet`.
     explained : (L, 3, K) complex
         lambda times the jets' ``weighted``.
-    posterior : SplitColumns
+    posterior : ComplexPartColumns
         All columns.
     axes : int
         Frequencies of an object: 1 or 2.
@@ -76,12 +76,12 @@ def joint_slopes(
     gradient : (2 L,) float, of a single ramp (L,)
     curvature : (2 L, 2 L) float, of a single ramp (L, L)
     """
-    rest, posterior = split(residual), split_columns(columns)
+    rest, posterior = split(residual), columns_as_parts(columns)
     covariance, amplitudes, noise_precision, _ = posterior[2:]
     size, num_antennas = amplitudes.real.shape
     axes = 2 if columns.doppler_factors.shape[1] > 1 else 1
-    rows = Split(np.empty((num_objects, 6, size)), np.empty((num_objects, 6, size)))
-    explained = Split(np.empty((num_objects, 3, size)), np.empty((num_objects, 3, size)))
+    rows = ComplexParts(np.empty((num_objects, 6, size)), np.empty((num_objects, 6, size)))
+    explained = ComplexParts(np.empty((num_objects, 3, size)), np.empty((num_objects, 3, size)))
     gradient = np.empty(axes * num_objects)
     for i in range(num_objects):
         jet = atom_jet(

@@ -11,17 +11,17 @@ from typing import NamedTuple
 import numpy as np
 
 from vsep.kernels.compiler import compiled
-from vsep.kernels.lines import (
+from vsep.kernels.complex_parts import ComplexParts, line_products, multiply, rows_to
+from vsep.kernels.line_spectra import (
     AtomJet,
-    SplitColumns,
+    ComplexPartColumns,
     atom_jet,
     fill_line,
     subtract_fit,
     weigh,
 )
-from vsep.kernels.split_arrays import Split, line_products, multiply, rows_to
 
-LEAST_SCHUR = 1e-12  # of lambda: what D is at least
+MIN_SCHUR = 1e-12  # of lambda: what D is at least
 
 
 class CostJet(NamedTuple):
@@ -71,7 +71,11 @@ def _overlap(jet: AtomJet, i: int, j: int) -> float:
 
 @compiled
 def cost_jet(
-    beat: float, doppler: float, precision: float, residual: Split, others: SplitColumns
+    beat: float,
+    doppler: float,
+    precision: float,
+    residual: ComplexParts,
+    others: ComplexPartColumns,
 ) -> CostJet:
     """Cost (70) of one component with analytic gradient and Hessian.
 
@@ -83,7 +87,7 @@ def cost_jet(
         Its prior precision gamma; zero for a new one.
     residual : (A P, N) complex
         Received signal minus the interference estimate.
-    others : SplitColumns
+    others : ComplexPartColumns
         The other components.
     """
     beat_line, doppler_line = others.scratch[:2]
@@ -98,7 +102,7 @@ def cost_jet(
     power_bd = 2.0 * square * (_product(jet, 1, 2) + _product(jet, 0, 4))
     power_dd = 2.0 * square * (_product(jet, 2, 2) + _product(jet, 0, 5))
     inverse_rho = noise_precision - square * _overlap(jet, 0, 0)
-    schur = max(inverse_rho + precision, LEAST_SCHUR * noise_precision)
+    schur = max(inverse_rho + precision, MIN_SCHUR * noise_precision)
     schur_b, schur_d = -2.0 * square * _overlap(jet, 1, 0), -2.0 * square * _overlap(jet, 2, 0)
     schur_bb = -2.0 * square * (_overlap(jet, 3, 0) + _overlap(jet, 1, 1))
     schur_bd = -2.0 * square * (_overlap(jet, 4, 0) + _overlap(jet, 1, 2))
@@ -122,7 +126,11 @@ def cost_jet(
 
 @compiled
 def atom_fit(
-    beat: float, doppler: float, precision: float, residual: Split, others: SplitColumns
+    beat: float,
+    doppler: float,
+    precision: float,
+    residual: ComplexParts,
+    others: ComplexPartColumns,
 ) -> AtomFit:
     """Cost (70) of one component without derivatives; arguments as for `cost_jet`.
 
@@ -148,6 +156,6 @@ def atom_fit(
     noise_precision = others.noise_precision
     square = noise_precision * noise_precision
     inverse_rho = noise_precision - square * overlap
-    schur = max(inverse_rho + precision, LEAST_SCHUR * noise_precision)
+    schur = max(inverse_rho + precision, MIN_SCHUR * noise_precision)
     value = square * power / schur - num_antennas * np.log(schur)
     return AtomFit(value, inverse_rho, square * power)

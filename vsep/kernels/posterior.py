@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.kernels.channel import (
     Channel,
     channel_cost,
@@ -20,7 +20,7 @@ from vsep.kernels.channel import (
 from vsep.kernels.channel_products import fill_product_rows
 from vsep.kernels.channel_selection import revised_channel
 from vsep.kernels.compiler import compiled
-from vsep.kernels.split_arrays import split_row
+from vsep.kernels.complex_parts import split_row
 
 
 class FlatRamps(NamedTuple):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import FloatArray, IntArray
+from vsep._typing import FloatArray, IntArray
 from vsep.kernels.compiler import compiled
 
 SingleFloatArray = NDArray[np.float32]

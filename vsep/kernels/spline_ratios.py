@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.channel import ramp_columns
+from vsep.kernels.cis import turn
 from vsep.kernels.compiler import compiled
+from vsep.kernels.complex_parts import ComplexParts, add_scaled, inner, split_row
 from vsep.kernels.ramps import FlatRamps, channel_of, templates_of
 from vsep.kernels.splines import integrals
-from vsep.kernels.split_arrays import Split, add_scaled, inner, split_row
-from vsep.kernels.turns import turn
 
 
 class SplineGrid(NamedTuple):
@@ -29,7 +29,7 @@ class SplineGrid(NamedTuple):
 
 @compiled
 def add_spline_columns(
-    start: float, slope: float, line: Split, grid: SplineGrid, columns: Split
+    start: float, slope: float, line: ComplexParts, grid: SplineGrid, columns: ComplexParts
 ) -> None:
     """Add the columns of one burst to those of its ramp, rows (S, N).
 
@@ -101,15 +101,15 @@ def _ramp_columns(
     courses: tuple[FloatArray, FloatArray],
     amplitudes: ComplexArray,
     grid: SplineGrid,
-) -> tuple[Split, Split]:
+) -> tuple[ComplexParts, ComplexParts]:
     """Columns of the splines (S, N) and of the channels (K, N) of one ramp."""
     channel, templates = channel_of(ramps, r), templates_of(ramps, r)
     num_bursts, num_samples = templates.shape
     atoms, channels = ramp_columns(templates, channel)
     shape = (len(grid.knots) - 4, num_samples)
-    columns = Split(np.zeros(shape), np.zeros(shape))
+    columns = ComplexParts(np.zeros(shape), np.zeros(shape))
     for b in range(num_bursts):
-        line = Split(np.zeros((1, num_samples)), np.zeros((1, num_samples)))
+        line = ComplexParts(np.zeros((1, num_samples)), np.zeros((1, num_samples)))
         for k in range(len(channel.owners)):
             if channel.owners[k] == b:
                 add_scaled(amplitudes[ramps.first_column[r] + k], atoms, k, line, 0)

@@ -7,10 +7,10 @@ iterated integrals of the kernel K: from the Fresnel integral H_0 on, integratio
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
+from vsep.kernels.cis import turn
 from vsep.kernels.compiler import compiled
 from vsep.kernels.fresnel import fresnel_rest, side
-from vsep.kernels.turns import turn
 
 
 @compiled

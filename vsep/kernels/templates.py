@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep._typing import ComplexArray, FloatArray, IntArray
+from vsep.kernels.cis import turn
 from vsep.kernels.compiler import compiled
-from vsep.kernels.turns import turn
 
 
 @compiled

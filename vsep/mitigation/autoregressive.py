@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, require_range
+from vsep._typing import BoolArray, ComplexArray, FloatArray
+from vsep._validation import require_range
 from vsep.mitigation.direct import DirectMitigation
 from vsep.mitigation.method import FrameArray
 

@@ -4,7 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from vsep._arrays import BoolArray, FloatArray, require_range
+from vsep._typing import BoolArray, FloatArray
+from vsep._validation import require_range
 from vsep.mitigation.direct import DirectMitigation
 from vsep.mitigation.method import FrameArray
 

@@ -14,7 +14,9 @@ import numpy as np
 from scipy import ndimage
 from scipy.optimize import brentq
 
-from vsep._arrays import BoolArray, FloatArray, InputError, IntArray, require_range
+from vsep._typing import BoolArray, FloatArray, IntArray
+from vsep._validation import require_range
+from vsep.errors import InputError
 
 Statistic: TypeAlias = Literal["cell-averaging", "ordered-statistic"]
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from vsep._arrays import BoolArray, frozen
+from vsep._typing import BoolArray, frozen
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 
 Repair: TypeAlias = Callable[[FrameArray, BoolArray], FrameArray]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vsep._arrays import BoolArray
+from vsep._typing import BoolArray
 from vsep.mitigation.direct import DirectMitigation
 from vsep.mitigation.method import FrameArray
 

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft
 
-from vsep._arrays import BoolArray, FloatArray, frozen, require_range
+from vsep._typing import BoolArray, FloatArray, frozen
+from vsep._validation import require_range
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.short_time import ShortTimeFrame
 from vsep.signal.spectra import hann_window
 
 ITERATIONS = 100
-LOWEST_LEVEL = 1e-5  # of the first level, at the last iteration
+MIN_LEVEL = 1e-5  # of the first level, at the last iteration
 NOISE_LEVELS = 3.0  # times the noise level: where a threshold stops falling
 
 
@@ -105,7 +106,7 @@ class MorphologicalComponents:
     def _level(self, unexplained: FrameArray, iteration: int, layers: Layers) -> float:
         """Threshold of an iteration; the median of noise power is ln 2 times its mean."""
         power = np.median(np.abs(self._to_bins(unexplained)) ** 2) / np.log(2.0)
-        falling = float(LOWEST_LEVEL ** (iteration / max(self.iterations - 1, 1)))
+        falling = float(MIN_LEVEL ** (iteration / max(self.iterations - 1, 1)))
         return max(layers.first_level * falling, NOISE_LEVELS * float(np.sqrt(power)))
 
     def _window(self, received: FrameArray) -> FloatArray:

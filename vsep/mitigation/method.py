@@ -13,7 +13,8 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import BoolArray, InputError, frozen
+from vsep._typing import BoolArray, frozen
+from vsep.errors import InputError
 
 FrameArray: TypeAlias = NDArray[np.complexfloating[Any, Any]]
 """A frame in its own precision: complex64 stays complex64, all else is complex128."""

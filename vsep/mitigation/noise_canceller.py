@@ -14,7 +14,8 @@ from functools import partial
 import numpy as np
 from scipy import fft
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, require_range
+from vsep._typing import BoolArray, ComplexArray, FloatArray
+from vsep._validation import require_range
 from vsep.mitigation.blanking import zeroed
 from vsep.mitigation.direct import DirectMitigation
 from vsep.mitigation.method import FrameArray

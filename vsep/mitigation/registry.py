@@ -4,7 +4,7 @@ from collections.abc import Callable
 from inspect import signature
 from typing import Any, Final, TypedDict, Unpack
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.mitigation.autoregressive import autoregressive
 from vsep.mitigation.blanking import blanking, zeroing
 from vsep.mitigation.interpolation import linear, slow_time

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import fft
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 from vsep.mitigation.method import FrameArray
 from vsep.signal.spectra import hann_window
 

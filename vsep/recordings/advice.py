@@ -6,14 +6,14 @@ from typing import Final
 
 import numpy as np
 
-from vsep._arrays import ComplexArray
+from vsep._typing import ComplexArray
 from vsep.files.frame import Frame
 from vsep.recordings.settings import RecordingSettings
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS
 
 RADAR_BANDS_HZ: Final = ((24.0e9, 24.25e9), (57.0e9, 71.0e9), (76.0e9, 81.0e9), (122e9, 141e9))
-SHORTEST_REACH_M: Final = 3.0
-LONGEST_REACH_M: Final = 3000.0
+MIN_REACH_M: Final = 3.0
+MAX_REACH_M: Final = 3000.0
 MIRROR_SHARE: Final = 0.9  # of the strong cells: how alike both halves of the spectrum may be
 COHERENT_SHARE: Final = 0.5  # of the energy: what a mean along an axis explains of static echoes
 
@@ -62,7 +62,7 @@ def _of_band(frame: Frame, settings: RecordingSettings) -> Iterator[str]:
 def _of_reach(frame: Frame) -> Iterator[str]:
     radar = frame.radar
     reach = radar.sample_rate_hz / abs(radar.slope_hz_per_s) * SPEED_OF_LIGHT_MPS / 2.0
-    if not SHORTEST_REACH_M <= reach <= LONGEST_REACH_M:
+    if not MIN_REACH_M <= reach <= MAX_REACH_M:
         yield (
             f"Beat frequencies up to the sample rate reach {reach:.3g} m; check sample_rate_hz and "
             "slope_hz_per_s."

@@ -9,7 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import ComplexArray, InputError
+from vsep._typing import ComplexArray
+from vsep.errors import InputError
 from vsep.recordings.settings import RecordingSettings
 
 AXES: Final = ("frames", "transmitters", "antennas", "ramps", "samples", "iq")

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import ComplexArray, InputError
+from vsep._typing import ComplexArray
+from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.files.filter_keys import read_filter
 from vsep.files.frame import Frame

@@ -16,7 +16,7 @@ from typing import IO, Any, Final, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.archive import MAX_SAMPLES
 
 _Order: TypeAlias = Literal["little", "big"]
@@ -33,7 +33,7 @@ _CLASSES: Final = {1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse"}
 _NUMBERS: Final = dict(enumerate(("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"), 6))
 _COMPLEX, _LOGICAL = 0x08, 0x02  # flags
 _BEGINNING = 65536  # bytes, in which flags, lengths and name must lie
-_MOST_BYTES = 16 * MAX_SAMPLES + _BEGINNING
+_MAX_BYTES = 16 * MAX_SAMPLES + _BEGINNING
 _AGAIN = "save it again in MATLAB with save(name, variable, '-v7')"
 
 
@@ -213,7 +213,7 @@ def _judge(path: str, variable: _Variable) -> None:
 
 
 def _values(file: IO[bytes], variable: _Variable) -> NDArray[Any]:
-    content = _content(file, variable.element, variable.order, _MOST_BYTES)
+    content = _content(file, variable.element, variable.order, _MAX_BYTES)
     count = int(np.prod(variable.shape))
     real, place = _numbers(content, variable.place, variable.order, count)
     kind = np.dtype(_NUMBERS[variable.class_number])

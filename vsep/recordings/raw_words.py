@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.archive import MAX_SAMPLES
 from vsep.recordings.settings import RecordingSettings
 

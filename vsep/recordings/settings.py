@@ -13,14 +13,16 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, Final
 
-from vsep._arrays import InputError, require_range
+from vsep._optional import require_library
+from vsep._validation import require_range
+from vsep.errors import InputError
 
 RAW_FORMATS: Final = ("dca1000-xwr14xx", "dca1000-xwr16xx", "tsw1400")
 FORMATS: Final = ("mat", "npy", "npz", *RAW_FORMATS)
 SIGNS: Final = ("positive", "negative")
 SAMPLE_KINDS: Final = ("complex", "real")
 ADC_BITS: Final = (12, 14, 16)
-LARGEST_FILE = 65536  # bytes of a settings file
+MAX_FILE = 65536  # bytes of a settings file
 _MOST = 2**20
 _RAMP_COUNTS = ("num_samples", "num_ramps")
 _NUMBERS = (
@@ -243,12 +245,12 @@ def _shown(value: Any) -> str:
 def _read_text(path: str) -> str:
     try:
         with open(path, "rb") as file:
-            content = file.read(LARGEST_FILE + 1)
+            content = file.read(MAX_FILE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "the path is not usable"
         raise InputError(f"{path} cannot be read: {reason}; a settings file is needed.") from error
-    if len(content) > LARGEST_FILE:
-        raise InputError(f"{path} is larger than {LARGEST_FILE} bytes; is it a settings file?")
+    if len(content) > MAX_FILE:
+        raise InputError(f"{path} is larger than {MAX_FILE} bytes; is it a settings file?")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -265,12 +267,7 @@ def _from_json(path: str, text: str) -> Any:
 
 
 def _from_yaml(path: str, text: str) -> Any:
-    try:
-        import yaml
-    except ImportError as error:
-        raise InputError(
-            f"{path} is YAML, which needs PyYAML (pip install pyyaml); JSON needs nothing."
-        ) from error
+    yaml = require_library("yaml", f"{path} is YAML; it", "yaml")
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError as error:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.recordings.settings import settings_values
 
 _NAME = "settings.yaml"

@@ -9,7 +9,7 @@ from typing import IO, Any, Final
 
 from numpy.typing import NDArray
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.archive import Archive, read_array
 from vsep.recordings.matlab import choose_array, read_matlab
 from vsep.recordings.settings import RecordingSettings

@@ -4,11 +4,11 @@ import json
 from pathlib import Path
 from typing import Any, Final
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.files.frame import SETTINGS_OF_RADAR
 from vsep.recordings.matlab import matlab_shapes, read_matlab
-from vsep.recordings.settings import LARGEST_FILE, NEEDED_SETTINGS, SETTING_NAMES
+from vsep.recordings.settings import MAX_FILE, NEEDED_SETTINGS, SETTING_NAMES
 
 RAW_FORMAT: Final = "dca1000-xwr16xx"
 """Suggested for files that say nothing: the usual card and the most common sensors."""
@@ -102,7 +102,7 @@ def _plain(array: Any) -> Any:
 
 def _of_json(text: str) -> dict[str, Any]:
     try:
-        stored = json.loads(text[:LARGEST_FILE])
+        stored = json.loads(text[:MAX_FILE])
     except (ValueError, RecursionError):
         return {}
     if not isinstance(stored, dict):

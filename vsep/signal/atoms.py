@@ -5,8 +5,8 @@ An atom is a Kronecker product, so it is kept as its two factors: nothing of siz
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
-from vsep.kernels.lines import fill_lines
+from vsep._typing import ComplexArray, FloatArray
+from vsep.kernels.line_spectra import fill_lines
 
 
 def line_factors(frequencies: FloatArray, length: int) -> ComplexArray:

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import fft, fftfreq, ifft, next_fast_len
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, InputError, IntArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vsep.errors import InputError
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, TrueBurst
@@ -25,8 +26,8 @@ from vsep.signal.scene import Interferer, TrueBurst
 _REACH = 2.0
 # Beyond this multiple an interferer that switches on or off leaves no click above -60 dB.
 _CLICK_REACH = 64.0
-_LOWEST_OVERSAMPLING = 8
-_LARGEST_GRID = 2**22
+_MIN_OVERSAMPLING = 8
+_MAX_GRID = 2**22
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -74,10 +75,10 @@ def overlapping_passages(radar: ChirpSequence, sequence: InterfererSequence) -> 
     start = radar.ramp_times_s - sequence.time_offset_s
     first = np.ceil((start - sequence.ramp_duration_s) / period).astype(np.int64)
     count = int((duration + sequence.ramp_duration_s) / period) + 1
-    if radar.num_ramps * count > _LARGEST_GRID:
+    if radar.num_ramps * count > _MAX_GRID:
         raise InputError(
             f"interferer ramp_period_s is {period:g} s, which puts {count} of its ramps into one "
-            f"of the victim's; it must be so long that {_LARGEST_GRID // radar.num_ramps} fit."
+            f"of the victim's; it must be so long that {_MAX_GRID // radar.num_ramps} fit."
         )
     index = first[:, None] + np.arange(count)
     offset = start[:, None] - period * index
@@ -282,7 +283,7 @@ def _grid(
     cutoff = cutoff_hz if math.isfinite(cutoff_hz) else radar.sample_rate_hz
     swept = min(max(abs(start), abs(start + slope * ramp_s)), _CLICK_REACH * cutoff_hz)
     edge = max(swept, 4.0 * cutoff + math.sqrt(40.0 * abs(slope))) + spread
-    oversampling = max(_LOWEST_OVERSAMPLING, math.ceil(3.3 * edge / radar.sample_rate_hz))
+    oversampling = max(_MIN_OVERSAMPLING, math.ceil(3.3 * edge / radar.sample_rate_hz))
     rate = oversampling * radar.sample_rate_hz
     memory = max(2.0 * ramp_s, 64.0 / cutoff)
     middle = abs(start + 0.5 * slope * ramp_s)
@@ -290,10 +291,10 @@ def _grid(
     guard = min(memory, max(sweep - 0.5 * ramp_s, 0.0))
     first = math.ceil(guard * rate / oversampling) * oversampling
     length = 2 * first + radar.num_samples * oversampling
-    if length > _LARGEST_GRID:
+    if length > _MAX_GRID:
         raise InputError(
             f"The interferer sweeps {abs(slope):g} Hz/s, which takes {length} points to convolve; "
-            f"at most {_LARGEST_GRID} are allowed."
+            f"at most {_MAX_GRID} are allowed."
         )
     return _Grid(
         times_s=(np.arange(length) - first) / rate,

@@ -4,19 +4,20 @@ from typing import Final
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, InputError
+from vsep._typing import ComplexArray
+from vsep.errors import InputError
 
-FEWEST_RAMPS: Final = 8
+MIN_RAMPS: Final = 8
 """Of fewer ramps a median does not tell what stands still from what moves or interferes."""
 
 
-def static_part(received: ComplexArray) -> ComplexArray:
+def static_clutter(received: ComplexArray) -> ComplexArray:
     """(..., 1, N) median over the ramps of (..., P, N): all that stands still, no bursts.
 
     Examples
     --------
     >>> import numpy as np
-    >>> static_part(np.array([[1.0], [9.0], [1.0]]) + 2j)
+    >>> static_clutter(np.array([[1.0], [9.0], [1.0]]) + 2j)
     array([[1.+2.j]])
     """
     parts = np.asarray(received)
@@ -24,7 +25,7 @@ def static_part(received: ComplexArray) -> ComplexArray:
     return np.asarray(median + 1j * np.median(parts.imag, axis=-2, keepdims=True))
 
 
-def moving_part(received: ComplexArray, name: str) -> ComplexArray:
+def remove_static_clutter(received: ComplexArray, name: str) -> ComplexArray:
     """(P, N) frame without what stands still.
 
     Parameters
@@ -40,8 +41,8 @@ def moving_part(received: ComplexArray, name: str) -> ComplexArray:
         If it has too few ramps for that.
     """
     num_ramps = np.shape(received)[-2]
-    if num_ramps < FEWEST_RAMPS:
+    if num_ramps < MIN_RAMPS:
         raise InputError(
-            f"{name} has {num_ramps} ramps; to remove clutter at least {FEWEST_RAMPS} are needed."
+            f"{name} has {num_ramps} ramps; to remove clutter at least {MIN_RAMPS} are needed."
         )
-    return np.asarray(received - static_part(received))
+    return np.asarray(received - static_clutter(received))

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.signal.filters import AntiAliasingFilter, FilterKind
 from vsep.signal.modified_response import ResponseJet, bspline_responses, spline_jet
 from vsep.signal.template import SignalModel

@@ -6,7 +6,7 @@
 import numpy as np
 from scipy.linalg import solve_banded
 
-from vsep._arrays import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray
 
 
 class CubicSpline:

@@ -12,7 +12,9 @@ from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
+from vsep._typing import ComplexArray, FloatArray
+from vsep._validation import require_range
+from vsep.errors import InputError
 from vsep.signal.measured_filter import MeasuredFilter
 from vsep.signal.modified_response import ResponseJet, pole_jet, raised_cosine_jet
 
@@ -27,8 +29,8 @@ __all__ = [
 ]
 
 FilterKind: TypeAlias = Literal["raised_cosine", "butterworth", "none", "measured"]
-_LOWEST_CUTOFF_HZ = 1.0
-_HIGHEST_CUTOFF_HZ = 1e12
+_MIN_CUTOFF_HZ = 1.0
+_MAX_CUTOFF_HZ = 1e12
 
 
 class AntiAliasingFilter(Protocol):
@@ -87,7 +89,7 @@ class RaisedCosineFilter:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        require_range("filter cutoff", self.cutoff_hz, _LOWEST_CUTOFF_HZ, _HIGHEST_CUTOFF_HZ, "Hz")
+        require_range("filter cutoff", self.cutoff_hz, _MIN_CUTOFF_HZ, _MAX_CUTOFF_HZ, "Hz")
         require_range("filter rolloff", self.rolloff, 0.01, 1.0)
 
     @property
@@ -157,7 +159,7 @@ class ButterworthFilter:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        require_range("filter cutoff", self.cutoff_hz, _LOWEST_CUTOFF_HZ, _HIGHEST_CUTOFF_HZ, "Hz")
+        require_range("filter cutoff", self.cutoff_hz, _MIN_CUTOFF_HZ, _MAX_CUTOFF_HZ, "Hz")
         require_range("filter order", self.order, 1, 16)
         if self.order != int(self.order):
             raise InputError(f"filter order is {self.order:g}; it must be a whole number, 1 to 16.")

@@ -21,16 +21,17 @@ from typing import Literal
 import numpy as np
 from scipy.fft import ifft, next_fast_len
 
-from vsep._arrays import ComplexArray, FloatArray, InputError, IntArray, frozen
+from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
+from vsep.errors import InputError
 from vsep.signal.cubic_spline import CubicSpline
 from vsep.signal.modified_response import ResponseJet, nonparallel
 
 _FADE_SHARE = 0.125
 # Nearly parallel chirps would need more points than this; Gbar = G - (j Delta k / 4 pi) G'' then
 # holds to second order in Delta k.
-_LARGEST_GRID = 2**17
+_MAX_GRID = 2**17
 # Slopes whose points together stay below this are transformed at once; some 100 MB.
-_LARGEST_BLOCK = 2**19
+_MAX_BLOCK = 2**19
 # Kernel exp(beta (sqrt(1 - z^2) - 1)) of this many points on a twofold oversampled grid errs by
 # 10^-(points - 1) at beta = 2.3 points (Barnett, Magland and af Klinteberg, 2019): -220 dB.
 _KERNEL_POINTS = 12
@@ -70,7 +71,7 @@ class MeasuredFilter:
         self._spline = _spline_with_fades(frequency, samples)
         self._step_hz = max(
             float(np.median(np.diff(frequency))) / 2.0,
-            2.0 * float(np.ptp(self._spline.knots)) / _LARGEST_GRID,
+            2.0 * float(np.ptp(self._spline.knots)) / _MAX_GRID,
         )
 
     def __repr__(self) -> str:
@@ -120,7 +121,7 @@ class MeasuredFilter:
         # Outside of this the smooth response has no energy, whatever the chirp.
         highest = 2.0 * half_band + 8.0 * np.sqrt(np.abs(slope))
         step = np.minimum(self._step_hz, np.abs(slope) / (highest + half_band))
-        steep = step * _LARGEST_GRID > np.ptp(self._spline.knots)
+        steep = step * _MAX_GRID > np.ptp(self._spline.knots)
         jet[:, ~steep] = self._nearly_parallel(frequency[~steep], slope[~steep])
         if np.any(steep):
             jet[:, steep] = self._transform(frequency[steep], slope[steep], step[steep].min())
@@ -142,7 +143,7 @@ class MeasuredFilter:
         responses = np.stack(self._spline.jet(grid))
         position = frequency_hz / slope
         integral = np.empty((3, len(position)), dtype=np.complex128)
-        block = max(1, _LARGEST_BLOCK // num_modes)
+        block = max(1, _MAX_BLOCK // num_modes)
         for first in range(0, len(slopes), block):
             chosen = (row >= first) & (row < first + block)
             chirps = np.exp(-1j * np.pi * grid**2 / slopes[first : first + block, None])

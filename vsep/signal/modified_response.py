@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import wofz
 
-from vsep._arrays import ComplexArray, FloatArray, InputError
+from vsep._typing import ComplexArray, FloatArray
+from vsep.errors import InputError
 from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms
 from vsep.kernels.splines import bspline_terms, spline_terms
 

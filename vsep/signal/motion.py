@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vsep._arrays import require_range
+from vsep._validation import require_range
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Channel, Scene
 
@@ -31,7 +31,7 @@ def moved_paths(radar: ChirpSequence, channel: Channel, elapsed_s: float) -> Cha
     Examples
     --------
     >>> import numpy as np
-    >>> from vsep.signal.presets import preset_radar
+    >>> from vsep.presets.scenes import preset_radar
     >>> channel = Channel(
     ...     delays_s=np.array([1e-7]), dopplers_hz=np.array([7.9e3]), weights=np.ones(1)
     ... )

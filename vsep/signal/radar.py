@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import FloatArray, require_range
+from vsep._typing import FloatArray
+from vsep._validation import require_range
 
 SPEED_OF_LIGHT_MPS = 299_792_458.0
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, InputError, frozen
+from vsep._typing import ComplexArray, FloatArray, frozen
+from vsep.errors import InputError
 from vsep.signal.measured_filter import MeasuredFilter
 
 

@@ -4,7 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._arrays import BoolArray, ComplexArray, FloatArray, InputError, frozen, require_range
+from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep._validation import require_range
+from vsep.errors import InputError
 from vsep.signal.radar import InterfererSequence
 
 

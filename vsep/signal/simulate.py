@@ -6,20 +6,16 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from vsep._arrays import (
-    ComplexArray,
-    InputError,
-    from_db,
-    frozen,
-    require_range,
-    wrap_frequency,
-)
-from vsep.signal.antenna_line import AntennaScene
+from vsep._typing import ComplexArray, frozen
+from vsep._validation import require_range
+from vsep.errors import InputError
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
 from vsep.signal.filters import AntiAliasingFilter
+from vsep.signal.linear_array import AntennaScene
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth, Interferer, Observation, Scene, TrueBurst
+from vsep.units import from_db, wrap_frequency
 
 InterferenceModel: TypeAlias = Literal["multiplicative", "convolution", "convolution-with-edges"]
 INTERFERENCE_MODELS: tuple[InterferenceModel, ...] = get_args(InterferenceModel)

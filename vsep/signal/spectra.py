@@ -11,7 +11,9 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from scipy.fft import ifft
 
-from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
+from vsep._typing import ComplexArray, FloatArray
+from vsep._validation import require_range
+from vsep.errors import InputError
 
 Window: TypeAlias = Literal["hann", "rectangular"]
 

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, InputError, require_range
+from vsep._typing import ComplexArray, FloatArray
+from vsep._validation import require_range
+from vsep.errors import InputError
 from vsep.kernels.templates import burst_courses, template_jets
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence

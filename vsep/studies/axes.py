@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from vsep.signal.presets import preset_radar
+from vsep.presets.scenes import preset_radar
 
 X_LABELS: Final = {
     "snr_db": "SNR [dB]",

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
 from vsep.studies.methods import (
@@ -207,7 +207,7 @@ CATALOGUE: dict[str, Entry] = {
             methods=method_names(),
         ),
         Entry(
-            name="opponents",
+            name="baselines",
             title="Separation against the masked estimator over the length, level, share of bursts",
             realizations=100,
             points=_opponents,

@@ -6,15 +6,13 @@ other becomes rows of status "failed".
 
 from collections.abc import Iterable, Iterator
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from vsep._arrays import InputError
+from vsep._optional import require_library
 from vsep._version import __version__
+from vsep.errors import InputError
 from vsep.studies.study import Trial
 from vsep.studies.trial import Row, failed_rows, run_trial
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 _CONNECT_S = 20.0
 # Trials handed out ahead, per worker thread.
@@ -42,17 +40,12 @@ def run_on_cluster(trials: Iterable[Trial], address: str) -> Iterator[list[Row]]
         If Dask is not installed, there is no scheduler or no worker, a worker has another version
         of this package, or the scheduler goes away.
     """
-    try:
-        from distributed import Client, as_completed
-    except ImportError:
-        raise InputError(
-            "A scheduler needs Dask, which is not installed: pip install 'vsep[cluster]'."
-        ) from None
-    with _connected(Client, address) as client:
+    dask = require_library("distributed", "A scheduler", "cluster")
+    with _connected(dask.Client, address) as client:
         waiting = iter(trials)
         running: dict[Any, Trial] = {}
         ahead = _AHEAD * _num_threads(client, address)
-        finished = as_completed()
+        finished = dask.as_completed()
         while True:
             for trial in islice(waiting, ahead - len(running)):
                 future = client.submit(run_trial, trial, pure=False)
@@ -69,7 +62,7 @@ def library_version() -> str:
     return __version__
 
 
-def _connected(kind: "type[Client]", address: str) -> "Client":
+def _connected(kind: Any, address: str) -> Any:
     try:
         return kind(address, timeout=_CONNECT_S)
     except (OSError, ValueError, TimeoutError) as error:
@@ -78,7 +71,7 @@ def _connected(kind: "type[Client]", address: str) -> "Client":
         ) from None
 
 
-def _num_threads(client: "Client", address: str) -> int:
+def _num_threads(client: Any, address: str) -> int:
     """Count the worker threads, after a look at what the workers have installed."""
     try:
         client.wait_for_workers(1, timeout=_CONNECT_S)

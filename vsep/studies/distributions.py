@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.special import betaincinv, ndtri
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 from vsep.analysis.intervals import DEFAULT_LEVEL
 from vsep.studies.groups import Group, GroupKey, mean_assigned_errors, standardised_errors
 from vsep.studies.methods import NO_INTERFERENCE

@@ -12,7 +12,8 @@ from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-from vsep._arrays import require_range
+from vsep._processes import worker_pool
+from vsep._validation import require_range
 from vsep.studies.cluster import run_on_cluster
 from vsep.studies.rows import (
     RowKey,
@@ -24,7 +25,6 @@ from vsep.studies.rows import (
 )
 from vsep.studies.study import Study, Trial
 from vsep.studies.trial import Row, failed_rows, run_trial
-from vsep.workers import worker_pool
 
 # Trials handed out ahead, per worker, so that none waits for work.
 _AHEAD = 3

@@ -8,14 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from vsep._arrays import ComplexArray, FloatArray, to_db
-from vsep.inference.state import SeparationState
+from vsep._typing import ComplexArray, FloatArray
+from vsep.inference.core.state import SeparationState
 from vsep.signal.spectra import delay_spectrum
-from vsep.studies.bench import Bench, draw_bench
 from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.panels import Panel, Series, SeriesKind
 from vsep.studies.rows import trial_of_row
 from vsep.studies.trial import DONE, Row, separate
+from vsep.studies.trial_scenario import Bench, simulate_trial
+from vsep.units import to_db
 
 # What is this far below the strongest sample is not drawn.
 _SHOWN_DB = 70.0
@@ -47,7 +48,7 @@ def example_panels(rows: Iterable[Row]) -> list[Panel]:
 
 def _panels_of(row: Row) -> list[Panel]:
     trial = trial_of_row(row)
-    bench = draw_bench(trial)
+    bench = simulate_trial(trial)
     observation, solution = separate(trial, row["method"], bench)
     ramp = int(np.argmax(np.sum(np.abs(bench.truth.interference_signal) ** 2, axis=1)))
     state = solution.state

@@ -1,9 +1,9 @@
 """The frame of one trial as a frame file, to look at an outlier with everything else there is."""
 
 from vsep.files.frame import Frame
-from vsep.studies.bench import draw_bench
 from vsep.studies.methods import NO_INTERFERENCE
 from vsep.studies.study import Trial
+from vsep.studies.trial_scenario import simulate_trial
 
 
 def trial_frame(trial: Trial, method: str) -> Frame:
@@ -28,7 +28,7 @@ def trial_frame(trial: Trial, method: str) -> Frame:
     >>> frame.name, frame.received.shape
     ('fig-3, point 20, realization 17', (1, 256))
     """
-    bench = draw_bench(trial)
+    bench = simulate_trial(trial)
     clean = method == NO_INTERFERENCE
     observation = bench.clean if clean else bench.interfered
     settings = {"preset": bench.preset, "snr_db": repr(trial.point.snr_db)}

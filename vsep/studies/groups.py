@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 from vsep.studies.methods import MASKED, NO_INTERFERENCE
 from vsep.studies.trial import DONE, Row
 

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 from vsep.analysis.intervals import (
     Interval,
     Statistic,

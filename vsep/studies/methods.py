@@ -15,10 +15,11 @@ bursts. Paired with it, a method's cost is seen ten times sharper than in an ave
 
 from typing import Final
 
-from vsep._arrays import BoolArray, InputError
-from vsep.inference import estimators
-from vsep.inference.estimator import Estimator
-from vsep.inference.estimators import ESTIMATORS, EstimatorSettings
+from vsep._typing import BoolArray
+from vsep.errors import InputError
+from vsep.inference import registry as estimators
+from vsep.inference.core.estimator import Estimator
+from vsep.inference.registry import ESTIMATORS, EstimatorSettings
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.signal.template import SignalModel
 from vsep.studies.study import Point, TrialSettings

@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 
 SeriesKind: TypeAlias = Literal["curve", "line", "dashed", "stems", "crosses"]
 

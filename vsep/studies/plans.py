@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from vsep.inference.estimators import ESTIMATORS
+from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.registry import MITIGATIONS, SPARSE
 from vsep.studies.methods import (
     ITERATIONS_AFTER_REPAIR,
@@ -229,7 +229,7 @@ PLANS: dict[str, list[Plan]] = {
     "fig-3": _figure_3_plans(),
     "fig-5": _figure_5_plans(),
     "fig-5-methods": _methods_plans(),
-    "opponents": _opponents_plans(),
+    "baselines": _opponents_plans(),
     "separability": _separability_plans(),
     "false-alarms": _false_alarm_plans(),
 }

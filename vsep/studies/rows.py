@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TextIO, TypeAlias
 
-from vsep._arrays import InputError
+from vsep.errors import InputError
 from vsep.files.results import as_json
 from vsep.studies.catalogue import make_study, require_entry
 from vsep.studies.study import Point, Study, Trial, TrialSettings

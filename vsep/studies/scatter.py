@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import FloatArray, InputError
+from vsep._typing import FloatArray
+from vsep.errors import InputError
 from vsep.studies.axes import x_value
 from vsep.studies.groups import number
 from vsep.studies.trial import DONE, Row

@@ -9,9 +9,10 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from vsep._arrays import InputError, require_range
+from vsep._validation import require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
-from vsep.inference.schedule import schedule_by_name
+from vsep.errors import InputError
+from vsep.inference.core.schedule import schedule_by_name
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
 
 SceneName: TypeAlias = Literal[
@@ -24,7 +25,7 @@ SceneName: TypeAlias = Literal[
     "simulation-2-c",
 ]
 SCENE_NAMES: tuple[SceneName, ...] = get_args(SceneName)
-HIGHEST_SEED = 2**63 - 1
+MAX_SEED = 2**63 - 1
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -125,7 +126,7 @@ class TrialSettings:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        require_range("seed", self.seed, 0, HIGHEST_SEED)
+        require_range("seed", self.seed, 0, MAX_SEED)
         schedule_by_name(self.schedule)
         require_range("GOSPA cutoff", self.gospa_cutoff, 1e-6, 1e6, "cells")
         require_range("GOSPA order", self.gospa_order, 1.0, 100.0)

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vsep._arrays import InputError
 from vsep.analysis.intervals import Interval
+from vsep.errors import InputError
 from vsep.studies.groups import groups
 from vsep.studies.measures import METRICS
 from vsep.studies.trial import Row

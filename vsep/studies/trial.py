@@ -10,20 +10,20 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 from vsep._version import __version__
 from vsep.analysis.metrics import FrameErrors, error_vector_magnitude, frame_errors, sinr_db
 from vsep.analysis.separability import separability
-from vsep.inference.progress import Solution
-from vsep.inference.run import run
-from vsep.inference.uncertainty import dispersion_std
+from vsep.inference.core.progress import Solution
+from vsep.inference.core.run import run
+from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import MITIGATIONS, make_mitigation
 from vsep.signal.scene import Observation
-from vsep.studies.bench import Bench, draw_bench
 from vsep.studies.methods import MASKED_BY_DETECTOR, NO_INTERFERENCE, make_estimator
 from vsep.studies.study import Trial
+from vsep.studies.trial_scenario import Bench, simulate_trial
 
 Row: TypeAlias = dict[str, Any]
 
@@ -47,7 +47,7 @@ def run_trial(trial: Trial) -> list[Row]:
         A row of status "failed" has a ``reason``, and no results.
     """
     try:
-        bench = draw_bench(trial)
+        bench = simulate_trial(trial)
         shared = _scene_entries(bench)
     except Exception as error:  # whatever it is, the study goes on and the row tells
         return failed_rows(trial, _reason(error))

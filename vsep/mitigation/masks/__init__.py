@@ -1,1 +1,1 @@
-"""Finding the samples of a frame that interference hits, without knowing the truth."""
+"""Find the samples of a frame that interference hits, without knowing the truth."""

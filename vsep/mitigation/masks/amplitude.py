@@ -7,13 +7,13 @@ and fails once half of the frame is interfered.
 
 import numpy as np
 
-from vsep._arrays import BoolArray
+from vsep._typing import BoolArray
 from vsep.mitigation.masks.runs import closed, extended
 from vsep.mitigation.method import FrameArray
 
 START = 4.0  # times the median: where a run of flagged samples may begin
 EXTEND = 2.0  # times the median: how far it reaches
-LONGEST_GAP = 4  # samples below the threshold inside a run: a burst passes through zero
+MAX_GAP = 4  # samples below the threshold inside a run: a burst passes through zero
 
 
 def amplitude_mask(received: FrameArray) -> BoolArray:
@@ -47,4 +47,4 @@ def amplitude_mask(received: FrameArray) -> BoolArray:
     def exceeding(factor: float) -> BoolArray:
         return np.asarray((magnitude > factor * usual) | (change > factor * usual_step))
 
-    return extended(exceeding(START), closed(exceeding(EXTEND), LONGEST_GAP))
+    return extended(exceeding(START), closed(exceeding(EXTEND), MAX_GAP))

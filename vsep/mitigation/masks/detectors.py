@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from typing import Final
 
-from vsep._arrays import BoolArray, InputError, frozen
+from vsep._typing import BoolArray, frozen
+from vsep.errors import InputError
 from vsep.mitigation.masks.amplitude import amplitude_mask
 from vsep.mitigation.masks.prediction import prediction_mask
 from vsep.mitigation.masks.residual import residual_mask

@@ -9,7 +9,7 @@ half of the frame is interfered.
 
 import numpy as np
 
-from vsep._arrays import BoolArray
+from vsep._typing import BoolArray
 from vsep.mitigation.autoregressive import fit_coefficients, prediction_errors
 from vsep.mitigation.masks.runs import closed, extended, grown
 from vsep.mitigation.method import FrameArray
@@ -19,7 +19,7 @@ ROUNDS = 4
 FIRST_MAGNITUDE = 3.0  # times the median
 START = 14.0  # times the mean error power: noise alone exceeds it in one of a million samples
 EXTEND = 4.0  # times the mean error power: how far a run reaches
-LONGEST_GAP = 4  # samples below the threshold inside a run
+MAX_GAP = 4  # samples below the threshold inside a run
 MARGIN = 3  # samples flagged beside a run: there a burst fades into the noise
 
 
@@ -46,7 +46,5 @@ def prediction_mask(received: FrameArray) -> BoolArray:
         power = np.fmin(np.abs(errors.forward) ** 2, np.abs(errors.backward) ** 2)
         unflagged = power if mask.all() else power[~mask]
         mean_power = np.median(unflagged) / np.log(2.0)
-        mask = extended(
-            power > START * mean_power, closed(power > EXTEND * mean_power, LONGEST_GAP)
-        )
+        mask = extended(power > START * mean_power, closed(power > EXTEND * mean_power, MAX_GAP))
     return grown(mask, MARGIN)

@@ -7,9 +7,9 @@ above the noise is interference. The first mask is that of the prediction errors
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from vsep._arrays import BoolArray
-from vsep.inference.masked import MaskedSeparator
-from vsep.inference.run import run
+from vsep._typing import BoolArray
+from vsep.inference.core.run import run
+from vsep.inference.objects.masked import MaskedSeparator
 from vsep.mitigation.masks.prediction import prediction_mask
 from vsep.mitigation.masks.runs import closed, extended, grown
 from vsep.mitigation.method import FrameArray
@@ -21,7 +21,7 @@ ITERATIONS = 40  # of a fit; the mask needs no more accuracy
 AVERAGED = 5  # neighbouring samples whose mean power is compared
 START = 4.0  # times the noise power: five samples of noise average this once in 2e5
 EXTEND = 2.0  # times the noise power: how far a run reaches
-LONGEST_GAP = 2
+MAX_GAP = 2
 MARGIN = 1
 
 
@@ -57,7 +57,7 @@ def residual_mask(received: FrameArray) -> BoolArray:
         state = run(estimator, frame).state
         power = np.abs(frame - state.object_signal) ** 2 * state.noise_precision
         power = uniform_filter1d(power, AVERAGED, axis=1, mode="nearest")
-        last, mask = mask, extended(power > START, closed(power > EXTEND, LONGEST_GAP))
+        last, mask = mask, extended(power > START, closed(power > EXTEND, MAX_GAP))
         mask = grown(mask, MARGIN)
         if np.array_equal(mask, last):
             break

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
-from vsep._arrays import BoolArray
+from vsep._typing import BoolArray
 from vsep.mitigation.blanking import samples_to_flagged
 
 _ALONG_RAMPS = np.array([[0, 0, 0], [1, 1, 1], [0, 0, 0]])

@@ -12,7 +12,9 @@ from typing import cast, get_args
 import numpy as np
 from scipy.fft import fft2
 
-from vsep._arrays import BoolArray, FloatArray, InputError, frozen, require_range
+from vsep._typing import BoolArray, FloatArray, frozen
+from vsep._validation import require_range
+from vsep.errors import InputError
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.sparse.operators import (
     Domain,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 
-from vsep._arrays import ComplexArray, FloatArray, IntArray
+from vsep._typing import ComplexArray, FloatArray, IntArray
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
 from vsep.mitigation.sparse.solver import SolverState, gradient_std, zero_spectrum
 from vsep.mitigation.sparse.support import least_squares

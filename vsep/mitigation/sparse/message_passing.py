@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
 from vsep.mitigation.sparse.solver import SolverState, zero_spectrum
 from vsep.mitigation.sparse.thresholding import soft_threshold

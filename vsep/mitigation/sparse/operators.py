@@ -19,14 +19,15 @@ from numpy.typing import NDArray
 from scipy.fft import fft2, ifft2
 from scipy.linalg import dft
 
-from vsep._arrays import BoolArray, ComplexArray, InputError, IntArray, frozen
+from vsep._typing import BoolArray, ComplexArray, IntArray, frozen
+from vsep.errors import InputError
 
 # Single or double precision; what comes out is of the precision that went in.
 Samples: TypeAlias = NDArray[np.complexfloating[Any, Any]]
 RealSamples: TypeAlias = NDArray[np.floating[Any]]
 Domain: TypeAlias = Literal["masked-2d", "explicit-1d"]
 DOMAINS: tuple[Domain, ...] = get_args(Domain)
-_LARGEST_MATRIX = 2**26  # elements: a frame of 128 x 64 just fits (1 GB in double precision)
+_MAX_MATRIX = 2**26  # elements: a frame of 128 x 64 just fits (1 GB in double precision)
 
 
 class SensingOperator(Protocol):
@@ -148,11 +149,11 @@ class ExplicitMatrix:
         num_ramps, num_samples = interfered.shape
         self.num_measurements = int(np.count_nonzero(~interfered))
         self.num_cells = interfered.size
-        if self.num_measurements * self.num_cells > _LARGEST_MATRIX:
+        if self.num_measurements * self.num_cells > _MAX_MATRIX:
             raise InputError(
                 f"The frame has {num_ramps} x {num_samples} samples, for which the explicit matrix "
                 f"has {self.num_measurements * self.num_cells} elements; it must have at most "
-                f"{_LARGEST_MATRIX}. The domain masked-2d has no such limit."
+                f"{_MAX_MATRIX}. The domain masked-2d has no such limit."
             )
         self._shape = interfered.shape
         self._kept = np.flatnonzero(~interfered)

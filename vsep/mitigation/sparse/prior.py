@@ -11,13 +11,15 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from scipy.fft import fft2, ifft2
 
-from vsep._arrays import BoolArray, FloatArray, InputError, frozen, require_range
+from vsep._typing import BoolArray, FloatArray, frozen
+from vsep._validation import require_range
+from vsep.errors import InputError
 from vsep.mitigation.cfar import Cfar
 from vsep.mitigation.method import FrameArray
 from vsep.signal.spectra import hann_window
 
 Reading: TypeAlias = Literal["likelihood", "density"]
-_SMALLEST_SPREAD = 0.25  # sigma over mu: a cell seen once has no empirical spread at all
+_MIN_SPREAD = 0.25  # sigma over mu: a cell seen once has no empirical spread at all
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -122,7 +124,7 @@ class PriorModel:
         count = np.maximum(peaks.sum(axis=0), 1)
         mean = np.where(peaks, magnitudes, 0.0).sum(axis=0) / count
         square = np.where(peaks, (magnitudes - mean) ** 2, 0.0).sum(axis=0) / count
-        deviation = np.maximum(np.sqrt(square), _SMALLEST_SPREAD * mean)
+        deviation = np.maximum(np.sqrt(square), _MIN_SPREAD * mean)
         known = peaks.any(axis=0) & (deviation > 0.0)
         deviation = np.where(known, deviation, 1.0)
         probability = np.exp(-0.5 * ((magnitudes[-1] - mean) / deviation) ** 2)

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, NamedTuple, TypeAlias
 
-from vsep._arrays import BoolArray, InputError
+from vsep._typing import BoolArray
+from vsep.errors import InputError
 from vsep.mitigation.method import FrameArray, Mitigation, MitigationState, mitigate
 from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
 

@@ -6,7 +6,7 @@ FFT of the mask gives all of it; for large supports conjugate gradients need no 
 
 import numpy as np
 
-from vsep._arrays import BoolArray
+from vsep._typing import BoolArray
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
 
 _RELATIVE_RESIDUAL = 1e-7  # of conjugate gradients: below the noise by far

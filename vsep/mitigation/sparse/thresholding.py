@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from vsep._arrays import FloatArray
+from vsep._typing import FloatArray
 from vsep.mitigation.sparse.operators import RealSamples, Samples, SensingOperator
 from vsep.mitigation.sparse.solver import SolverState, residual_update, zero_spectrum
 

@@ -1,0 +1,268 @@
+"""What ``vsep separate`` does once its options are read."""
+
+import argparse
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import repeat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from vsep._processes import available_cores, worker_pool
+from vsep._typing import BoolArray, ComplexArray
+from vsep.analysis.interferer_timing import InterfererTiming
+from vsep.analysis.parallel import parallel_ramps
+from vsep.errors import InputError
+from vsep.files.frame import Frame, read_frame
+from vsep.files.frame_mask import frame_mask
+from vsep.files.response_file import read_response
+from vsep.files.results import as_json, profile_entry, result_line, separated_signals
+from vsep.files.two_pass import require_timing_support, run_twice
+from vsep.inference.core.estimator import Estimator
+from vsep.inference.core.progress import Solution, Step
+from vsep.inference.core.run import run
+from vsep.inference.registry import SEVERAL_ANTENNAS, make_estimator
+from vsep.signal.clutter import remove_static_clutter
+from vsep.signal.filters import MeasuredFilter, NoFilter
+from vsep.signal.template import SignalModel
+from vsep_app.cli.progress import IterationProgress
+
+_EXIT_INPUT = 2
+_FRAMES_AT_A_TIME = 4  # handed to a process, so that handing over costs little
+_FRAMES_WORTH_A_PROCESS = 16  # starting one takes as long as some frames
+
+
+def separate_frames(options: argparse.Namespace) -> int:
+    """Separate every frame, one result line each; 2 if one of them could not be used."""
+    _require_distinct(options.frames, options.out, options.signals)
+    _require_folder(options.out)
+    _require_usable(options)
+    assumed_filter(options)
+    if options.signals is not None:
+        Path(options.signals).mkdir(parents=True, exist_ok=True)
+    start = time.perf_counter()
+    workers = _num_workers(options)
+    profile: Counter[str] = Counter()
+    used = 0
+    # tqdm draws nothing by itself (None) where standard error is no terminal.
+    quiet = None if len(options.frames) > 1 else True
+    with (
+        open(options.out, "w", encoding="utf-8") as results,
+        _result_lines(options, workers) as lines,
+    ):
+        for line in tqdm(lines, total=len(options.frames), unit="frame", disable=quiet):
+            if "error" in line:
+                tqdm.write(f"vsep: {line['error']}", file=sys.stderr)
+            used += "error" not in line
+            if options.antenna is None and "antenna" in line:
+                tqdm.write(f"vsep: {_which_antenna(line)}", file=sys.stderr)
+            profile.update(line.get("profile", {}))
+            results.write(as_json(line) + "\n")
+            results.flush()
+    if profile:
+        sys.stderr.write("\n".join(_profile_table(profile, used)) + "\n")
+    if used > 1:
+        sys.stderr.write(_throughput(used, time.perf_counter() - start, workers) + "\n")
+    return 0 if used == len(options.frames) else _EXIT_INPUT
+
+
+def _which_antenna(line: Mapping[str, Any]) -> str:
+    return (
+        f"{line['file']} holds {line['num_antennas']} antennas, of which this estimator takes one: "
+        "antenna 0 is separated, --antenna chooses another."
+    )
+
+
+def _num_workers(options: argparse.Namespace) -> int:
+    """Return what was asked for, or one process a core unless there are only a few frames."""
+    if options.workers is not None:
+        return min(int(options.workers), len(options.frames))
+    return max(1, min(available_cores(), len(options.frames) // _FRAMES_WORTH_A_PROCESS))
+
+
+@contextmanager
+def _result_lines(options: argparse.Namespace, workers: int) -> Iterator[Iterator[dict[str, Any]]]:
+    """Make the result lines in the order of the frames, in this process or several."""
+    if workers == 1:
+        yield _watched_lines(options)
+        return
+    try:
+        with worker_pool(workers) as pool:
+            yield pool.map(
+                separate_frame, options.frames, repeat(options), chunksize=_FRAMES_AT_A_TIME
+            )
+    except BrokenProcessPool:
+        sentence = "A worker process ended abruptly, perhaps for lack of memory; try --workers 1."
+        raise InputError(sentence) from None
+
+
+def _watched_lines(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """Make the result lines in this process; the terminal shows the iterations of a long run."""
+    bar = IterationProgress(options.max_iterations)
+    for path in options.frames:
+        bar.begin(Path(path).name)
+        try:
+            line = separate_frame(path, options, bar.show)
+        finally:
+            bar.end()
+        yield line
+
+
+def _profile_table(profile: Mapping[str, float], frames: int) -> list[str]:
+    """Return lines of a table of milliseconds a frame by part."""
+    total = sum(profile.values())
+    return [
+        f"{name:22s} {1e3 * spent / frames:9.2f} ms a frame {100.0 * spent / total:5.1f} %"
+        for name, spent in profile.items()
+    ]
+
+
+def _throughput(frames: int, seconds: float, workers: int) -> str:
+    processes = "1 process" if workers == 1 else f"{workers} processes"
+    rate = frames / seconds
+    return f"{frames} frames in {seconds:.1f} s on {processes}: {rate:.1f} frames per second"
+
+
+def separate_frame(
+    path: str, options: argparse.Namespace, watch: Callable[[Step], None] | None = None
+) -> dict[str, Any]:
+    """Make the result line of one frame; one with ``error`` if it could not be used."""
+    try:
+        frame = _read_frame(path, options)
+        together = _is_together(frame, options)
+        received = frame.antennas if together and frame.antennas is not None else frame.received
+        if options.clutter == "remove":
+            received = remove_static_clutter(received, frame.name)
+        solution, timings = _solve(_separator_of(options, frame), received, frame, options, watch)
+        if options.signals is not None:
+            np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
+    except (InputError, MemoryError) as error:
+        # A MemoryError carries no text.
+        return {
+            "file": path,
+            "error": str(error) or f"{path} needs more memory than this machine has.",
+        }
+    line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
+    if timings is not None:
+        line["interferer_timings"] = len(timings)
+    if parallel := np.flatnonzero(parallel_ramps(frame.received)).tolist():
+        line["parallel_ramps"] = parallel
+    if frame.num_antennas > 1:
+        line |= {"num_antennas": frame.num_antennas}
+    if frame.num_antennas > 1 and not together:
+        line |= {"antenna": frame.antenna}
+    return line | ({"profile": profile_entry(solution)} if options.profile else {})
+
+
+def _solve(
+    estimator: Estimator,
+    received: ComplexArray,
+    frame: Frame,
+    options: argparse.Namespace,
+    watch: Callable[[Step], None] | None,
+) -> tuple[Solution, tuple[InterfererTiming, ...] | None]:
+    """Run the estimator, with the interferers' lattices if they are asked for."""
+    if not options.interferer_timing:
+        return run(estimator, received, watch=watch), None
+    return run_twice(require_timing_support(estimator), received, frame.radar, watch=watch)
+
+
+def _read_frame(path: str, options: argparse.Namespace) -> Frame:
+    """Read a frame; a response that was given stands in for its filter."""
+    frame = read_frame(path, antenna=options.antenna or 0)
+    response = assumed_filter(options)
+    return frame if response is None else replace(frame, anti_aliasing_filter=response)
+
+
+def _is_together(frame: Frame, options: argparse.Namespace) -> bool:
+    """Whether all antennas of a frame are separated together: unless one of them is asked for."""
+    several = frame.num_antennas > 1 and options.antenna is None
+    return several and options.estimator in SEVERAL_ANTENNAS
+
+
+def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
+    """Return the filter of ``--response``, or None.
+
+    Raises
+    ------
+    InputError
+        If the file is no response file, or has none of the antenna.
+    """
+    if options.response is None:
+        return None
+    return read_response(options.response).filter_of(options.antenna or 0)
+
+
+def _require_usable(options: argparse.Namespace) -> None:
+    """Refuse bad estimator options at once, not once per frame: they are checked with any model."""
+    model = SignalModel(
+        num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
+    )
+    estimator = make_separator(options, model)
+    if options.interferer_timing:
+        require_timing_support(estimator)
+
+
+def _separator_of(options: argparse.Namespace, frame: Frame) -> Estimator:
+    masked = options.estimator == "masked"
+    mask = frame_mask(frame, options.mask) if masked else None
+    num_antennas = frame.num_antennas if _is_together(frame, options) else 1
+    model = SignalModel.of_radar(frame.radar, frame.assumed_filter, num_antennas)
+    return make_separator(options, model, mask)
+
+
+def make_separator(
+    options: argparse.Namespace, model: SignalModel, mask: BoolArray | None = None
+) -> Estimator:
+    """Make the estimator that the options of ``separate`` describe."""
+    if options.mask is not None and options.estimator != "masked":
+        raise InputError(
+            f"--mask is {options.mask}, and {options.estimator} takes none; it is for masked."
+        )
+    return make_estimator(
+        options.estimator,
+        model,
+        false_alarm_rate=options.false_alarm_rate,
+        object_threshold_db=options.object_threshold_db,
+        interference_threshold_db=options.interference_threshold_db,
+        schedule=options.schedule,
+        max_iterations=options.max_iterations,
+        mask=mask,
+    )
+
+
+def _signals_path(folder: str, frame: str) -> Path:
+    return Path(folder) / f"{Path(frame).stem}.npz"
+
+
+def _require_folder(out: str) -> None:
+    folder = Path(out).parent
+    if not folder.is_dir():
+        raise InputError(f"{out} cannot be written: {folder} is no folder; make it first.")
+
+
+def _require_distinct(frames: Sequence[str], out: str, signals: str | None) -> None:
+    """Refuse outputs that would overwrite a frame or each other."""
+    inputs = {Path(frame).resolve() for frame in frames}
+    if Path(out).resolve() in inputs:
+        raise InputError(f"--out {out} is one of the frames; it must be another file.")
+    if signals is None:
+        return
+    counts = Counter(Path(frame).stem for frame in frames)
+    twice = [stem for stem, count in counts.items() if count > 1]
+    if twice:
+        raise InputError(
+            f"{counts[twice[0]]} frames are named {twice[0]}; --signals needs distinct names."
+        )
+    outputs = {_signals_path(signals, frame).resolve() for frame in frames}
+    if outputs & inputs or Path(out).resolve() in outputs:
+        raise InputError(
+            f"--signals {signals} would overwrite a frame or the results; give another folder."
+        )

@@ -1,0 +1,256 @@
+"""The report for print: matplotlib draws the picture that the views draw on screen."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from vsep_app.model.picture import Picture, Signals
+from vsep_app.views.range_doppler import mark_sizes
+from vsep_app.views.style import COLOURS
+from vsep_app.views.tables import deviation_text, has_angles, value_text
+
+SIZE_INCHES = (11.7, 8.3)  # A4, landscape
+DOTS_PER_INCH = 160
+SHOWN_ROWS = 22
+_LINES = (
+    ("received", "received", "received", {"linewidth": 1.8, "alpha": 0.65}),
+    ("interference", "interference", "interference", {"linewidth": 1.2}),
+    ("cleaned", "cleaned", "cleaned", {"linewidth": 0.9}),
+    ("true_object", "true", "true objects", {"linewidth": 2.0, "linestyle": (0, (4, 2))}),
+    ("object_estimate", "object", "estimate", {"linewidth": 1.0}),
+)
+
+
+def draw_sheet(picture: Picture, settings: Mapping[str, str]) -> Figure:
+    """Draw the three views, the table and the settings.
+
+    Parameters
+    ----------
+    picture : Picture
+        What to draw.
+    settings : mapping of str to str
+        Listed at the foot.
+    """
+    sheet = empty_sheet()
+    several = picture.static_picture.radar.num_ramps > 1
+    heights = (1.0, 1.15, 1.5) if several else (1.0, 1.15)
+    grid = sheet.add_gridspec(
+        len(heights),
+        3,
+        height_ratios=heights,
+        width_ratios=(1.0, 1.0, 1.0),
+        left=0.055,
+        right=0.985,
+        top=0.915,
+        bottom=0.115,
+        hspace=0.42,
+        wspace=0.2,
+    )
+    draw_fast_time(sheet.add_subplot(grid[0, :2]), picture)
+    draw_delay(sheet.add_subplot(grid[1, :2]), picture)
+    if several:
+        draw_map(sheet.add_subplot(grid[2, 0]), picture, before=True)
+        image = draw_map(sheet.add_subplot(grid[2, 1]), picture, before=False)
+        low, high = picture.static_picture.map_limits_db
+        bar = sheet.colorbar(image, ax=sheet.axes[-1], fraction=0.05, pad=0.02)
+        bar.set_ticks(
+            [0.0, 127.5, 255.0], labels=[f"{x:.0f}" for x in (low, (low + high) / 2, high)]
+        )
+        bar.ax.set_title("dB", fontsize=8)
+        bar.ax.tick_params(labelsize=7)
+    _table(sheet.add_subplot(grid[:2, 2]), picture)
+    if several:
+        _progress(sheet.add_subplot(grid[2, 2]), picture)
+    add_words(sheet, picture, settings)
+    return sheet
+
+
+def empty_sheet() -> Figure:
+    """Return an empty page."""
+    sheet = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH)
+    FigureCanvasAgg(sheet)
+    return sheet
+
+
+def add_words(sheet: Figure, picture: Picture, settings: Mapping[str, str]) -> None:
+    """Write the title above a page and the settings below it."""
+    title = f"vsep: {picture.static_picture.title}"
+    outcome = f"iteration {picture.iteration}, {picture.termination.value}"
+    sheet.text(0.055, 0.965, title, fontsize=12, fontweight="bold", va="center")
+    sheet.text(0.985, 0.965, outcome, fontsize=8, ha="right", va="center")
+    foot = picture.static_picture.levels_text
+    listed = ", ".join(f"{name}: {value}" for name, value in settings.items())
+    sheet.text(0.055, 0.035, f"{foot}\n{listed}", fontsize=7, va="center", wrap=True)
+
+
+def _lines(axes: Any, signals: Signals) -> None:
+    for column, role, label, look in _LINES:
+        axes.plot(signals.axis, getattr(signals, column), color=COLOURS[role], label=label, **look)
+
+
+def _dress(axes: Any, title: str, x_label: str, y_label: str) -> None:
+    axes.set_title(title, loc="left", fontsize=9)
+    axes.set_xlabel(x_label, fontsize=8)
+    axes.set_ylabel(y_label, fontsize=8)
+    axes.tick_params(labelsize=7)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(alpha=0.25)
+
+
+def draw_fast_time(axes: Any, picture: Picture, *, legend: bool = True) -> None:
+    """Draw the signals of the ramp over fast time."""
+    _lines(axes, picture.fast_time)
+    axes.set_xlim(picture.fast_time.axis[0], picture.fast_time.axis[-1])
+    real = picture.fast_time_mode == "real"
+    static_picture = picture.static_picture
+    axes.set_ylim(*(static_picture.real_limits if real else static_picture.level_limits_db))
+    label = "real part [arb. unit]" if real else "level [dB]"
+    _dress(axes, f"Fast time, ramp {picture.ramp}", "fast time [µs]", label)
+    if legend:
+        axes.legend(fontsize=7, ncols=5, frameon=False, loc="upper right", borderaxespad=0.1)
+
+
+def draw_delay(axes: Any, picture: Picture, *, legend: bool = True) -> None:
+    """Draw the delay spectra of the ramp, components as stems."""
+    static_picture = picture.static_picture
+    _lines(axes, picture.delay)
+    floor = static_picture.spectrum_limits_db[0]
+    for marks, role, marker, label in (
+        (picture.channel, "interference", "d", "interference path"),
+        (picture.true_objects, "true", "x", "true object"),
+        (picture.objects, "object", "o", "estimate"),
+    ):
+        colour = COLOURS[role]
+        axes.vlines(marks.ranges_m, floor, marks.levels_db, color=colour, alpha=0.5, linewidth=0.8)
+        face = {} if marker == "x" else {"markerfacecolor": "none"}
+        axes.plot(
+            marks.ranges_m,
+            marks.levels_db,
+            marker,
+            color=colour,
+            markersize=5,
+            linestyle="none",
+            label=label,
+            **face,
+        )
+    axes.set_xlim(*static_picture.shown_ranges_m)
+    axes.set_ylim(*static_picture.spectrum_limits_db)
+    _dress(axes, f"Delay spectrum, ramp {picture.ramp}", "range [m]", "level [dB]")
+    if not legend:
+        return
+    handles, labels = axes.get_legend_handles_labels()
+    axes.legend(
+        handles[len(_LINES) :],
+        labels[len(_LINES) :],
+        fontsize=7,
+        ncols=3,
+        frameon=False,
+        loc="upper right",
+        borderaxespad=0.1,
+    )
+
+
+def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
+    """Draw a range-Doppler map with its marks; return the image."""
+    static_picture = picture.static_picture
+    values = static_picture.map_before if before else picture.map_after
+    ranges, velocities = static_picture.map_ranges_m, static_picture.map_velocities_mps
+    half_range = (ranges[1] - ranges[0]) / 2.0
+    half_velocity = (velocities[1] - velocities[0]) / 2.0
+    image = axes.imshow(
+        values,
+        origin="lower",
+        aspect="auto",
+        cmap="viridis",
+        vmin=0,
+        vmax=255,
+        extent=(
+            ranges[0] - half_range,
+            ranges[-1] + half_range,
+            velocities[0] - half_velocity,
+            velocities[-1] + half_velocity,
+        ),
+    )
+    found, true = picture.objects, picture.true_objects
+    sizes = (mark_sizes(found.snr_db) * 0.8) ** 2
+    for colour, width in (("black", 2.2), ("white", 1.1)):
+        axes.scatter(
+            found.ranges_m,
+            found.velocities_mps,
+            s=sizes,
+            facecolors="none",
+            edgecolors=colour,
+            linewidths=width,
+        )
+    axes.scatter(
+        true.ranges_m, true.velocities_mps, s=36, marker="+", color=COLOURS["true"], linewidths=1.3
+    )
+    axes.set_xlim(*static_picture.shown_ranges_m)
+    if static_picture.shown_velocities_mps:
+        axes.set_ylim(*static_picture.shown_velocities_mps)
+    title = "Range-Doppler, received" if before else "Range-Doppler, bursts cancelled"
+    _dress(axes, title, "range [m]", "radial velocity [m/s]" if before else "")
+    axes.grid(visible=False)
+    return image
+
+
+def _progress(axes: Any, picture: Picture) -> None:
+    progress = picture.progress
+    axes.plot(progress.iterations, progress.elbo, ".-", color=COLOURS["object"], linewidth=1.2)
+    _dress(axes, "Evidence lower bound [nats]", "iteration", "")
+
+
+def _table(axes: Any, picture: Picture) -> None:
+    """Estimate against truth, the first rows by distance."""
+    axes.axis("off")
+    axes.set_title("Objects: estimate ± standard deviation, and truth", loc="left", fontsize=9)
+    moving = picture.static_picture.radar.num_ramps > 1
+    head = ["range [m] ± [mm]", "truth"]
+    head += ["v [m/s]", "truth"] if moving else []
+    turned = has_angles(picture.table)
+    head += ["angle [°]", "truth"] if turned else []
+    head += ["SNR [dB]", "truth"]
+    cells = []
+    for row in picture.table[:SHOWN_ROWS]:
+        values = [
+            _cell(row.range_m, row.range_std_m, 3, scale=1e3),
+            _cell(row.true_range_m, None, 3),
+        ]
+        if moving:
+            values += [
+                _cell(row.velocity_mps, row.velocity_std_mps, 2),
+                _cell(row.true_velocity_mps, None, 2),
+            ]
+        if turned:
+            values += [
+                _cell(row.angle_deg, row.angle_std_deg, 1),
+                _cell(row.true_angle_deg, None, 1),
+            ]
+        cells.append([*values, _cell(row.snr_db, None, 1), _cell(row.true_snr_db, None, 1)])
+    if not cells:
+        axes.text(0.0, 0.95, "No object.", fontsize=8, va="top")
+        return
+    widths = np.array([1.7 if name[0] in "rva" and name != "truth" else 0.95 for name in head])
+    drawn = axes.table(
+        cellText=cells,
+        colLabels=head,
+        colWidths=list(widths / widths.sum()),
+        loc="upper left",
+        edges="horizontal",
+        cellLoc="right",
+    )
+    drawn.auto_set_font_size(False)
+    drawn.set_fontsize(6.8)
+    for cell in drawn.get_celld().values():
+        cell.set_linewidth(0.3)
+    hidden = len(picture.table) - len(cells)
+    if hidden > 0:
+        axes.text(0.0, 0.0, f"and {hidden} more", fontsize=7)
+
+
+def _cell(value: float | None, std: float | None, digits: int, *, scale: float = 1.0) -> str:
+    text, deviation = value_text(value, digits), deviation_text(std, digits, scale)
+    return f"{text} ± {deviation}" if deviation else text

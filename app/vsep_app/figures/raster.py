@@ -1,0 +1,62 @@
+"""The raster of crossing bursts for print: which ramp, when, and how far from the lattice."""
+
+from pathlib import Path
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from vsep.files.timing_lines import FrameTimings
+
+SIZE_INCHES = (9.0, 6.0)
+DOTS_PER_INCH = 160
+# Distinct to colour-blind readers (Okabe and Ito).
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+
+
+def write_raster(frame: FrameTimings, out: Path) -> None:
+    """Draw bursts, lattices and residuals.
+
+    Parameters
+    ----------
+    frame : FrameTimings
+        The bursts of a frame and what explains them.
+    out : Path
+        A .png or .svg file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    sheet = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH, layout="constrained")
+    FigureCanvasAgg(sheet)
+    raster, residuals = sheet.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+    everything = frame.crossings
+    raster.plot(everything.ramps, everything.samples, "x", color="0.55", label="bursts found")
+    for number, timing in enumerate(frame.timings):
+        colour = COLOURS[number % len(COLOURS)]
+        predicted = timing.predicted()
+        label = (
+            f"{timing.slope_hz_per_s / 1e12:.4g} MHz/µs every {timing.ramp_period_s * 1e6:.6g} µs"
+        )
+        raster.plot(
+            predicted.ramps,
+            predicted.samples,
+            "o",
+            color=colour,
+            markerfacecolor="none",
+            label=label,
+        )
+        median = f"median {timing.median_residual:.2g}"
+        residuals.plot(timing.crossings.ramps, timing.residuals, ".", color=colour, label=median)
+    raster.set_ylabel("crossing [samples]")
+    raster.set_title(f"{frame.file}: bursts and the lattices of their radars", loc="left")
+    residuals.set_ylabel("off the lattice [samples]")
+    residuals.set_xlabel("ramp")
+    residuals.axhline(0.0, color="0.6", linewidth=0.8)
+    for axes in (raster, residuals):
+        axes.grid(alpha=0.25)
+        axes.spines[["top", "right"]].set_visible(False)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=8, frameon=False, loc="upper right")
+    sheet.savefig(out, format=out.suffix[1:].lower())

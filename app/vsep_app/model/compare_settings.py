@@ -1,0 +1,135 @@
+"""What a user compares: two to four methods, and how interfered samples are found."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import param
+
+from vsep.errors import InputError
+from vsep.files.frame_mask import MASK_NAMES
+from vsep.inference.registry import ESTIMATORS
+from vsep.mitigation.registry import MITIGATIONS
+from vsep.mitigation.sparse.prior import SeenFrame
+from vsep_app.model.settings import Plan
+from vsep_app.pages.compare.metrics import FrameResult
+
+METHODS = (*MITIGATIONS, *ESTIMATORS)
+MIN_METHODS, MAX_METHODS = 2, 4
+NO_METHOD = ""
+# Objects of the simulations drive some 10 m in this time, which takes near ones through the radar.
+LAST_FRAME = 20
+METHODS_KEY, MASK_KEY, DEBIAS_KEY = "methods", "mask", "debias"
+
+
+class CompareSettings(param.Parameterized):
+    """What is compared; the scene is that of `Settings`."""
+
+    methods: Any = param.List(
+        default=["iht", "masked", "factorised"],
+        item_type=str,
+        bounds=(MIN_METHODS, MAX_METHODS),
+        doc="Repairs of interfered samples are followed by the object-only estimator on the "
+        "cleaned frame; masked ignores the samples; factorised and joint find the bursts "
+        "themselves; object-only knows nothing of bursts.",
+    )
+    mask: Any = param.Selector(
+        default="truth",
+        objects=list(MASK_NAMES),
+        label="Mask",
+        doc="How interfered samples are found, for repairs and for masked: perfect, from the truth "
+        "of the simulation; by amplitude; by the prediction error of an autoregressive model; by "
+        "the residual of fitted objects.",
+    )
+    debias = param.Boolean(
+        default=False,
+        label="Debias",
+        doc="Compressive sensing ends with a least-squares fit of the cells found.",
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ComparePlan:
+    """All that determines a comparison; frozen and picklable.
+
+    Parameters
+    ----------
+    scene : Plan
+        The scene and the estimators' settings.
+    methods : tuple of str
+        Some of `METHODS`.
+    mask : str
+        How interfered samples are found.
+    debias : bool
+        Whether compressive sensing ends with a least-squares fit.
+    frame_number : int
+        Which frame of the sequence.
+    histories : mapping of str to tuple of SeenFrame
+        What methods with a prior have seen of the last frames.
+    past : tuple of FrameResult
+        How the methods did on earlier frames.
+    """
+
+    scene: Plan
+    methods: tuple[str, ...]
+    mask: str
+    debias: bool
+    frame_number: int
+    histories: Mapping[str, tuple[SeenFrame, ...]]
+    past: tuple[FrameResult, ...]
+
+
+def require_distinct(methods: list[str]) -> list[str]:
+    """Return the names if they are two to four different methods.
+
+    Raises
+    ------
+    InputError
+        Otherwise.
+
+    Examples
+    --------
+    >>> require_distinct(["iht", "masked"])
+    ['iht', 'masked']
+    """
+    for name in methods:
+        if name not in METHODS:
+            raise InputError(f"method is {name!r}; it must be one of {', '.join(METHODS)}.")
+    twice = [name for name in methods if methods.count(name) > 1]
+    if twice:
+        raise InputError(f"{twice[0]} is chosen twice; the methods must differ.")
+    if not MIN_METHODS <= len(methods) <= MAX_METHODS:
+        raise InputError(
+            f"The number of methods is {len(methods)}; it must lie between {MIN_METHODS} and "
+            f"{MAX_METHODS}."
+        )
+    return methods
+
+
+def parse_choice(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Return what an address chooses to compare, and one sentence for all that is no choice.
+
+    Examples
+    --------
+    >>> parse_choice({"methods": "iht,masked", "mask": "magic"})[0]
+    {'methods': ['iht', 'masked']}
+    """
+    values: dict[str, Any] = {}
+    errors: list[str] = []
+    if METHODS_KEY in query:
+        try:
+            values["methods"] = require_distinct(str(query[METHODS_KEY]).split(","))
+        except InputError as error:
+            errors.append(str(error))
+    mask = query.get(MASK_KEY)
+    if mask in MASK_NAMES:
+        values["mask"] = mask
+    elif mask is not None:
+        errors.append(f"{MASK_KEY} is {mask}; it must be one of {', '.join(MASK_NAMES)}.")
+    debias = query.get(DEBIAS_KEY)
+    if debias is not None:
+        if str(debias).lower() in ("true", "false"):
+            values["debias"] = str(debias).lower() == "true"
+        else:
+            errors.append(f"{DEBIAS_KEY} is {debias}; it must be true or false.")
+    return values, errors

@@ -1,0 +1,133 @@
+"""Components in display units: what the views mark on the range and velocity axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vsep._typing import FloatArray
+from vsep.inference.core.progress import ComponentEvent, EventKind, Step
+from vsep.inference.core.state import SeparationState
+from vsep.signal.template import CHANNEL_GRID_FACTOR
+from vsep.units import to_db
+from vsep_app.model.static_picture import StaticPicture
+
+ADDED, PRUNED = EventKind.OBJECT_ADDED, EventKind.OBJECT_PRUNED
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Markers:
+    """Components on the range axis and, where it applies, on the velocity axis.
+
+    Parameters
+    ----------
+    ranges_m, velocities_mps, levels_db, snr_db : (L,) float
+        Position, peak in the delay spectrum of one ramp, component SNR.
+    opacity : (L,) float
+        1 for what is there; falls with the age of a flash or of a pruned component.
+    """
+
+    ranges_m: FloatArray
+    velocities_mps: FloatArray
+    levels_db: FloatArray
+    snr_db: FloatArray
+    opacity: FloatArray
+
+
+def object_marks(static_picture: StaticPicture, state: SeparationState) -> Markers:
+    """Return the estimated objects of a state."""
+    objects, radar = state.objects, static_picture.radar
+    return Markers(
+        ranges_m=radar.range_from_beat(objects.beats),
+        velocities_mps=radar.velocity_from_doppler(objects.dopplers),
+        levels_db=static_picture.level_db(np.abs(objects.amplitudes) ** 2 / radar.num_ramps),
+        snr_db=to_db(objects.component_snr),
+        opacity=np.ones(objects.num_components),
+    )
+
+
+def true_marks(static_picture: StaticPicture) -> Markers:
+    """Return the true objects."""
+    true = static_picture.true_objects
+    return Markers(
+        ranges_m=true.ranges_m,
+        velocities_mps=true.velocities_mps,
+        levels_db=true.levels_db,
+        snr_db=true.snr_db,
+        opacity=np.ones(len(true.ranges_m)),
+    )
+
+
+def added_marks(
+    static_picture: StaticPicture, state: SeparationState, steps: Sequence[Step], lifetime: int
+) -> Markers:
+    """Return the objects added in the last `lifetime` steps to a state; the newest are opaque."""
+    recent = {event.component_id: age for event, age in _recent(steps, ADDED, lifetime)}
+    ages = [recent.get(int(number), -1) for number in state.objects.component_ids]
+    chosen = np.array([age >= 0 for age in ages], dtype=np.bool_)
+    if not chosen.any():
+        return no_marks()
+    every = object_marks(static_picture, state)
+    return Markers(
+        ranges_m=every.ranges_m[chosen],
+        velocities_mps=every.velocities_mps[chosen],
+        levels_db=every.levels_db[chosen],
+        snr_db=every.snr_db[chosen],
+        opacity=1.0 - np.array(ages)[chosen] / lifetime,
+    )
+
+
+def pruned_marks(static_picture: StaticPicture, steps: Sequence[Step], lifetime: int) -> Markers:
+    """Return the objects pruned in the last `lifetime` steps where they were; they fade."""
+    recent = _recent(steps, PRUNED, lifetime)
+    if not recent:
+        return no_marks()
+    radar = static_picture.radar
+    events = [event for event, _ in recent]
+    snr_db = np.array([event.snr_db for event in events])
+    noise_db = -to_db(steps[-1].state.noise_precision * static_picture.reference_power)
+    return Markers(
+        ranges_m=radar.range_from_beat(np.array([event.beat for event in events])),
+        velocities_mps=radar.velocity_from_doppler(np.array([event.doppler for event in events])),
+        levels_db=snr_db + noise_db - to_db(radar.num_ramps),
+        snr_db=snr_db,
+        opacity=np.array([1.0 - age / lifetime for _, age in recent]),
+    )
+
+
+def _recent(
+    steps: Sequence[Step], kind: EventKind, lifetime: int
+) -> list[tuple[ComponentEvent, int]]:
+    """Events of one kind with their age in steps, newest first."""
+    return [
+        (event, age)
+        for age, step in enumerate(reversed(steps[-lifetime:]))
+        for event in step.info.events
+        if event.kind is kind
+    ]
+
+
+def no_marks() -> Markers:
+    """Return no mark at all."""
+    empty = np.zeros(0)
+    return Markers(
+        ranges_m=empty, velocities_mps=empty, levels_db=empty, snr_db=empty, opacity=empty
+    )
+
+
+def channel_marks(static_picture: StaticPicture, state: SeparationState, ramp: int) -> Markers:
+    """Return the channel components of a ramp; a bin is read as the beat of an object."""
+    bursts, radar = state.bursts_in(ramp), static_picture.radar
+    if not bursts:
+        return no_marks()
+    bins_per_cycle = CHANNEL_GRID_FACTOR * radar.num_samples
+    bins = np.concatenate([burst.active_bins for burst in bursts])
+    power = np.concatenate([np.abs(burst.amplitudes) ** 2 for burst in bursts])
+    variance = np.concatenate([np.real(np.diagonal(burst.covariance)) for burst in bursts])
+    return Markers(
+        ranges_m=radar.range_from_beat(bins / bins_per_cycle),
+        velocities_mps=np.zeros(len(bins)),
+        levels_db=static_picture.level_db(power / radar.num_samples),
+        snr_db=to_db(power / variance),
+        opacity=np.ones(len(bins)),
+    )

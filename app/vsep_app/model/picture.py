@@ -1,0 +1,295 @@
+"""Everything that the views draw, as plain arrays in display units.
+
+A `Picture` is made from the static picture of a run and the steps up to the iteration shown;
+screen and report draw from the same one, so they cannot differ.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vsep._typing import BoolArray, ComplexArray, FloatArray
+from vsep.analysis.angles import object_angles
+from vsep.inference.core.progress import Step, Termination
+from vsep.inference.core.state import ObjectComponents, SeparationState
+from vsep.inference.core.stopwatch import summed
+from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.units import to_db
+from vsep_app.model.markers import (
+    Markers,
+    added_marks,
+    channel_marks,
+    object_marks,
+    pruned_marks,
+    true_marks,
+)
+from vsep_app.model.static_picture import ByteArray, StaticPicture
+from vsep_app.model.text import (
+    AngleColumns,
+    Located,
+    LogLine,
+    TableRow,
+    log_lines,
+    resolution_cells,
+    table_rows,
+)
+
+FLASH_ITERATIONS = 3
+FADE_ITERATIONS = 6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Signals:
+    """The signals of one ramp on one axis; NaN where a signal is not known.
+
+    Parameters
+    ----------
+    axis : (M,) float
+        Fast time in us, or range in m.
+    received, true_object, object_estimate, interference, cleaned : (M,) float
+        Level in dB, or real part.
+    """
+
+    axis: FloatArray
+    received: FloatArray
+    true_object: FloatArray
+    object_estimate: FloatArray
+    interference: FloatArray
+    cleaned: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Progress:
+    """Scalars over iterations.
+
+    Parameters
+    ----------
+    iterations : (I,) int
+        Iteration numbers.
+    elbo : (I,) float
+        Evidence lower bound in nats.
+    noise_db : (I,) float
+        Noise power 1/lambda in dB.
+    ratio_db : (I,) float
+        Condition (27) in dB; NaN where undefined.
+    """
+
+    iterations: FloatArray
+    elbo: FloatArray
+    noise_db: FloatArray
+    ratio_db: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """All that is drawn of one iteration.
+
+    Parameters
+    ----------
+    static_picture : StaticPicture
+        What stays during a run.
+    run_number, iteration, num_iterations : int
+        Which run, the iteration shown, and how many there are so far.
+    termination : Termination
+        Whether the run has ended here, and why.
+    ramp : int
+        Ramp of `fast_time` and `delay`.
+    fast_time_mode : str
+        "level" or "real".
+    fast_time, delay : Signals
+        The signals of the ramp.
+    objects, true_objects, added, pruned : Markers
+        Components, truth, recent additions and removals.
+    channel : Markers
+        Interference-channel components of the ramp at their equivalent range.
+    map_after : (Mp, Mn) uint8
+        Range-Doppler map after cancellation.
+    burst_level_db : (P,) float
+        Mean level of the estimated burst of each ramp; NaN where none is modelled.
+    true_ramps : (P,) bool
+        Ramps that truly hold a burst.
+    log : tuple of LogLine
+        Oldest first.
+    table : tuple of TableRow
+        Sorted by distance.
+    progress : Progress
+        Diagnostics up to here.
+    step_ms : mapping of str to float
+        Milliseconds of an iteration by part of the algorithm, mean up to here.
+    """
+
+    static_picture: StaticPicture
+    run_number: int
+    iteration: int
+    num_iterations: int
+    termination: Termination
+    ramp: int
+    fast_time_mode: str
+    fast_time: Signals
+    delay: Signals
+    objects: Markers
+    true_objects: Markers
+    added: Markers
+    pruned: Markers
+    channel: Markers
+    map_after: ByteArray
+    burst_level_db: FloatArray
+    true_ramps: BoolArray
+    log: tuple[LogLine, ...]
+    table: tuple[TableRow, ...]
+    progress: Progress
+    step_ms: Mapping[str, float]
+
+
+def make_picture(
+    static_picture: StaticPicture,
+    initial_state: SeparationState,
+    steps: Sequence[Step],
+    *,
+    ramp: int = 0,
+    fast_time_mode: str = "level",
+    run_number: int = 0,
+    num_iterations: int | None = None,
+) -> Picture:
+    """Make the picture of the last of `steps`, or of the initial state where there is none.
+
+    Parameters
+    ----------
+    static_picture : StaticPicture
+        The scene.
+    initial_state : SeparationState
+        State of iteration 0.
+    steps : sequence of Step
+        Iterations 1 to the one shown.
+    ramp : int
+        Ramp shown, clipped to those there are.
+    fast_time_mode : str
+        "level" or "real".
+    run_number : int
+        Passed on, so that a stale picture can be told.
+    num_iterations : int or None
+        Iterations computed so far; None: as many as `steps`.
+    """
+    whole = steps[-1].state if steps else initial_state
+    state = static_picture.seen(whole)
+    ramp = min(max(ramp, 0), static_picture.radar.num_ramps - 1)
+    signals = _ramp_signals(static_picture, state, ramp)
+    return Picture(
+        static_picture=static_picture,
+        run_number=run_number,
+        iteration=len(steps),
+        num_iterations=len(steps) if num_iterations is None else num_iterations,
+        termination=steps[-1].termination if steps else Termination.RUNNING,
+        ramp=ramp,
+        fast_time_mode=fast_time_mode,
+        fast_time=_fast_time(static_picture, signals, fast_time_mode),
+        delay=_signals(static_picture.ranges_m, static_picture.spectra_db(signals)),
+        objects=object_marks(static_picture, state),
+        true_objects=true_marks(static_picture),
+        added=added_marks(static_picture, state, steps, FLASH_ITERATIONS),
+        pruned=pruned_marks(static_picture, steps, FADE_ITERATIONS),
+        channel=channel_marks(static_picture, state, ramp),
+        map_after=static_picture.map_of(
+            static_picture.observation.received - state.interference_signal
+        ),
+        burst_level_db=_burst_levels(static_picture, state),
+        true_ramps=static_picture.true_ramps,
+        log=log_lines(steps, static_picture.radar),
+        table=_table(static_picture, whole),
+        progress=_progress(static_picture, steps),
+        step_ms=_step_ms(steps),
+    )
+
+
+def _ramp_signals(static_picture: StaticPicture, state: SeparationState, ramp: int) -> ComplexArray:
+    """(5, N) received, true object, object estimate, interference, cleaned."""
+    received = static_picture.observation.received[ramp]
+    truth = static_picture.observation.truth
+    unknown = np.full_like(received, np.nan)
+    true_object = unknown if truth is None else truth.object_signal[ramp]
+    interference = state.interference_signal[ramp]
+    return np.stack(
+        [received, true_object, state.object_signal[ramp], interference, received - interference]
+    )
+
+
+def _fast_time(static_picture: StaticPicture, signals: ComplexArray, mode: str) -> Signals:
+    values = signals.real if mode == "real" else static_picture.level_db(np.abs(signals) ** 2)
+    return _signals(static_picture.times_us, values)
+
+
+def _signals(axis: FloatArray, values: FloatArray) -> Signals:
+    received, true_object, object_estimate, interference, cleaned = values
+    return Signals(
+        axis=axis,
+        received=received,
+        true_object=true_object,
+        object_estimate=object_estimate,
+        interference=interference,
+        cleaned=cleaned,
+    )
+
+
+def _burst_levels(static_picture: StaticPicture, state: SeparationState) -> FloatArray:
+    power = np.mean(np.abs(state.interference_signal) ** 2, axis=1)
+    modelled = np.isin(np.arange(len(power)), state.interfered_ramps)
+    return np.where(modelled, static_picture.level_db(power), np.nan)
+
+
+def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[TableRow, ...]:
+    """Rows of all objects, as all antennas together tell them."""
+    radar, objects = static_picture.radar, state.objects
+    std = dispersion_std(objects, state.effective_precision, radar.shape)
+    cell_m, cell_mps = resolution_cells(radar)
+    found = Located(
+        ids=tuple(int(number) for number in objects.component_ids),
+        ranges_m=radar.range_from_beat(objects.beats),
+        velocities_mps=radar.velocity_from_doppler(objects.dopplers),
+        range_std_m=std.beats * radar.num_samples * cell_m,
+        velocity_std_mps=std.dopplers * radar.num_ramps * cell_mps,
+        snr_db=to_db(objects.component_snr),
+    )
+    true = static_picture.true_objects
+    return table_rows(
+        found,
+        true.ranges_m,
+        true.velocities_mps,
+        true.snr_db,
+        radar,
+        _angles(static_picture, objects),
+    )
+
+
+def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> AngleColumns | None:
+    """Directions of the objects, where a line of antennas tells them."""
+    spacing = static_picture.antenna.spacing_wavelengths
+    if static_picture.antenna.together == 1 or spacing is None:
+        return None
+    found = object_angles(
+        objects.amplitudes.reshape(objects.num_components, -1)
+        if objects.num_components
+        else np.zeros((0, static_picture.antenna.together), dtype=np.complex128),
+        np.real(np.diagonal(objects.covariance)),
+        spacing,
+    )
+    return AngleColumns(
+        angles_deg=found.angles_deg,
+        stds_deg=found.stds_deg,
+        true_deg=static_picture.true_objects.angles_deg,
+    )
+
+
+def _progress(static_picture: StaticPicture, steps: Sequence[Step]) -> Progress:
+    precision = np.array([step.state.noise_precision for step in steps])
+    return Progress(
+        iterations=np.arange(1.0, len(steps) + 1.0),
+        elbo=np.array([step.info.elbo for step in steps]),
+        noise_db=-to_db(precision * static_picture.reference_power),
+        ratio_db=np.array([step.info.separability_ratio_db for step in steps]),
+    )
+
+
+def _step_ms(steps: Sequence[Step]) -> dict[str, float]:
+    parts = summed(step.seconds_by_part for step in steps)
+    return {name: 1e3 * seconds / len(steps) for name, seconds in parts.items()}

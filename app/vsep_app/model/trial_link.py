@@ -1,0 +1,154 @@
+"""A trial of a study as a link: one word of an address that opens exactly that trial.
+
+The word is ``study/point/realization/method/seed/schedule``, and the threshold behind it if it is
+not the point's own; `vsep.separability.trial_word` has that of a cell of a separability map. A
+trial is a function of these, so that a link needs no file of rows. The live view makes the same
+frame and runs the same estimator: with the same number of linear-algebra threads as the study's
+workers, which is one, its result is the same to the bit.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from vsep.errors import InputError
+from vsep.files.frame import Frame
+from vsep.separability.trial_word import is_map_trial_word, trial_of_word
+from vsep.studies.catalogue import CATALOGUE, make_study
+from vsep.studies.frames import trial_frame
+from vsep.studies.methods import NO_INTERFERENCE
+from vsep.studies.study import Point, Trial, TrialSettings
+from vsep.studies.trial import DONE, Row
+from vsep_app.model.settings import Settings
+
+TRIAL_KEY = "trial"
+_FORM = "study/point/realization/method/seed/schedule"
+_WORD = re.compile(
+    r"(?P<study>[^/]+)/(?P<point>[0-9]{1,9})/(?P<realization>[0-9]{1,10})/(?P<method>[^/]+)"
+    r"/(?P<seed>[0-9]{1,19})/(?P<schedule>[^/]+)(/(?P<threshold>[0-9.e+-]+))?"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenedTrial:
+    """A trial for the live view.
+
+    Parameters
+    ----------
+    link : str
+        The word that names it.
+    frame : Frame
+        What its method saw.
+    values : mapping
+        Settings under which the live view does what the trial did.
+    """
+
+    link: str
+    frame: Frame
+    values: Mapping[str, Any]
+
+
+def trial_link(row: Row) -> str:
+    """Return the word that names the trial and method of a row.
+
+    It is empty where the live view cannot repeat it: without a result, with a method that the view
+    does not have, or at a point that the catalogue has no more.
+    """
+    if row["status"] != DONE or _estimator(row["method"]) is None:
+        return ""
+    index, threshold = row["point_index"], row["point"].get("object_threshold_db")
+    names = ("study", "point_index", "realization", "method", "seed", "schedule")
+    word = "/".join(str(row[name]) for name in names)
+    # As a point: a row of an older version has no entry for what a point has got since.
+    point = Point(**row["point"]).parameters()
+    if point == _point_parameters(row["study"], index, None):
+        return word
+    if threshold is not None and point == _point_parameters(row["study"], index, threshold):
+        return f"{word}/{threshold!r}"
+    return ""
+
+
+def open_trial(link: str) -> OpenedTrial:
+    """Make the frame of a trial again, and the settings that go with it.
+
+    Raises
+    ------
+    InputError
+        If the word names no trial, or one that the live view cannot repeat.
+
+    Examples
+    --------
+    >>> open_trial("fig-3/20/17/no-interference/1/robust").values["estimator"]
+    'object-only'
+    """
+    if is_map_trial_word(link):
+        return _opened(link, trial_of_word(link))
+    word = _WORD.fullmatch(link)
+    if word is None:
+        raise InputError(f"trial is {link!r}; it must read {_FORM}.")
+    method, schedule = word["method"], word["schedule"]
+    study = make_study(
+        word["study"],
+        methods=(method,),
+        settings=TrialSettings(seed=int(word["seed"]), schedule=schedule),
+        object_threshold_db=_threshold(word["threshold"]),
+    )
+    return _opened(link, study.trial(int(word["point"]), int(word["realization"])))
+
+
+def _opened(link: str, trial: Trial) -> OpenedTrial:
+    """Return a trial of one method with what the live view needs for it."""
+    (method,) = trial.methods
+    estimator = _estimator(method)
+    if estimator is None:
+        raise InputError(f"trial is {link!r}; the live view has no method {method}.")
+    schedule = trial.settings.schedule
+    values = {"estimator": estimator, "schedule": schedule, **_threshold_values(trial.point)}
+    return OpenedTrial(link=link, frame=trial_frame(trial, method), values=values)
+
+
+def trial_of_query(
+    query: Mapping[str, Any],
+) -> tuple[OpenedTrial | None, dict[str, Any], list[str]]:
+    """Return the trial that an address names, the rest of its query, and what is wrong with it."""
+    rest = {key: value for key, value in query.items() if key != TRIAL_KEY}
+    if TRIAL_KEY not in query:
+        return None, rest, []
+    # The live view writes the loaded frame into its address; here the trial brings it.
+    rest.pop("preset", None)
+    try:
+        return open_trial(str(query[TRIAL_KEY])), rest, []
+    except InputError as error:
+        return None, rest, [str(error)]
+
+
+@lru_cache(maxsize=512)
+def _point_parameters(study: str, index: int, threshold_db: float | None) -> dict[str, Any] | None:
+    """Return the parameters of a point of the catalogue, None if there is no such point."""
+    if study not in CATALOGUE or not 0 <= index < len(CATALOGUE[study].points()):
+        return None
+    return make_study(study, object_threshold_db=threshold_db).points[index].parameters()
+
+
+def _estimator(method: str) -> str | None:
+    """Return the live view's name of a method, None if it has none."""
+    name = "object-only" if method == NO_INTERFERENCE else method
+    return name if name in Settings.param.estimator.objects else None
+
+
+def _threshold(text: str | None) -> float | None:
+    try:
+        return None if text is None else float(text)
+    except ValueError as error:
+        raise InputError(f"The threshold of the trial is {text}; it must be a number.") from error
+
+
+def _threshold_values(point: Point) -> dict[str, float]:
+    """Return the setting that the point's threshold comes from; none is the estimators' default."""
+    if point.object_threshold_db is not None:
+        return {"object_threshold_db": point.object_threshold_db}
+    if point.false_alarm_rate is not None:
+        return {"false_alarm_rate": point.false_alarm_rate}
+    return {}

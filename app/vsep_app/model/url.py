@@ -1,0 +1,146 @@
+"""Settings in the address of the page: reading a link, and saying what of it cannot be used.
+
+A link names only what it changes. What it does not name keeps the value of its preset.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import param
+
+from vsep_app.model.settings import LOADED_FRAME, PRESETS, Settings, preset_values
+
+ITERATION_KEY = "iteration"
+"""Where a paused run was; not a setting, so that only `parse_iteration` reads it."""
+QUERY_NAMES = {
+    "preset": "preset",
+    "snr_db": "snr",
+    "sir_db": "sir",
+    "interference": "interference",
+    "interferer_slope": "slope",
+    "burst_shift": "shift",
+    "interference_model": "model",
+    "seed": "seed",
+    "filter_kind": "filter",
+    "filter_cutoff": "cutoff",
+    "filter_rolloff": "rolloff",
+    "filter_order": "order",
+    "assume_true_filter": "matched",
+    "assumed_kind": "assumed",
+    "assumed_cutoff": "assumed_cutoff",
+    "assumed_rolloff": "assumed_rolloff",
+    "assumed_order": "assumed_order",
+    "estimator": "estimator",
+    "schedule": "schedule",
+    "false_alarm_rate": "false_alarms",
+    "object_threshold_db": "threshold",
+    "max_iterations": "max_iterations",
+    "ramp": "ramp",
+    "antenna": "antenna",
+    "speed": "speed",
+    "fast_time": "fast_time",
+}
+
+
+def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Return the usable settings of a link and one sentence for each value that is not.
+
+    Parameters
+    ----------
+    query : mapping
+        Decoded query of the address: names to text or JSON values.
+
+    Examples
+    --------
+    >>> parse_query({"snr": "12", "sir": "loud"})
+    ({'snr_db': 12.0}, ['sir is loud; it must be a number between -50 and 40.'])
+    """
+    values: dict[str, Any] = {}
+    errors: list[str] = []
+    preset = query.get("preset", "simulation-1")
+    if preset == LOADED_FRAME:
+        errors.append("A link cannot carry a loaded frame; load its file again.")
+        query = {key: value for key, value in query.items() if key != "preset"}
+    elif preset in PRESETS and "preset" in query:
+        values.update(preset_values(preset))
+    for name, key in QUERY_NAMES.items():
+        if key not in query:
+            continue
+        parameter = Settings.param[name]
+        try:
+            values[name] = _parse(parameter, query[key])
+        except ValueError:
+            errors.append(f"{key} is {query[key]}; it must be {_allowed(parameter)}.")
+    ranges = PRESETS[values.get("preset", "simulation-1")]
+    for name, (lowest, highest) in (
+        ("interferer_slope", ranges.slope_range),
+        ("filter_cutoff", ranges.cutoff_range),
+        ("assumed_cutoff", ranges.cutoff_range),
+        ("burst_shift", (-ranges.shift_range, ranges.shift_range)),
+    ):
+        if name in values and not lowest <= values[name] <= highest:
+            errors.append(
+                f"{QUERY_NAMES[name]} is {values.pop(name):g}; "
+                f"it must be a number between {lowest:g} and {highest:g}."
+            )
+            if "preset" in values:
+                values[name] = preset_values(values["preset"])[name]
+    return values, errors
+
+
+def parse_iteration(query: Mapping[str, Any]) -> tuple[int | None, list[str]]:
+    """Return the iteration that a link names, None where it names none, and what is wrong with it.
+
+    Examples
+    --------
+    >>> parse_iteration({"iteration": "4"}), parse_iteration({})
+    ((4, []), (None, []))
+    """
+    if ITERATION_KEY not in query:
+        return None, []
+    value, highest = str(query[ITERATION_KEY]), Settings.param.max_iterations.bounds[1]
+    if value.isdecimal() and len(value) <= len(str(highest)) and int(value) <= highest:
+        return int(value), []
+    wrong = f"{ITERATION_KEY} is {value}; it must be a whole number between 0 and {highest}."
+    return None, [wrong]
+
+
+def _parse(parameter: Any, value: Any) -> Any:
+    """Return a value the parameter accepts; everything else is a ValueError."""
+    try:
+        if isinstance(value, str) and not isinstance(parameter, param.Selector):
+            value = json.loads(value)
+        if value is None and parameter.allow_None:
+            return None
+        if isinstance(parameter, param.Number):
+            value = _number(value, whole=isinstance(parameter, param.Integer))
+        elif isinstance(parameter, param.Boolean) and value in (0, 1):
+            value = bool(value)
+        parameter._validate(value)
+    except (TypeError, OverflowError) as error:
+        raise ValueError(str(error)) from error
+    return value
+
+
+def _number(value: Any, *, whole: bool) -> float | int:
+    number = float(value)
+    if isinstance(value, bool) or not math.isfinite(number):
+        raise ValueError(f"{value} is no number")
+    if not whole:
+        return number
+    if not number.is_integer():
+        raise ValueError(f"{value} is no whole number")
+    return int(number)
+
+
+def _allowed(parameter: Any) -> str:
+    if isinstance(parameter, param.Selector):
+        return "one of " + ", ".join(str(choice) for choice in parameter.objects)
+    if isinstance(parameter, param.Boolean):
+        return "true or false"
+    lowest, highest = parameter.bounds
+    kind = "a whole number" if isinstance(parameter, param.Integer) else "a number"
+    empty = ", or null" if parameter.allow_None else ""
+    return f"{kind} between {lowest:g} and {highest:g}{empty}"

@@ -1,0 +1,199 @@
+"""The cards of the methods: cleaned range-Doppler maps, or delay spectra of a single ramp."""
+
+from typing import Any
+
+import panel as pn
+from bokeh.models import ColumnDataSource, CrosshairTool, HoverTool, LinearColorMapper, Span
+from bokeh.plotting import figure
+
+from vsep_app.model.markers import Markers
+from vsep_app.model.static_picture import StaticPicture
+from vsep_app.pages.compare.picture import ComparePicture, MethodView
+from vsep_app.views.range_doppler import (
+    add_colour_bar,
+    empty_image,
+    empty_marks,
+    image_box,
+    map_figure,
+    mark_columns,
+    mark_objects,
+)
+from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, plain_figure, put
+from vsep_app.widgets.layout import stylesheet
+
+_FLEXIBLE = {"min-width": "0", "min-height": "0"}
+
+
+class CompareMaps:
+    """One card for each method, all on the same axes.
+
+    Parameters
+    ----------
+    num_cards : int
+        Largest number of methods.
+    """
+
+    def __init__(self, num_cards: int) -> None:
+        self._range, self._velocity, self._level = Axis(), Axis(), Axis()
+        self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
+        self._true_marks, self._true_peaks = empty_marks(), _no_peaks()
+        crosshair = Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
+        self._cards = [self._card(number, crosshair) for number in range(num_cards)]
+        self._backdrop: StaticPicture | None = None
+        self.grid = pn.Row(
+            *(card.column for card in self._cards),
+            margin=0,
+            sizing_mode="stretch_both",
+            styles={"flex": "1 1 0", **_FLEXIBLE},
+            stylesheets=[stylesheet("compare")],
+        )
+
+    def _card(self, number: int, crosshair: Span) -> "MethodCard":
+        card = MethodCard(
+            number, axes=(self._range, self._velocity), scale=self._scale, level=self._level
+        )
+        mark_objects(card.map, card.marks, self._true_marks)
+        _mark_peaks(card.profile, self._true_peaks, role="true", marker="x", label="true object")
+        _mark_peaks(card.profile, card.peaks, role="object", marker="circle", label="estimate")
+        for plot in (card.map, card.profile):
+            plot.add_tools(CrosshairTool(overlay=crosshair))
+        return card
+
+    def show(self, picture: ComparePicture) -> None:
+        """Draw a picture; what stays during a run is sent once."""
+        static_picture = picture.static_picture
+        if static_picture is not self._backdrop:
+            self._backdrop = static_picture
+            self._set_axes(static_picture, picture.true_objects)
+        # The style sheet arranges two, three or four cards.
+        count = f"of-{len(picture.method_runs)}"
+        if self.grid.css_classes != [count]:
+            self.grid.css_classes = [count]
+        for card, view in zip(self._cards, picture.method_runs, strict=False):
+            card.show(static_picture, view)
+        for number, card in enumerate(self._cards):
+            card.column.visible = number < len(picture.method_runs)
+
+    def _set_axes(self, static_picture: StaticPicture, true_objects: Markers) -> None:
+        self._range.set(static_picture.shown_ranges_m, full=static_picture.range_limits_m)
+        box = image_box(static_picture.map_ranges_m, static_picture.map_velocities_mps)
+        full = (box["y"][0], box["y"][0] + box["dh"][0])
+        self._velocity.set(static_picture.shown_velocities_mps or full, full=full)
+        low, high = static_picture.map_limits_db
+        self._scale.update(low=low, high=high)
+        self._level.set(static_picture.spectrum_limits_db)
+        put(self._true_marks, mark_columns(true_objects))
+        put(self._true_peaks, _peak_columns(true_objects))
+
+
+class MethodCard:
+    """The card of one method.
+
+    Parameters
+    ----------
+    number : int
+        Its place, from 0.
+    axes : (Axis, Axis)
+        Range and velocity.
+    scale : LinearColorMapper
+        Levels of the maps.
+    level : Axis
+        Level of the delay spectra.
+    """
+
+    def __init__(
+        self, number: int, *, axes: tuple[Axis, Axis], scale: LinearColorMapper, level: Axis
+    ) -> None:
+        self._image = empty_image()
+        self._line = ColumnDataSource({"range": [], "level": []})
+        self.marks, self.peaks = empty_marks(), _no_peaks()
+        self.map = map_figure(
+            self._image,
+            title=" ",
+            y_label="radial velocity [m/s]",
+            axes=axes,
+            name=f"compare-{number}",
+        )
+        add_colour_bar(self.map, scale)
+        self.profile = plain_figure(
+            title=" ",
+            x_label="range [m]",
+            y_label="level [dB]",
+            x_axis=axes[0],
+            y_axis=level,
+            name=f"compare-profile-{number}",
+        )
+        self.profile.line(
+            "range", "level", source=self._line, line_color=COLOURS["cleaned"], line_width=1.4
+        )
+        # A pane of a figure takes its visibility from the figure; what is around it does not.
+        self._map_pane, self._profile_pane = (
+            pn.Column(
+                pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0),
+                margin=0,
+                sizing_mode="stretch_both",
+                styles={"flex": "1 1 0", **_FLEXIBLE},
+            )
+            for plot in (self.map, self.profile)
+        )
+        self._profile_pane.visible = False
+        self.column = pn.Column(
+            self._map_pane,
+            self._profile_pane,
+            margin=3,
+            sizing_mode="stretch_both",
+            styles=_FLEXIBLE,
+            stylesheets=[stylesheet("strip")],
+        )
+        self._drawn: MethodView | None = None
+
+    def show(self, static_picture: StaticPicture, view: MethodView) -> None:
+        """Draw a method's view; one that has ended is not sent again."""
+        if view is self._drawn:
+            return
+        self._drawn = view
+        several = static_picture.radar.num_ramps > 1
+        self._map_pane.visible, self._profile_pane.visible = several, not several
+        title = f"{view.name}: {_what(view)}"
+        if several:
+            self.map.title.text = title
+            box = image_box(static_picture.map_ranges_m, static_picture.map_velocities_mps)
+            self._image.data = {"image": [view.map_cleaned], **box}
+            put(self.marks, mark_columns(view.objects))
+        else:
+            self.profile.title.text = title
+            self._line.data = {"range": static_picture.ranges_m, "level": view.profile_db}
+            put(self.peaks, _peak_columns(view.objects))
+
+
+def _what(view: MethodView) -> str:
+    found = len(view.objects.ranges_m)
+    if view.metrics.num_detections is None:
+        return f"{view.sink}, iteration {view.metrics.num_repairs}"
+    noun = "object" if found == 1 else "objects"
+    return f"{view.sink}, {found} {noun}"
+
+
+def _no_peaks() -> ColumnDataSource:
+    return ColumnDataSource({"range": [], "level": [], "snr": []})
+
+
+def _peak_columns(marks: Markers) -> dict[str, Any]:
+    return {"range": marks.ranges_m, "level": marks.levels_db, "snr": marks.snr_db}
+
+
+def _mark_peaks(
+    plot: figure, source: ColumnDataSource, *, role: str, marker: str, label: str
+) -> None:
+    head = plot.scatter(
+        "range",
+        "level",
+        source=source,
+        marker=marker,
+        size=9,
+        fill_color=None,
+        line_color=COLOURS[role],
+        line_width=2,
+    )
+    tooltips = [(label, "@range{0.00} m"), ("component SNR", "@snr{0.0} dB")]
+    plot.add_tools(HoverTool(renderers=[head], tooltips=tooltips))

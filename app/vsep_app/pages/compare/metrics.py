@@ -1,0 +1,83 @@
+"""What a method's frame is worth, as numbers that a table and a curve show."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from vsep._typing import ComplexArray
+from vsep.analysis.metrics import frame_errors, sinr_db
+from vsep.analysis.repair import windowed_error_db
+from vsep.inference.core.state import SeparationState
+from vsep.signal.scene import GroundTruth
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MethodMetrics:
+    """How a method does so far; None or NaN where the truth or a result is missing.
+
+    Parameters
+    ----------
+    misses, false_alarms : int or None
+        Objects without an estimate, and estimates without an object.
+    windowed_error_db, sinr_db : float
+        Of the cleaned frame.
+    num_repairs, num_detections : int or None
+        Iterations of the repair and of the estimator; None for a stage that a method has not.
+    repair_s, detection_s : float
+        How long they took.
+    """
+
+    misses: int | None = None
+    false_alarms: int | None = None
+    windowed_error_db: float = float("nan")
+    sinr_db: float = float("nan")
+    num_repairs: int | None = None
+    num_detections: int | None = None
+    repair_s: float = 0.0
+    detection_s: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrameResult:
+    """How all methods did on one frame of a sequence, in the order of the methods."""
+
+    frame_number: int
+    method_runs: tuple[MethodMetrics, ...]
+
+
+class SignalMeasures(NamedTuple):
+    """Windowed error and SINR of a cleaned frame in dB; NaN without a truth."""
+
+    windowed_error_db: float = float("nan")
+    sinr_db: float = float("nan")
+
+
+class Verdict(NamedTuple):
+    """Misses and false alarms; None where the objects are not known."""
+
+    misses: int | None = None
+    false_alarms: int | None = None
+
+
+def measure_signal(truth: GroundTruth | None, cleaned: ComplexArray) -> SignalMeasures:
+    """Compare a cleaned frame with the true object signal."""
+    if truth is None or not np.any(truth.object_signal):
+        return SignalMeasures()
+    return SignalMeasures(
+        windowed_error_db(truth.object_signal, cleaned), sinr_db(truth.object_signal, cleaned)
+    )
+
+
+def judge_objects(truth: GroundTruth | None, state: SeparationState | None) -> Verdict:
+    """Compare the objects of a state with the true ones.
+
+    Of a recorded frame with simulated bursts the truth holds no objects and no noise level.
+    """
+    if truth is None or state is None or np.isnan(truth.noise_precision):
+        return Verdict()
+    true = np.column_stack([truth.beats, truth.dopplers])
+    found = np.column_stack([state.objects.beats, state.objects.dopplers])
+    num_ramps, num_samples = truth.object_signal.shape
+    errors = frame_errors(true, found, (num_ramps, num_samples))
+    return Verdict(errors.misses, errors.false_alarms)

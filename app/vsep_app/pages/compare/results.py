@@ -1,0 +1,182 @@
+"""Below the maps: a table of what the methods are worth, and how they do from frame to frame."""
+
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+import panel as pn
+from bokeh.models import BasicTicker, ColumnDataSource, HoverTool
+from bokeh.plotting import figure
+
+from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics
+from vsep_app.pages.compare.picture import ComparePicture
+from vsep_app.views.style import Axis, plain_figure, put
+from vsep_app.views.tables import MISSING, value_text
+from vsep_app.widgets.layout import card, panel, stylesheet
+
+# Okabe and Ito; a place also has its own marker and dash.
+SLOT_COLOURS = ("#0A84C6", "#D55E00", "#009E73", "#CC79A7")
+_MARKERS = ("circle", "square", "triangle", "diamond")
+_DASHES = ("solid", "dashed", "dotted", "dotdash")
+_HEADINGS = (
+    ("method", ""),
+    (
+        "now",
+        "What the method does at the iteration shown; the limit is the largest number of "
+        "iterations.",
+    ),
+    (
+        "iterations",
+        "Of the repair + of the object-only estimator on the cleaned frame, once the repair has "
+        "finished; estimators have the second only.",
+    ),
+    ("time [s]", "Spent on the repair + on the estimator, on this machine."),
+    ("misses", "True objects without an estimate within one resolution cell."),
+    ("false alarms", "Estimates without a true object within one resolution cell."),
+    (
+        "windowed error [dB]",
+        "Error of the cleaned frame under the two-dimensional Hann window of range-Doppler "
+        "processing, over the energy of the objects.",
+    ),
+    ("SINR [dB]", "Energy of the objects over that of all else in the cleaned frame."),
+    ("prior", "Peaks of the last three frames that lower thresholds in this one."),
+)
+
+
+class CompareResults:
+    """Table and sequence curves.
+
+    Parameters
+    ----------
+    num_cards : int
+        Largest number of methods.
+    """
+
+    def __init__(self, num_cards: int) -> None:
+        self.table = pn.pane.HTML(
+            "", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")]
+        )
+        self._frames, self._errors = Axis(), Axis()
+        self._sources = [
+            ColumnDataSource({"frame": [], "error": [], "iterations": [], "name": []})
+            for _ in range(num_cards)
+        ]
+        self.figure = self._make_figure()
+        self._curves = card(self.figure, weight=4, look="strip")
+        self.row = pn.Row(
+            panel(
+                "What each method is worth: the cleaned frame and its objects",
+                self.table,
+                weight=7,
+            ),
+            self._curves,
+            margin=0,
+            sizing_mode="stretch_width",
+            height=190,
+            styles={"flex": "0 0 190px", "min-height": "0"},
+            stylesheets=[stylesheet("results")],
+        )
+
+    def _make_figure(self) -> figure:
+        plot = plain_figure(
+            title="Windowed error from frame to frame",
+            x_label="frame",
+            y_label="error [dB]",
+            x_axis=self._frames,
+            y_axis=self._errors,
+            name="compare-sequence",
+        )
+        plot.xaxis.ticker = BasicTicker(min_interval=1)
+        looks = zip(self._sources, SLOT_COLOURS, _MARKERS, _DASHES, strict=True)
+        for source, colour, marker, dash in looks:
+            plot.line("frame", "error", source=source, color=colour, line_dash=dash)
+            heads = plot.scatter(
+                "frame", "error", source=source, color=colour, marker=marker, size=6
+            )
+            tooltips = [
+                ("@name", "frame @frame"),
+                ("windowed error", "@error{0.0} dB"),
+                ("iterations of the repair", "@iterations"),
+            ]
+            plot.add_tools(HoverTool(renderers=[heads], tooltips=tooltips))
+        return plot
+
+    def show(self, picture: ComparePicture) -> None:
+        """Draw a picture."""
+        self.table.object = table_html(picture)
+        results = [*picture.past, _present(picture)]
+        names = [view.name for view in picture.method_runs]
+        for number, source in enumerate(self._sources):
+            put(source, _curve(results, number, names))
+        self._frames.set((-0.5, max(5.0, results[-1].frame_number + 0.5)))
+        errors = [
+            method_run.windowed_error_db for result in results for method_run in result.method_runs
+        ]
+        finite = [error for error in errors if np.isfinite(error)]
+        if finite:
+            low = 5.0 * np.floor(min(finite) / 5.0 - 0.2)
+            high = 5.0 * np.ceil(max(finite) / 5.0 + 0.2)
+            self._errors.grow((float(low), float(high)), fresh=not picture.past)
+
+
+def table_html(picture: ComparePicture) -> str:
+    """Return the table of all methods, with the frame as received above them."""
+    head = "".join(f'<th title="{escape(text)}">{name}</th>' for name, text in _HEADINGS)
+    body = _row("as received", "", picture.received, None, "")
+    for view, colour in zip(picture.method_runs, SLOT_COLOURS, strict=False):
+        body += _row(view.name, view.sink, view.metrics, view.num_prior_peaks, colour)
+    return (
+        f'<table class="components methods"><thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table>"
+    )
+
+
+def _row(
+    name: str, sink: str, metrics: MethodMetrics, num_prior_peaks: int | None, colour: str
+) -> str:
+    swatch = f'<span class="swatch" style="background:{colour}"></span>' if colour else ""
+    noun = "peak" if num_prior_peaks == 1 else "peaks"
+    peaks = MISSING if num_prior_peaks is None else f"{num_prior_peaks} {noun}"
+    cells = [
+        swatch + escape(name),
+        escape(sink) or MISSING,
+        _sum(_count(metrics.num_repairs), _count(metrics.num_detections)),
+        _sum(
+            None if metrics.num_repairs is None else f"{metrics.repair_s:.2f}",
+            None if metrics.num_detections is None else f"{metrics.detection_s:.2f}",
+        ),
+        _count(metrics.misses) or MISSING,
+        _count(metrics.false_alarms) or MISSING,
+        value_text(metrics.windowed_error_db, 1),
+        value_text(metrics.sinr_db, 1),
+        peaks,
+    ]
+    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
+
+def _count(number: int | None) -> str | None:
+    return None if number is None else str(number)
+
+
+def _sum(first: str | None, second: str | None) -> str:
+    parts = [part for part in (first, second) if part is not None]
+    return " + ".join(parts) or MISSING
+
+
+def _present(picture: ComparePicture) -> FrameResult:
+    method_runs = tuple(view.metrics for view in picture.method_runs)
+    return FrameResult(frame_number=picture.frame_number, method_runs=method_runs)
+
+
+def _curve(results: Sequence[FrameResult], number: int, names: Sequence[str]) -> dict[str, Any]:
+    """Columns of one method's curve; empty for a place without a method."""
+    if number >= len(names):
+        results = []
+    method_runs = [result.method_runs[number] for result in results]
+    return {
+        "frame": [result.frame_number for result in results],
+        "error": np.array([method_run.windowed_error_db for method_run in method_runs]),
+        "iterations": [method_run.num_repairs or 0 for method_run in method_runs],
+        "name": [names[number]] * len(method_runs) if method_runs else [],
+    }

@@ -1,0 +1,225 @@
+"""The work of a comparison, as pure top-level functions that any thread or process may do.
+
+All methods see the same frame and the same mask; one step is one iteration of every method that has
+not ended.
+"""
+
+from dataclasses import dataclass, replace
+
+from vsep._typing import BoolArray
+from vsep.errors import InputError
+from vsep.files.frame import Frame
+from vsep.files.frame_mask import TRUTH, frame_mask
+from vsep.inference.core.progress import Termination
+from vsep.inference.registry import ESTIMATORS
+from vsep.mitigation.registry import PRIORS, make_mitigation
+from vsep.signal.scene import Observation
+from vsep_app.jobs.run_session import Snapshot
+from vsep_app.jobs.tasks import MadeScene, is_simulated, make_estimator, make_scene
+from vsep_app.jobs.tasks import run_key as run_key_of_scene
+from vsep_app.jobs.weak_memo import Once
+from vsep_app.model.compare_settings import LAST_FRAME, ComparePlan
+from vsep_app.model.markers import Markers, true_marks
+from vsep_app.model.static_picture import StaticPicture, make_static_picture
+from vsep_app.pages.compare.method_runs import (
+    MethodRun,
+    MethodRunState,
+    advance_method_run,
+    open_method_run,
+)
+from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics, measure_signal
+from vsep_app.pages.compare.picture import ComparePicture, MethodView, view_method_run
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison:
+    """A comparison that is ready for its first step.
+
+    Parameters
+    ----------
+    plan : ComparePlan
+        What it was made from.
+    lanes : tuple of MethodRun
+        The methods.
+    initial_state : tuple of MethodRunState
+        Their states before the first iteration.
+    initial_views : tuple of MethodView
+        The same as they are drawn.
+    static_picture : StaticPicture
+        What all pictures share.
+    true_objects : Markers
+        The truth.
+    received : MethodMetrics
+        What the frame is worth as received.
+    """
+
+    plan: ComparePlan
+    method_runs: tuple[MethodRun, ...]
+    initial_state: tuple[MethodRunState, ...]
+    initial_views: tuple[MethodView, ...]
+    static_picture: StaticPicture
+    true_objects: Markers
+    received: MethodMetrics
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CompareStep:
+    """One iteration of all methods.
+
+    Parameters
+    ----------
+    state : tuple of MethodRunState
+        What the next step needs; empty once there is a next one, for frames are large.
+    views : tuple of MethodView
+        What is drawn.
+    termination : Termination
+        Whether all have ended; converged only if all have.
+    """
+
+    state: tuple[MethodRunState, ...]
+    views: tuple[MethodView, ...]
+    termination: Termination
+
+
+def run_key(plan: ComparePlan) -> tuple[object, ...] | None:
+    """Return the name of the run of a plan; None where it is one session's own."""
+    if run_key_of_scene(plan.scene) is None or plan.frame_number or plan.past:
+        return None
+    return "compare", plan.scene, plan.methods, plan.mask, plan.debias
+
+
+# What is kept of a step for the display, and what the picture of a later one needs of it.
+thin = Once[CompareStep](lambda step: replace(step, state=()))
+bare = Once[CompareStep](lambda step: replace(step, state=(), views=()))
+
+
+def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:
+    """Make the frame of a plan and the first state of each of its methods.
+
+    Raises
+    ------
+    InputError
+        If the plan cannot be carried out; the message is for the user.
+    """
+    scene = make_scene(plan.scene, loaded, frame_number=plan.frame_number)
+    frame = scene.frame
+    mask = find_mask(frame, plan.mask)
+    method_runs = tuple(_method_run(plan, name, scene, mask) for name in plan.methods)
+    states = tuple(open_method_run(method_run) for method_run in method_runs)
+    observation = Observation(received=frame.received, truth=frame.truth)
+    static_picture = make_static_picture(frame.radar, observation, title=frame.name)
+    received = measure_signal(frame.truth, frame.received)
+    views = (
+        view_method_run(static_picture, *pair) for pair in zip(method_runs, states, strict=True)
+    )
+    return Comparison(
+        plan=plan,
+        method_runs=method_runs,
+        initial_state=states,
+        initial_views=tuple(views),
+        static_picture=static_picture,
+        true_objects=true_marks(static_picture),
+        received=MethodMetrics(
+            windowed_error_db=received.windowed_error_db, sinr_db=received.sinr_db
+        ),
+    )
+
+
+def advance(comparison: Comparison, states: tuple[MethodRunState, ...]) -> CompareStep:
+    """Do one iteration of every method that has not ended."""
+    method_runs, static_picture = comparison.method_runs, comparison.static_picture
+    after = tuple(advance_method_run(*pair) for pair in zip(method_runs, states, strict=True))
+    return CompareStep(
+        state=after,
+        views=tuple(
+            view_method_run(static_picture, *pair) for pair in zip(method_runs, after, strict=True)
+        ),
+        termination=_verdict([state.termination for state in after]),
+    )
+
+
+def compose(snapshot: Snapshot[Comparison, CompareStep]) -> ComparePicture:
+    """Make the picture of a snapshot."""
+    opening, steps = snapshot.opening, snapshot.steps
+    return ComparePicture(
+        static_picture=opening.static_picture,
+        run_number=snapshot.run_number,
+        iteration=len(steps),
+        num_iterations=snapshot.num_steps,
+        termination=steps[-1].termination if steps else Termination.RUNNING,
+        method_runs=steps[-1].views if steps else opening.initial_views,
+        true_objects=opening.true_objects,
+        received=opening.received,
+        frame_number=opening.plan.frame_number,
+        past=opening.plan.past,
+    )
+
+
+def has_next_frame(plan: ComparePlan) -> bool:
+    """Whether the sequence goes on: only simulated objects move."""
+    return is_simulated(plan.scene) and plan.frame_number < LAST_FRAME
+
+
+def next_plan(comparison: Comparison, last: CompareStep) -> ComparePlan:
+    """Return the plan of the next frame; methods with a prior have seen the repaired one."""
+    plan = comparison.plan
+    histories = {
+        method_run.name: PRIORS[method_run.name].see(
+            plan.histories.get(method_run.name, ()), state.observed
+        )
+        for method_run, state in zip(comparison.method_runs, last.state, strict=True)
+        if method_run.name in PRIORS
+    }
+    metrics = tuple(view.metrics for view in last.views)
+    result = FrameResult(frame_number=plan.frame_number, method_runs=metrics)
+    return replace(
+        plan,
+        frame_number=plan.frame_number + 1,
+        histories=histories,
+        past=(*plan.past, result),
+    )
+
+
+def find_mask(frame: Frame, name: str) -> BoolArray:
+    """Return which samples are taken for interfered.
+
+    Raises
+    ------
+    InputError
+        If the truth is asked for and not known.
+    """
+    if name == TRUTH and frame.perfect_mask is None:
+        raise InputError(
+            f"{frame.name} holds no truth, so there is no perfect mask; choose another mask."
+        )
+    return frame_mask(frame, name)
+
+
+def _method_run(plan: ComparePlan, name: str, scene: MadeScene, mask: BoolArray) -> MethodRun:
+    frame = scene.frame
+    is_estimator = name in ESTIMATORS
+    history = plan.histories.get(name, ())
+    return MethodRun(
+        name=name,
+        received=frame.received,
+        mask=mask,
+        repair=(
+            None if is_estimator else make_mitigation(name, debias=plan.debias, history=history)
+        ),
+        estimator=make_estimator(
+            replace(plan.scene, estimator=name if is_estimator else "object-only"),
+            frame.radar,
+            scene.assumed_filter,
+            mask=mask,
+        ),
+        num_prior_peaks=(
+            sum(int(seen.peaks.sum()) for seen in history) if name in PRIORS else None
+        ),
+    )
+
+
+def _verdict(terminations: list[Termination]) -> Termination:
+    for one in (Termination.RUNNING, Termination.NONFINITE, Termination.MAX_ITERATIONS):
+        if one in terminations:
+            return one
+    return Termination.CONVERGED

@@ -1,0 +1,124 @@
+"""The row above the maps: the run of all methods, and the frames of the sequence."""
+
+from collections.abc import Callable
+from typing import Any
+
+import panel as pn
+import panel_material_ui as pmu
+
+from vsep_app.jobs.run_session import Phase, RunSession
+from vsep_app.model.compare_settings import LAST_FRAME
+from vsep_app.model.settings import Settings
+from vsep_app.pages.compare.picture import ComparePicture
+from vsep_app.widgets.layout import stylesheet
+from vsep_app.widgets.transport import RunTransport
+
+_BUTTON = {"size": "small", "variant": "outlined", "margin": (9, 3)}
+
+
+class CompareTransport(RunTransport):
+    """The row above the maps, and the status in the header.
+
+    Parameters
+    ----------
+    settings : Settings
+        Holds the speed.
+    session : RunSession
+        What the buttons command.
+    wake : callable
+        Called after every command.
+    next_frame, first_frame : callable
+        What the buttons of the sequence do.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        session: RunSession[Any, Any, Any],
+        wake: Callable[[], None],
+        *,
+        next_frame: Callable[[], None],
+        first_frame: Callable[[], None],
+    ) -> None:
+        super().__init__(settings, session, wake)
+        self._next_frame = next_frame
+        self.next = pmu.Button(
+            label="Next frame",
+            icon="fast_forward",
+            description="Next frame: objects have moved on for 50 ms. What pm-ist and pm-iht found "
+            "in the last three frames lowers their thresholds. For simulated scenes, once all "
+            "methods have finished.",
+            **_BUTTON,
+        )
+        self.first = pmu.Button(
+            label="First",
+            icon="first_page",
+            description="First: back to frame 0 without any prior.",
+            **_BUTTON,
+        )
+        self.play = pmu.Switch(
+            label="Play frames",
+            value=False,
+            size="small",
+            description="Play: go to the next frame by itself whenever all methods have finished.",
+            margin=(12, 4, 0, 8),
+        )
+        self.next.on_click(lambda _: next_frame())
+        self.first.on_click(lambda _: first_frame())
+        self.play.param.watch(self._played, "value")
+        self._may_go_on = False
+
+    def layout(self) -> Any:
+        """Return the row."""
+        return pn.Row(
+            *self.buttons.values(),
+            self.speed,
+            self.scrub,
+            self.next,
+            self.first,
+            self.play,
+            sizing_mode="stretch_width",
+            styles={"min-height": "52px"},
+            margin=(2, 3, 0, 3),
+            align="center",
+            stylesheets=[stylesheet("transport")],
+        )
+
+    def show(self, picture: ComparePicture, *, rate: float, has_next: bool) -> None:
+        """Show where the run is; called with the document locked."""
+        self.show_place(picture.iteration, picture.num_iterations)
+        self._may_go_on = has_next
+        self.first.disabled = picture.frame_number == 0
+        if not has_next and self.play.value:
+            self.play.value = False
+        self.play.disabled = not has_next
+        self.refresh(rate, picture)
+
+    def refresh(self, rate: float, picture: ComparePicture | None = None) -> None:
+        """Show the state of the session."""
+        self.refresh_buttons()
+        phase = self._session.phase
+        self.next.disabled = not (self._may_go_on and phase is Phase.FINISHED)
+        self.status.object = _status_html(phase, picture, rate, moving=self._may_go_on)
+
+    def _played(self, event: Any) -> None:
+        if not event.new:
+            return
+        if self._session.phase is Phase.FINISHED:
+            self._next_frame()
+        else:
+            self._command("run")
+
+
+def _status_html(phase: Phase, picture: ComparePicture | None, rate: float, *, moving: bool) -> str:
+    counts = ""
+    if picture is not None:
+        counts = f"iteration {picture.iteration} of {picture.num_iterations}"
+        if moving or picture.frame_number:
+            counts += f" · frame {picture.frame_number} of {LAST_FRAME}"
+        if phase is Phase.RUNNING and rate > 0.0:
+            counts += f" · {rate:.1f} iterations/s"
+    return (
+        f'<span><strong role="status">{phase.value}</strong>'
+        f'<span class="counts">&nbsp; {counts}</span></span>'
+    )

@@ -1,0 +1,395 @@
+"""The page of recorded data: what a dropped file is, its frame at once, and its separation."""
+
+import asyncio
+from collections.abc import Callable, Coroutine, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import panel as pn
+import param
+
+from vsep.errors import InputError
+from vsep.inference.core.progress import Step
+from vsep.recordings.settings import MAX_FILE as MAX_SETTINGS
+from vsep.recordings.settings import (
+    RAW_FORMATS,
+    RecordingSettings,
+    parse_settings,
+    settings_values,
+)
+from vsep.recordings.settings_text import settings_text
+from vsep.recordings.suggest import is_frame_file, suggest_settings
+from vsep_app.assets import path
+from vsep_app.jobs.frame_store import FRAME_KEY
+from vsep_app.jobs.run_loop import FrameLoop, PictureSink, RunCallbacks
+from vsep_app.jobs.run_session import RunSession
+from vsep_app.jobs.tasks import REAL_FRAME_FILE, bare, thin
+from vsep_app.model.picture import Picture
+from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
+from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.recording.files import DroppedFiles, StoredFile
+from vsep_app.pages.recording.form import RecordingForm
+from vsep_app.pages.recording.tasks import (
+    RecordingOpening,
+    RecordingPlan,
+    advance,
+    compose,
+    frame_content,
+    prepare,
+    require_response,
+    takes_one,
+)
+from vsep_app.pages.recording.view import RecordingView
+from vsep_app.report.spec import KeptFrame
+from vsep_app.widgets.controls import Controls
+from vsep_app.widgets.download import Download
+from vsep_app.widgets.link import Link
+from vsep_app.widgets.share import MAX_FILE
+from vsep_app.widgets.transport import Transport
+
+TITLE = "vsep: recorded data"
+SETTINGS_SUFFIXES = (".yaml", ".yml", ".json")
+EXAMPLE = "example (without interference).npz"
+_OF_ARRAYS = ("key", "axes")
+
+
+class RecordingPage:
+    """One user's recordings.
+
+    Parameters
+    ----------
+    visit : PageContext
+        The browser that opened it.
+    """
+
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        self.settings = Settings()
+        self.settings.choose_preset(LOADED_FRAME)
+        self._files = DroppedFiles()
+        self._file: StoredFile | None = None
+        self._own: dict[str, Any] | None = None
+        self._response: StoredFile | None = None
+        self._reference: StoredFile | None = None
+        self._rate_hz = 0.0
+        self._offered_ramp = 0
+        self._opening: RecordingOpening | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+        self.controls = Controls(self.settings, lambda *_: None)
+        self.form = RecordingForm(
+            self.controls,
+            changed=self._edited,
+            notify_error=self.notify_error,
+            drop={
+                "recording": self.drop,
+                "response": self.drop_response,
+                "reference": self.drop_reference,
+            },
+        )
+        self.session: RunSession[RecordingPlan, RecordingOpening, Step] = RunSession(
+            thin, bare, most_kept=context.most_kept
+        )
+        self.view = RecordingView(self._ramp_selected, self._acknowledged)
+        self.loop = FrameLoop(
+            self.session,
+            RunCallbacks(
+                prepare=prepare,
+                advance=advance,
+                compose=compose,
+                view=lambda: (self.settings.ramp, self.settings.fast_time, self.settings.antenna),
+                thin=thin,
+                bare=bare,
+            ),
+            PictureSink(
+                post=context.post,
+                show=self.show,
+                notify_error=self._failed,
+                speed=lambda: float(self.settings.speed),
+                watched=context.watched,
+            ),
+            context.pool,
+            context.commons,
+        )
+        self.transport = Transport(self.settings, self.session, self.loop.wake)
+        self._download, self._link = Download(), Link(self.form.live)
+        self._download.join(self.form.save)
+        self.form.save.on_click(lambda _: self._deliver(self._save, as_shown=False))
+        self.form.live.on_click(lambda _: self._deliver(self._open_live, as_shown=True))
+        self.form.show_ready(False)
+        self.settings.param.watch(lambda *_: self._restart(), list(PLAN_NAMES))
+        self.settings.param.watch(lambda *_: self.loop.redraw(), list(VIEW_NAMES))
+        self.settings.param.watch(lambda *_: self._antenna_chosen(), "antenna")
+
+    def page(self) -> Any:
+        """Return the whole page."""
+        return page_frame(
+            here="recording",
+            title=TITLE,
+            description="Recordings of real radars: read, checked, and separated.",
+            status=self.transport.status,
+            sidebar=self.form.layout(),
+            main=self.view.layout(TITLE, self.transport),
+        )
+
+    def start(self) -> None:
+        """Show the example; called when the page has been drawn."""
+        self.loop.start()
+        self._take(StoredFile(path=str(path(REAL_FRAME_FILE)), name=EXAMPLE), None)
+        self._restart()
+
+    def close(self) -> None:
+        """Stop for good and remove the files: the browser has left."""
+        for task in self._tasks:
+            task.cancel()
+        self.loop.close()
+        self._files.close()
+
+    def drop(self, files: list[tuple[str, bytes]]) -> None:
+        """Take a recording, its settings, or both."""
+        settings = [each for each in files if _is_settings(each[0])]
+        recordings = [each for each in files if not _is_settings(each[0])]
+        if max(len(settings), len(recordings)) > 1:
+            self.notify_error(
+                f"{len(files)} files were dropped; one recording and its settings, please."
+            )
+            return
+        try:
+            said = _settings_of(*settings[0]) if settings else None
+            if recordings:
+                self._replace(recordings[0], self._file, lambda file: self._take(file, said))
+            elif said is not None:
+                self.form.show_text(settings_text(said))
+        except InputError as error:
+            self.notify_error(str(error))
+            return
+        fault = self._restart()
+        # What a recording does not say of itself is no fault of the user.
+        if fault and said is not None:
+            self.notify_error(fault)
+
+    def drop_response(self, files: list[tuple[str, bytes]]) -> None:
+        """Take a measured response of the receiver."""
+
+        def take(file: StoredFile) -> None:
+            require_response(file)
+            self._response = file
+            self.settings.assume_true_filter = True
+
+        self._drop_beside(files, self._response, take)
+
+    def drop_reference(self, files: list[tuple[str, bytes]]) -> None:
+        """Take a clean recording to show beside."""
+
+        def take(file: StoredFile) -> None:
+            self._reference = file
+
+        self._drop_beside(files, self._reference, take)
+
+    def _drop_beside(
+        self,
+        files: list[tuple[str, bytes]],
+        before: StoredFile | None,
+        take: Callable[[StoredFile], None],
+    ) -> None:
+        try:
+            self._replace(files[0], before, take)
+        except InputError as error:
+            self.notify_error(str(error))
+        else:
+            self._restart()
+
+    def _replace(
+        self,
+        file: tuple[str, bytes],
+        before: StoredFile | None,
+        take: Callable[[StoredFile], None],
+    ) -> None:
+        """Take a file in the place of another, which stays if the new one cannot be used."""
+        kept = self._files.keep(*file)
+        try:
+            take(kept)
+        except InputError:
+            self._files.discard(kept)
+            raise
+        self._files.discard(before)
+
+    def show(self, picture: Picture) -> None:
+        """Draw a picture; called with the document locked."""
+        opening = self.session.opening
+        if opening is None:
+            return
+        self.session.most_kept = self._context.most_kept // len(opening.prepared.static_pictures)
+        with pn.io.hold():
+            self.view.show(picture, opening)
+            self.controls.show_threshold(opening.prepared.estimator.threshold_db)
+            self.transport.show(picture, self.loop.rate)
+            if opening is not self._opening:
+                self._take_opening(opening)
+
+    def notify_error(self, sentence: str) -> None:
+        """Notify the user of what cannot be done."""
+        if pn.state.notifications is not None:
+            pn.state.notifications.error(sentence, duration=8000)
+
+    def _take(self, file: StoredFile, said: Mapping[Any, Any] | None) -> None:
+        """Begin with a recording and what is known of it."""
+        suggested = suggest_settings(file.path, file.name)
+        is_frame = is_frame_file(file.path, file.name)
+        if said is None:
+            said = {} if is_frame else self._said_before()
+        self._file = file
+        self._own = suggested if is_frame else None
+        self.form.show_text(settings_text(_completed(said, suggested)))
+
+    def _said_before(self) -> Mapping[Any, Any]:
+        """Return the settings of the last recording: a sensor often records several files."""
+        if self._file is None or self._file.name == EXAMPLE:
+            return {}
+        try:
+            values = self.form.values()
+        except InputError:
+            return {}
+        if self._own is not None:
+            values.pop("key", None)
+        return values
+
+    def _edited(self) -> None:
+        """Take settings that the user has changed."""
+        sentence = self._restart()
+        if sentence:
+            self.notify_error(sentence)
+
+    def _restart(self) -> str:
+        """Show what is set now; return what stands in the way."""
+        if self._file is None:
+            return ""
+        try:
+            settings = parse_settings(self.form.values())
+        except InputError as error:
+            self._show_fault(str(error))
+            return str(error)
+        self._show_fault("")
+        self._fit_filter(settings)
+        self.session.restart(self._plan(self._file, settings))
+        # A frame is shown at once; its separation begins when the user wants it.
+        self.session.reset()
+        self.loop.wake()
+        return ""
+
+    def _antenna_chosen(self) -> None:
+        """Begin with another antenna, where one alone is separated."""
+        opening = self.session.opening
+        if opening is not None and len(opening.prepared.static_pictures) < opening.num_antennas:
+            self._restart()
+
+    def _show_fault(self, sentence: str) -> None:
+        """Say what is wrong with the settings; until it is mended, the last good ones are shown."""
+        self.form.show_fault(sentence)
+        self.view.show_facts(self._opening, sentence)
+
+    def _plan(self, file: StoredFile, settings: RecordingSettings) -> RecordingPlan:
+        return RecordingPlan(
+            file=file,
+            settings=settings,
+            is_frame=self._own is not None and settings == parse_settings(self._own),
+            antenna=self.settings.antenna if takes_one(self.settings.estimator, settings) else 0,
+            removes_clutter=bool(self.form.clutter.value),
+            response=self._response,
+            reference=self._reference,
+            scene=self.settings.plan(),
+        )
+
+    def _fit_filter(self, settings: RecordingSettings) -> None:
+        """Suit the filter's controls to another sample rate."""
+        rate_hz = settings.sample_rate_hz * (0.5 if settings.samples == "real" else 1.0)
+        if rate_hz != self._rate_hz:
+            self._rate_hz = rate_hz
+            with param.parameterized.discard_events(self.settings):
+                self.controls.fit_frame(rate_hz, measured=False)
+
+    def _take_opening(self, opening: RecordingOpening) -> None:
+        """Take note of what has been read."""
+        self._opening = opening
+        self.view.show_facts(opening, "")
+        self.form.show_ready(True)
+        if opening.reference_fault:
+            self._files.discard(self._reference)
+            self._reference = None
+            self.notify_error(opening.reference_fault)
+        if self.settings.ramp == self._offered_ramp:
+            self.settings.ramp = opening.loudest_ramp
+        self._offered_ramp = opening.loudest_ramp
+
+    def _failed(self, sentence: str) -> None:
+        """Say what cannot be shown; called with the document locked."""
+        self.notify_error(sentence)
+        if self.session.opening is None:
+            self._opening = None
+            self.form.show_ready(False)
+            self._show_fault(sentence)
+        self.transport.refresh(self.loop.rate)
+
+    def _deliver(self, use: Callable[[str, bytes], None], *, as_shown: bool) -> None:
+        if self._opening is None:
+            return
+        plan = self._opening.plan
+
+        async def make() -> None:
+            loop = asyncio.get_running_loop()
+            work = partial(frame_content, plan, as_shown=as_shown)
+            name = f"{Path(plan.file.name).stem}-frame.npz"
+            try:
+                content = await loop.run_in_executor(self._context.pool, work)
+            except InputError as error:
+                self._context.post(partial(self.notify_error, str(error)))
+                return
+            self._context.post(partial(use, name, content))
+
+        self._begin(make())
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _save(self, name: str, content: bytes) -> None:
+        if len(content) > MAX_FILE:
+            self.notify_error(f"{name} is too large for the browser; write it with `vsep convert`.")
+            return
+        self._download.send(name, "application/octet-stream", content)
+
+    def _open_live(self, name: str, content: bytes) -> None:
+        word = self._context.commons.frames.keep(KeptFrame(name=name, content=content))
+        self._link.open(f"./?{FRAME_KEY}={word}")
+
+    def _ramp_selected(self, ramp: int) -> None:
+        self.settings.ramp = ramp
+
+    def _acknowledged(self, attr: str, old: Any, new: Any) -> None:
+        del attr, old, new
+        self.loop.acknowledged()
+
+
+def _is_settings(name: str) -> bool:
+    return Path(name).suffix.lower() in SETTINGS_SUFFIXES
+
+
+def _settings_of(name: str, content: bytes) -> dict[Any, Any]:
+    """Return what a settings file says; `InputError` if it is none."""
+    try:
+        return settings_values(name, content[:MAX_SETTINGS].decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name} is no text in UTF-8; a settings file is needed.") from error
+
+
+def _completed(said: Mapping[Any, Any], suggested: Mapping[str, Any]) -> dict[Any, Any]:
+    """Return what was said, completed by what the file says of itself.
+
+    What belongs to a file of another kind is left out.
+    """
+    kinds = {said.get("format") or suggested["format"], suggested["format"]}
+    same = len(kinds) == 1 or kinds <= set(RAW_FORMATS)
+    foreign = () if same else ("format", *_OF_ARRAYS)
+    kept = {key: value for key, value in said.items() if value is not None and key not in foreign}
+    return {**suggested, **kept}

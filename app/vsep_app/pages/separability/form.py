@@ -1,0 +1,265 @@
+"""What a user asks of the laboratory: scene, two axes, everything else, and how many trials."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import panel as pn
+import panel_material_ui as pmu
+
+from vsep.errors import InputError
+from vsep.presets.names import PRESET_NAMES
+from vsep.separability.axes import AXES, Axis
+from vsep.separability.map_spec import MAX_TRIALS, MapSpec, default_value
+from vsep.studies.methods import estimator_names
+from vsep.studies.study import TrialSettings
+from vsep_app.model.settings import PRESETS
+from vsep_app.widgets.layout import heading
+
+_TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
+_SELECT_MARGIN = (6, 16, 6, 16)
+_SLIDER_MARGIN = (0, 22, 0, 18)
+_COUNTS = (9, 17, 33, 65)
+_MAX_SEED = 2**53 - 1
+# Steps of the sliders, in the units of the labels.
+_STEPS = {
+    "sir_db": 1.0,
+    "snr_db": 1.0,
+    "slope_difference_hz_per_s": 0.01,
+    "object_delay_s": 1.0,
+    "num_objects": 1.0,
+    "interfered_share": 0.0625,
+    "filter_cutoff_hz": 0.005,
+    "filter_mismatch": 0.01,
+}
+_NAMES = {
+    "SIR": "sir_db",
+    "SNR": "snr_db",
+    "Slope difference (burst length)": "slope_difference_hz_per_s",
+    "Object delay, from the burst's middle": "object_delay_s",
+    "Number of objects": "num_objects",
+    "Share of interfered ramps": "interfered_share",
+    "Filter bandwidth": "filter_cutoff_hz",
+    "Filter mismatch": "filter_mismatch",
+}
+
+
+class SeparabilityForm:
+    """The side bar of the laboratory.
+
+    Parameters
+    ----------
+    question : MapSpec
+        To begin with.
+    changed : callable
+        Called after every change of a control.
+    """
+
+    def __init__(self, spec: MapSpec, changed: Callable[[], None]) -> None:
+        self._changed, self._quiet = changed, False
+        self.scene = pmu.Select(
+            label="Scene",
+            options={PRESETS[name].label: name for name in PRESET_NAMES},
+            value=spec.scene,
+            description="Radar, objects and paths of Table I; the rest is on the axes and below.",
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self.axes = {name: _AxisChoice(getattr(spec, name)) for name in ("x", "y")}
+        self.values = {name: self._slider(name) for name in AXES}
+        self.method = pmu.Select(
+            label="Estimator",
+            options=list(estimator_names()),
+            value=spec.method,
+            description="Who is tried in the cells.",
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self.trials = pmu.IntInput(
+            label="Trials a cell",
+            value=spec.trials,
+            start=0,
+            end=MAX_TRIALS,
+            description="Frames the estimator is tried on in every cell; 0 tries none.",
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self.seed = pmu.IntInput(
+            label="Seed",
+            value=spec.settings.seed,
+            start=0,
+            end=_MAX_SEED,
+            description="Draws objects, paths and noise, the same in all cells.",
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self._arrange(dict(spec.fixed))
+        self.scene.param.watch(self._scene_chosen, "value")
+        for choice in self.axes.values():
+            choice.watch(self._axes_chosen, self._edited)
+        for widget in (self.method, self.trials, self.seed):
+            widget.param.watch(self._edited, "value")
+        for slider in self.values.values():
+            slider.param.watch(self._edited, "value_throttled")
+
+    def layout(self) -> list[Any]:
+        """Return the side bar from top to bottom."""
+        return [
+            self.scene,
+            heading("Across"),
+            *self.axes["x"].layout(),
+            heading("Upwards"),
+            *self.axes["y"].layout(),
+            heading("Everything else"),
+            *self.values.values(),
+            heading("What the estimator does"),
+            self.method,
+            pn.Row(self.trials, self.seed, sizing_mode="stretch_width"),
+        ]
+
+    def spec(self) -> MapSpec:
+        """Return what is asked; `InputError` if it cannot be answered."""
+        if self.trials.value is None or self.seed.value is None:
+            raise InputError("Trials or seed are empty; both must be whole numbers.")
+        scene = self.scene.value
+        fixed = []
+        for name, slider in self.values.items():
+            own = default_value(scene, name) / AXES[name].scale
+            if slider.visible and not np.isclose(slider.value, own, rtol=1e-9, atol=1e-12):
+                fixed.append((name, float(f"{slider.value * AXES[name].scale:.12g}")))
+        return MapSpec(
+            x=self.axes["x"].axis(),
+            y=self.axes["y"].axis(),
+            scene=scene,
+            fixed=tuple(fixed),
+            method=self.method.value,
+            trials=self.trials.value,
+            settings=TrialSettings(seed=self.seed.value),
+        )
+
+    def _slider(self, name: str) -> Any:
+        kind = AXES[name]
+        return pmu.FloatSlider(
+            label=kind.label[:1].upper() + kind.label[1:],
+            start=kind.start / kind.scale,
+            end=kind.stop / kind.scale,
+            step=_STEPS[name],
+            value=kind.start / kind.scale,
+            margin=_SLIDER_MARGIN,
+            **_TIGHT,
+        )
+
+    def _scene_chosen(self, _: Any) -> None:
+        self._arrange({})
+        self._edited()
+
+    def _axes_chosen(self) -> None:
+        self._arrange({name: None for name in AXES})
+        self._edited()
+
+    def _edited(self, *_: Any) -> None:
+        if not self._quiet:
+            self._changed()
+
+    def _arrange(self, given: dict[str, float] | dict[str, None]) -> None:
+        """Show the sliders that mean something; values that are given, or the scene's own.
+
+        A value of None leaves a slider where it is.
+        """
+        scene, on_axes = self.scene.value, {choice.name for choice in self.axes.values()}
+        self._quiet = True
+        try:
+            for name, slider in self.values.items():
+                kind, own = AXES[name], default_value(scene, name)
+                several = scene != "simulation-1"
+                # Of several objects the first one's delay is drawn.
+                hidden = "object_delay_s" if several else "interfered_share"
+                slider.visible = name not in on_axes and name != hidden
+                value = given.get(name, own)
+                if value is not None and np.isfinite(value):
+                    shown = value / kind.scale
+                    ends = kind.start / kind.scale, kind.stop / kind.scale
+                    slider.param.update(
+                        start=min(ends[0], shown), end=max(ends[1], shown), value=shown
+                    )
+        finally:
+            self._quiet = False
+
+
+class _AxisChoice:
+    """Which parameter is on an axis, from where to where, in how many steps."""
+
+    def __init__(self, axis: Axis) -> None:
+        kind = axis.kind
+        self.parameter = pmu.Select(
+            label="Parameter", options=_NAMES, value=axis.name, margin=_SELECT_MARGIN, **_TIGHT
+        )
+        self.start = pmu.TextInput(
+            label="From", value=_text(axis.start / kind.scale), margin=(6, 3, 6, 16), **_TIGHT
+        )
+        self.stop = pmu.TextInput(
+            label="To", value=_text(axis.stop / kind.scale), margin=(6, 16, 6, 3), **_TIGHT
+        )
+        self.count = pmu.Select(
+            label="Values",
+            options=sorted({*_COUNTS, axis.count}),
+            value=axis.count,
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
+        )
+        self._quiet = False
+
+    @property
+    def name(self) -> str:
+        """Name of the parameter."""
+        return str(self.parameter.value)
+
+    def layout(self) -> list[Any]:
+        """Return the controls."""
+        return [
+            self.parameter,
+            pn.Row(self.start, self.stop, sizing_mode="stretch_width"),
+            self.count,
+        ]
+
+    def watch(self, chosen: Callable[[], None], edited: Callable[..., None]) -> None:
+        """Call one function for another parameter, the other for another range."""
+
+        def choose(event: Any) -> None:
+            kind = AXES[event.new]
+            self._quiet = True
+            try:
+                self.start.value = _text(kind.start / kind.scale)
+                self.stop.value = _text(kind.stop / kind.scale)
+            finally:
+                self._quiet = False
+            chosen()
+
+        def edit(*_: Any) -> None:
+            if not self._quiet:
+                edited()
+
+        self.parameter.param.watch(choose, "value")
+        for widget in (self.start, self.stop, self.count):
+            widget.param.watch(edit, "value")
+
+    def axis(self) -> Axis:
+        """Return the axis; one of whole numbers has all of them."""
+        kind = AXES[self.name]
+        start, stop = (self._number(field) for field in (self.start, self.stop))
+        count = int(stop - start) + 1 if kind.whole else self.count.value
+        return Axis(name=self.name, start=start, stop=stop, count=count)
+
+    def _number(self, field: Any) -> float:
+        """Return what stands in a field, in SI units."""
+        kind = AXES[self.name]
+        try:
+            return float(f"{float(field.value) * kind.scale:.12g}")
+        except ValueError:
+            raise InputError(
+                f"{field.label} is {field.value!r}; it must be a number, of {kind.label}."
+            ) from None
+
+
+def _text(value: float) -> str:
+    return f"{value:.12g}"

@@ -1,0 +1,257 @@
+"""The page of the laboratory: choose two axes, watch the map fill, open any cell in the live view.
+
+The layers that need no estimator follow the controls at once. Trials run in the background, from
+coarse to fine, and are given up when the question changes.
+"""
+
+import asyncio
+import csv
+import io
+import logging
+from collections.abc import Callable
+from functools import lru_cache, partial
+from typing import Any, TypeVar
+
+import panel as pn
+import panel_material_ui as pmu
+
+from vsep.errors import InputError
+from vsep.separability.analytic import analytic_map
+from vsep.separability.map import LAYERS, SeparabilityMap, make_separability_map, table_rows
+from vsep.separability.map_spec import MapSpec
+from vsep_app.figures.map_explanations import CONTOURS, EXPLANATIONS
+from vsep_app.figures.map_file import map_html
+from vsep_app.figures.map_view import MapView
+from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.separability.form import SeparabilityForm
+from vsep_app.pages.separability.session import (
+    Progress,
+    SeparabilitySession,
+    Snapshot,
+    shared_map_cache,
+)
+from vsep_app.pages.separability.url import read_map_spec, write_map_spec
+from vsep_app.views.style import Axis
+from vsep_app.widgets.layout import card, stylesheet, unseen_title
+
+_LOG = logging.getLogger(__name__)
+_Result = TypeVar("_Result")
+
+TITLE = "vsep: separability"
+LOOK_PERIOD_S = 0.5
+# Pages that show the same question share its map.
+cached_map = lru_cache(maxsize=16)(analytic_map)
+_BUTTON = {"size": "small", "margin": (9, 3)}
+
+
+class SeparabilityPage:
+    """One user's laboratory.
+
+    Parameters
+    ----------
+    visit : PageContext
+        The browser that opened it.
+    """
+
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        self.spec, layer, self._errors = read_map_spec(context.query)
+        self.form = SeparabilityForm(self.spec, self._changed)
+        self.session = SeparabilitySession(self.spec, shared_map_cache())
+        self.view = MapView(Axis(), Axis(), opens=True)
+        self.separability_map: SeparabilityMap | None = None
+        self._asked: MapSpec | None = None
+        self._seen: tuple[Any, ...] = ()
+        self._told = ""
+        self._task: asyncio.Task[None] | None = None
+        self._call = asyncio.Event()
+        self.layer = pmu.Select(
+            label="Layer",
+            options={one.label: name for name, one in LAYERS.items()},
+            value=layer,
+            size="small",
+            width=330,
+            margin=(7, 4, 0, 4),
+        )
+        self.layer.param.watch(lambda _: self._changed(), "value")
+        self.bar = pmu.LinearProgress(
+            value=0,
+            variant="determinate",
+            sizing_mode="stretch_width",
+            min_width=80,
+            margin=(22, 12),
+        )
+        self.progress = pn.pane.HTML(
+            "", margin=(15, 10), min_width=190, stylesheets=[stylesheet("study")]
+        )
+        self.status = pn.pane.HTML(_status_html("loading"), margin=(0, 12))
+        self.status.styles = {"color": "white"}
+        self.explained = pn.pane.HTML("", sizing_mode="stretch_width", margin=(4, 10, 8, 10))
+        self.table = _download("Table", "separability.csv", self._table, "All cells as CSV.")
+        self.document = _download(
+            "HTML",
+            "separability.html",
+            self._document,
+            "All layers in a file that opens from disk.",
+        )
+
+    def page(self) -> Any:
+        """Return the whole page."""
+        top = pn.Row(
+            self.layer,
+            self.bar,
+            self.progress,
+            self.table,
+            self.document,
+            sizing_mode="stretch_width",
+            styles={"min-height": "52px"},
+            margin=(2, 3, 0, 3),
+            stylesheets=[stylesheet("transport")],
+        )
+        body = pn.Column(
+            card(self.view.figure, weight=1, look="map"),
+            self.explained,
+            margin=0,
+            sizing_mode="stretch_both",
+            styles={"flex": "1 1 0", "min-height": "0"},
+            stylesheets=[stylesheet("column")],
+        )
+        main = pn.Column(
+            unseen_title(TITLE),
+            top,
+            body,
+            margin=0,
+            sizing_mode="stretch_width",
+            stylesheets=[stylesheet("main")],
+        )
+        return page_frame(
+            here="separability",
+            title=TITLE,
+            description="When can object and interference be told apart? Maps over two parameters.",
+            status=self.status,
+            sidebar=self.form.layout(),
+            main=main,
+        )
+
+    def start(self) -> None:
+        """Begin to answer; called when the page has been drawn."""
+        for error in self._errors:
+            self.notify_error(error)
+        self._task = asyncio.get_running_loop().create_task(self._follow())
+
+    def close(self) -> None:
+        """Give the trials up; the page is gone."""
+        if self._task is not None:
+            self._task.cancel()
+        self.session.stop()
+
+    def notify_error(self, sentence: str) -> None:
+        """Notify the user of what cannot be done."""
+        if pn.state.notifications is not None:
+            pn.state.notifications.error(sentence, duration=8000)
+
+    def _changed(self) -> None:
+        """Take what the controls ask; a question that makes no sense is told and not asked."""
+        try:
+            self.spec = self.form.spec()
+        except InputError as error:
+            self.notify_error(str(error))
+            return
+        location = pn.state.location
+        if location is not None:
+            location.search = write_map_spec(self.spec, self.layer.value, location.query_params)
+        self._call.set()
+
+    async def _follow(self) -> None:
+        """Draw when the question changes and when there are new findings."""
+        while True:
+            try:
+                await self._look()
+            except Exception as error:
+                _LOG.error("the map failed", exc_info=error)
+                self._tell(f"The map cannot be drawn ({type(error).__name__}: {error}).")
+            try:
+                await asyncio.wait_for(self._call.wait(), LOOK_PERIOD_S)
+            except TimeoutError:
+                continue
+            self._call.clear()
+
+    async def _look(self) -> None:
+        spec = self.spec
+        if spec != self._asked:
+            self.session.ask(spec)
+            self._asked = spec
+        snapshot = self.session.snapshot()
+        seen = (spec, self.layer.value, len(snapshot.cell_results), snapshot.progress)
+        if seen == self._seen:
+            return
+        separability_map = await self._in_thread(partial(_compose, spec, snapshot))
+        if spec == self.spec:
+            self._seen = seen
+            self._context.post(partial(self._show, separability_map, snapshot))
+
+    async def _in_thread(self, function: Callable[[], _Result]) -> _Result:
+        return await asyncio.get_running_loop().run_in_executor(self._context.pool, function)
+
+    def _show(self, separability_map: SeparabilityMap, snapshot: Snapshot) -> None:
+        """Draw the map and how far its trials are; called with the document locked."""
+        self.separability_map = separability_map
+        name = self.layer.value
+        with pn.io.hold():
+            self.view.update(separability_map, name)
+            text = f"{EXPLANATIONS[name]} {CONTOURS} A click opens the cell in the live view."
+            self.explained.object = f'<p style="font-size:12px;margin:0">{text}</p>'
+            done, total = len(snapshot.cell_results), snapshot.num_cells
+            self.bar.value = int(100 * done / total) if separability_map.spec.trials else 0
+            self.progress.object = f'<span class="status">{progress_text(snapshot)}</span>'
+            self.status.object = _status_html(snapshot.progress.value)
+        if snapshot.error:
+            self._tell(snapshot.error)
+
+    def _tell(self, sentence: str) -> None:
+        if sentence != self._told:
+            self._context.post(partial(self.notify_error, sentence))
+        self._told = sentence
+
+    def _table(self) -> io.StringIO:
+        """Return all cells as a table."""
+        file = io.StringIO()
+        if self.separability_map is not None:
+            rows = table_rows(self.separability_map)
+            table = csv.DictWriter(file, list(rows[0]))
+            table.writeheader()
+            table.writerows(rows)
+        file.seek(0)
+        return file
+
+    def _document(self) -> io.StringIO:
+        """Return all layers as a document."""
+        return io.StringIO("" if self.separability_map is None else map_html(self.separability_map))
+
+
+def progress_text(snapshot: Snapshot) -> str:
+    """Return how far the trials are, in one line."""
+    if not snapshot.spec.trials:
+        return "no trials asked for"
+    text = f"{len(snapshot.cell_results)} of {snapshot.num_cells} cells"
+    failed = sum(cell_result.num_failed for cell_result in snapshot.cell_results.values())
+    if failed:
+        text += f" · {failed} trials failed"
+    return text if snapshot.progress is not Progress.WAITING else f"{text} · waiting"
+
+
+def _compose(spec: MapSpec, snapshot: Snapshot) -> SeparabilityMap:
+    return make_separability_map(spec, cached_map(spec), snapshot.cell_results)
+
+
+def _status_html(text: str) -> str:
+    return f'<strong role="status" style="font-size:13px;white-space:nowrap">{text}</strong>'
+
+
+def _download(label: str, filename: str, callback: Callable[[], Any], text: str) -> Any:
+    button = pmu.FileDownload(
+        label=label, callback=callback, filename=filename, description=text, **_BUTTON
+    )
+    # Given to the constructor it makes the widget warn of its own default.
+    button.variant = "outlined"
+    return button

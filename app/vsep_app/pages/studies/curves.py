@@ -1,0 +1,162 @@
+"""The curves of a study on the page: one figure of the paper at a time, its panels side by side.
+
+A panel is drawn once and then only gets newer numbers, so that nothing flickers and the zoom of
+its user stays; it is drawn anew where it has other curves than before.
+"""
+
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+import panel as pn
+from bokeh.models import Legend, Title
+
+from vsep.studies.panels import AnyPanel, BoxPanel, Series
+from vsep_app.figures.study_figure import draw_panel, panel_shape, update_panel
+from vsep_app.figures.study_style import DASHES, colour, marker, width
+from vsep_app.widgets.layout import card, stylesheet
+
+_LABEL_SIZE = "11px"
+# Black has no contrast with the dark page.
+_SCREEN_COLOURS = {"#000000": "#8C8C8C"}
+_DASH_ARRAYS = dict(zip(DASHES, ("", "6 4", "2 3", "6 3 2 3"), strict=True))
+_SHAPES = {
+    "circle": '<circle cx="11" cy="5" r="3"/>',
+    "square": '<path d="M8 2H14V8H8Z"/>',
+    "triangle": '<path d="M11 1.5L14.5 8H7.5Z"/>',
+    "diamond": '<path d="M11 1L14 5L11 9L8 5Z"/>',
+}
+_MARKS = {
+    "crosses": '<path d="M8 2L14 8M8 8L14 2"/>',
+    "stems": '<circle cx="11" cy="5" r="3.5"/>',
+}
+
+
+class StudyCurves:
+    """The panels of one title, in up to two columns."""
+
+    def __init__(self) -> None:
+        self.key = pn.pane.HTML(
+            "", margin=(2, 8), sizing_mode="stretch_width", stylesheets=[stylesheet("study")]
+        )
+        self.grid = pn.Column(
+            margin=0,
+            sizing_mode="stretch_both",
+            styles={"flex": "1 1 0", "min-height": "0"},
+            stylesheets=[stylesheet("column")],
+        )
+        self.grid.append(_hint())
+        self._shapes: list[tuple[Any, ...]] = []
+        self._places: list[Any] = []
+
+    def show(self, panels: Sequence[AnyPanel]) -> None:
+        """Show panels of one title in place of those before."""
+        shapes = [panel_shape(panel) for panel in panels]
+        if [shape[:2] for shape in shapes] != [shape[:2] for shape in self._shapes]:
+            self._places = [_place(panel) for panel in panels]
+            self.grid.objects = _rows(self._places) or [_hint()]
+        else:
+            for index, panel in enumerate(panels):
+                note, pane = self._places[index].objects
+                note.object = _note_html(panel)
+                if shapes[index] == self._shapes[index]:
+                    update_panel(pane.object, panel)
+                else:
+                    pane.object = _screen_figure(panel)
+        self._shapes = shapes
+        key = _key_html(panels)
+        if key != self.key.object:
+            self.key.object = key
+
+
+def _hint() -> Any:
+    return pn.pane.HTML(
+        '<p class="empty">Choose a study and press Run. Curves and their intervals grow as trials '
+        "finish; a click on a single trial opens it in the live view.</p>",
+        sizing_mode="stretch_width",
+        stylesheets=[stylesheet("study")],
+    )
+
+
+def _place(panel: AnyPanel) -> Any:
+    """Return a framed panel below its note."""
+    place = card(_screen_figure(panel), weight=1)
+    note = pn.pane.HTML(
+        _note_html(panel),
+        margin=(2, 8, 0, 8),
+        height=14,
+        sizing_mode="stretch_width",
+        stylesheets=[stylesheet("study")],
+    )
+    place.insert(0, note)
+    return place
+
+
+def _note_html(panel: AnyPanel) -> str:
+    return f'<p class="note" title="{escape(panel.note)}">{escape(panel.note)}</p>'
+
+
+def _rows(places: Sequence[Any]) -> list[Any]:
+    """Two columns, or one below the other where there are only two."""
+    columns = 1 if len(places) <= 2 else 2
+    return [
+        pn.Row(
+            *places[start : start + columns],
+            margin=0,
+            sizing_mode="stretch_both",
+            styles={"flex": "1 1 0", "min-height": "0"},
+            stylesheets=[stylesheet("column")],
+        )
+        for start in range(0, len(places), columns)
+    ]
+
+
+def _screen_figure(panel: AnyPanel) -> Any:
+    """Draw a panel to fit its place, its key apart."""
+    plot = draw_panel(panel)
+    plot.update(width=None, height=None, min_border=4, min_border_right=14, min_height=60)
+    plot.sizing_mode = "stretch_both"
+    plot.name = f"study-{panel.y_label}"
+    for apart in (*plot.select({"type": Legend}), *plot.select({"type": Title})):
+        apart.visible = False
+    for axis in plot.axis:
+        axis.axis_label_text_font_size = _LABEL_SIZE
+        axis.axis_label_standoff = 3
+    for renderer in plot.renderers:
+        glyph = renderer.glyph
+        for name in ("line_color", "fill_color"):
+            shade = getattr(glyph, name, None)
+            if isinstance(shade, str) and shade in _SCREEN_COLOURS:
+                setattr(glyph, name, _SCREEN_COLOURS[shade])
+    return plot
+
+
+def _key_html(panels: Sequence[AnyPanel]) -> str:
+    """Return one key for all panels; boxes have the names of their methods below them."""
+    entries: dict[str, Series] = {}
+    for panel in panels:
+        if not isinstance(panel, BoxPanel):
+            for series in panel.series:
+                entries.setdefault(series.label, series)
+    items = "".join(
+        f'<span class="item">{_sample(series)}{escape(label)}</span>'
+        for label, series in entries.items()
+    )
+    title = f"<h2>{escape(panels[0].title)}</h2>" if panels else ""
+    return f'{title}<div class="key">{items}</div>'
+
+
+def _sample(series: Series) -> str:
+    shade = colour(series.role)
+    shade = _SCREEN_COLOURS.get(shade, shade)
+    dash = _DASH_ARRAYS[DASHES[series.variant % len(DASHES)]]
+    line = f'<path d="M0 5H22" stroke-width="{width(series.role)}" stroke-dasharray="{dash}"/>'
+    if series.kind == "curve":
+        line += f'<g fill="{shade}">{_SHAPES.get(marker(series.role), "")}</g>'
+    elif series.kind == "dashed":
+        line = f'<path d="M0 5H22" stroke-width="1.5" stroke-dasharray="{_DASH_ARRAYS["dashed"]}"/>'
+    elif series.kind in _MARKS:
+        line = _MARKS[series.kind]
+    return (
+        f'<svg width="22" height="10" aria-hidden="true" fill="none" stroke="{shade}">{line}</svg>'
+    )

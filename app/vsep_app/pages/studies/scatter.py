@@ -1,0 +1,226 @@
+"""Single trials as dots: an outlier is a dot away from the others, and a click opens its trial.
+
+Trials only come to a study, they never change: new dots are streamed to those that are there.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+from urllib.parse import quote
+
+import panel as pn
+from bokeh.models import (
+    BoxZoomTool,
+    ColumnDataSource,
+    CustomJS,
+    HoverTool,
+    PanTool,
+    ResetTool,
+    SaveTool,
+    TapTool,
+    WheelZoomTool,
+)
+from bokeh.plotting import figure
+
+from vsep.studies.axes import X_LABELS
+from vsep.studies.plans import PLANS, Plan
+from vsep.studies.scatter import Scatter, scatter
+from vsep.studies.trial import Row
+from vsep_app.figures.study_style import colour, marker
+from vsep_app.model.trial_link import TRIAL_KEY, trial_link
+from vsep_app.widgets.layout import card, stylesheet
+
+NUM_WORST = 12
+_COLUMNS = ("x", "y", "level", "point", "realization", "link")
+# A tap reports every method that has a dot there; only the first one is opened.
+_OPEN = """
+const source = cb_data.source
+const index = source.selected.indices[0]
+source.selected.indices = []
+const link = source.data.link[index]
+if (!link || performance.now() - (window.vsep_opened ?? -1e6) < 500) { return }
+window.vsep_opened = performance.now()
+window.open("./?KEY=" + encodeURIComponent(link), "_blank")
+""".replace("KEY", TRIAL_KEY)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScatterChoice:
+    """Which trials are shown: of which study and panel, and which of their values."""
+
+    study: str
+    panel: str
+    value: str
+
+    @property
+    def x(self) -> str:
+        """The parameter over which the panel is drawn; examples have no curves over any."""
+        return next((plan.x for plan in self._plans), "sir_db")
+
+    @property
+    def log_x(self) -> bool:
+        """Whether that parameter has a logarithmic axis."""
+        return any(plan.log_x for plan in self._plans)
+
+    @property
+    def _plans(self) -> list[Plan]:
+        return [plan for plan in PLANS.get(self.study, ()) if plan.panel == self.panel]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dots:
+    """The dots of a choice, method by method."""
+
+    choice: ScatterChoice
+    by_method: Mapping[str, Scatter]
+
+
+def make_dots(rows: Iterable[Row], choice: ScatterChoice) -> Dots:
+    """Gather the dots of a choice from the rows of its study."""
+    rows = list(rows)
+    methods = dict.fromkeys(row["method"] for row in rows)
+    return Dots(
+        choice=choice,
+        by_method={
+            method: scatter(rows, choice.value, panel=choice.panel, method=method, x=choice.x)
+            for method in methods
+        },
+    )
+
+
+class StudyScatter:
+    """The dots, and a table of the trials with the largest values."""
+
+    def __init__(self) -> None:
+        self._drawn: tuple[ScatterChoice, tuple[str, ...]] | None = None
+        self._sources: dict[str, ColumnDataSource] = {}
+        self.card = card(_empty_figure(), weight=11)
+        self.worst = pn.pane.HTML(
+            worst_html([]), sizing_mode="stretch_both", stylesheets=[stylesheet("study")]
+        )
+
+    def show(self, dots: Dots) -> None:
+        """Show dots; those that are there stay."""
+        drawn = dots.choice, tuple(dots.by_method)
+        if drawn != self._drawn or self._has_lost(dots):
+            self._draw(dots)
+            self._drawn = drawn
+        else:
+            for method, found in dots.by_method.items():
+                source = self._sources[method]
+                held = len(source.data["x"])
+                if held < len(found.x):
+                    source.stream(_columns(method, dots, held))
+        self.worst.object = worst_html(worst_rows(dots))
+
+    def _has_lost(self, dots: Dots) -> bool:
+        """Whether these are the dots of another run: a link names a trial and its seed."""
+        for method, found in dots.by_method.items():
+            links = self._sources[method].data["link"]
+            if len(found.rows) < len(links):
+                return True
+            if len(links) and links[-1] != trial_link(found.rows[len(links) - 1]):
+                return True
+        return False
+
+    def _draw(self, dots: Dots) -> None:
+        choice = dots.choice
+        plot = figure(
+            x_axis_label=X_LABELS[choice.x],
+            y_axis_label=choice.value,
+            x_axis_type="log" if choice.log_x else "linear",
+            y_axis_type="log" if "error" in choice.value else "linear",
+            tools=[],
+            sizing_mode="stretch_both",
+            min_border=4,
+            min_border_right=14,
+            name="study-trials",
+        )
+        self._sources, renderers = {}, []
+        for method in dots.by_method:
+            source = ColumnDataSource(_columns(method, dots, 0), name=f"trials-{method}")
+            self._sources[method] = source
+            shade = colour(method)
+            look = {"size": 6, "line_color": shade, "fill_color": shade, "fill_alpha": 0.25}
+            renderers.append(plot.scatter("x", "y", source=source, marker=marker(method), **look))
+        tips = "@method: point @point, realization @realization, @y; click to open"
+        for method, renderer in zip(dots.by_method, renderers, strict=True):
+            text = tips.replace("@method", method)
+            plot.add_tools(HoverTool(renderers=[renderer], tooltips=text, visible=False))
+        zoom = BoxZoomTool()
+        plot.add_tools(zoom, PanTool(), WheelZoomTool(), ResetTool(), SaveTool())
+        plot.add_tools(TapTool(renderers=renderers, callback=CustomJS(code=_OPEN), visible=False))
+        plot.toolbar.active_drag = zoom
+        plot.toolbar.logo = None
+        plot.toolbar.autohide = True
+        for axis in plot.axis:
+            axis.axis_label_text_font_style = "normal"
+            axis.axis_label_text_font_size = "11px"
+            axis.axis_label_standoff = 3
+            axis.minor_tick_line_color = None
+        plot.grid.grid_line_alpha = 0.4
+        self.card.objects[0].object = plot
+
+
+def _empty_figure() -> figure:
+    plot = figure(x_range=(0, 1), y_range=(0, 1), toolbar_location=None, outline_line_color=None)
+    plot.scatter([], [])
+    plot.axis.visible = plot.grid.visible = False
+    return plot
+
+
+def _columns(method: str, dots: Dots, start: int) -> dict[str, Any]:
+    """Return the dots of a method from one on, set beside those of the other methods."""
+    found = dots.by_method[method]
+    rows = found.rows[start:]
+    place = list(dots.by_method).index(method) - 0.5 * (len(dots.by_method) - 1)
+    levels = found.x[start:]
+    beside = levels * 1.06**place if dots.choice.log_x else levels + 0.7 * place
+    return dict(
+        zip(
+            _COLUMNS,
+            (
+                beside,
+                found.y[start:],
+                levels,
+                [row["point_index"] for row in rows],
+                [row["realization"] for row in rows],
+                [trial_link(row) for row in rows],
+            ),
+            strict=True,
+        )
+    )
+
+
+def worst_rows(dots: Dots) -> list[tuple[float, Row]]:
+    """Return the trials with the largest values, largest first."""
+    pairs = [
+        (float(value), row)
+        for found in dots.by_method.values()
+        for value, row in zip(found.y, found.rows, strict=True)
+    ]
+    return sorted(pairs, key=lambda pair: -pair[0])[:NUM_WORST]
+
+
+def worst_html(worst: Sequence[tuple[float, Row]]) -> str:
+    """Return the table of those trials; each is a link that opens it in the live view."""
+    if not worst:
+        return '<p class="empty">No trial yet.</p>'
+    lines = "".join(
+        f"<tr><td>{_trial_html(row)}</td>"
+        f"<td>{escape(row['method'])}</td><td>{row['point']['snr_db']:g}</td>"
+        f"<td>{row['point']['sir_db']:g}</td><td>{value:.3g}</td></tr>"
+        for value, row in worst
+    )
+    head = "<tr><th>trial</th><th>method</th><th>SNR</th><th>SIR</th><th>value</th></tr>"
+    return f'<table class="trials"><thead>{head}</thead><tbody>{lines}</tbody></table>'
+
+
+def _trial_html(row: Row) -> str:
+    """Name a trial, as a link where the live view can repeat it."""
+    name = f"point {row['point_index']}, realization {row['realization']}"
+    link = trial_link(row)
+    if not link:
+        return name
+    return f'<a target="_blank" href="./?{TRIAL_KEY}={quote(link, safe="")}">{name}</a>'

@@ -1,0 +1,142 @@
+"""Run, stop, progress, download and the choice of the figure: the row above the curves."""
+
+from collections.abc import Callable
+from typing import Any
+
+import panel as pn
+import panel_material_ui as pmu
+
+from vsep_app.pages.studies.session import StudyPhase, StudySnapshot
+from vsep_app.widgets.layout import stylesheet
+
+_BUTTON = {"size": "small", "margin": (9, 3)}
+
+
+class StudyTransport:
+    """The row above the curves, and the status in the header.
+
+    Parameters
+    ----------
+    run, halt : callable
+        What the buttons do.
+    rows : callable
+        Returns the file to download.
+    """
+
+    def __init__(
+        self,
+        *,
+        run: Callable[[Any], Any],
+        halt: Callable[[Any], Any],
+        rows: Callable[[], Any],
+    ) -> None:
+        self.run = pmu.Button(
+            label="Run",
+            icon="play_arrow",
+            variant="contained",
+            description="Run: start, or go on where the rows end.",
+            **_BUTTON,
+        )
+        self.halt = pmu.Button(
+            label="Stop",
+            icon="stop",
+            variant="outlined",
+            disabled=True,
+            description="Stop: keep all rows; trials at work are made again later.",
+            **_BUTTON,
+        )
+        self.download = pmu.FileDownload(
+            label="Rows",
+            callback=rows,
+            filename="rows.jsonl",
+            disabled=True,
+            description="Download the rows so far, as the command line writes them.",
+            **_BUTTON,
+        )
+        # Given to the constructor it makes the widget warn of its own default.
+        self.download.variant = "outlined"
+        self.run.on_click(run)
+        self.halt.on_click(halt)
+        self.bar = pmu.LinearProgress(
+            value=0,
+            variant="determinate",
+            sizing_mode="stretch_width",
+            min_width=80,
+            margin=(22, 12),
+        )
+        self.progress = pn.pane.HTML(
+            "", margin=(15, 10), min_width=210, stylesheets=[stylesheet("study")]
+        )
+        self.status = pn.pane.HTML(
+            _status_html(StudyPhase.STOPPED), margin=(0, 12), styles={"color": "white"}
+        )
+        self.figure = pmu.Select(
+            label="Figure",
+            options=[],
+            description="Which figure of the study is shown, once it has rows.",
+            size="small",
+            width=360,
+            visible=False,
+            margin=(7, 4, 0, 4),
+        )
+
+    def layout(self, style: str) -> Any:
+        """Return the row."""
+        return pn.Row(
+            self.run,
+            self.halt,
+            self.download,
+            self.bar,
+            self.progress,
+            self.figure,
+            sizing_mode="stretch_width",
+            styles={"min-height": "52px"},
+            margin=(2, 3, 0, 3),
+            stylesheets=[style],
+        )
+
+    def offer(self, titles: list[str]) -> None:
+        """Offer the figures there are; the one that is shown stays if it is among them."""
+        self.figure.visible = bool(titles)
+        if titles != self.figure.options:
+            kept = self.figure.value if self.figure.value in titles else next(iter(titles), None)
+            self.figure.param.update(options=titles, value=kept)
+
+    def show(self, snapshot: StudySnapshot) -> bool:
+        """Show how far the study is; return whether it is at work."""
+        busy = snapshot.phase in (StudyPhase.RUNNING, StudyPhase.STOPPING)
+        self.run.disabled = busy
+        self.halt.disabled = snapshot.phase is not StudyPhase.RUNNING
+        self.download.disabled = not snapshot.rows
+        self.bar.value = int(100 * len(snapshot.rows) / snapshot.num_rows)
+        self.progress.object = f'<span class="status">{progress_text(snapshot)}</span>'
+        self.status.object = _status_html(snapshot.phase)
+        return busy
+
+
+def _status_html(phase: StudyPhase) -> str:
+    return f'<strong role="status">{phase.value}</strong>'
+
+
+def progress_text(snapshot: StudySnapshot) -> str:
+    """Return how far a study is, in one line."""
+    parts = [f"{len(snapshot.rows)} of {snapshot.num_rows} rows"]
+    if snapshot.num_failed:
+        parts.append(f"{snapshot.num_failed} failed")
+    if snapshot.left_s is not None:
+        parts.append(f"{duration(snapshot.left_s)} left")
+    return " · ".join(parts)
+
+
+def duration(seconds: float) -> str:
+    """Return a duration as people say it.
+
+    Examples
+    --------
+    >>> duration(42.3), duration(600.0), duration(9000.0)
+    ('42 s', '10 min', '2 h 30 min')
+    """
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60} min"

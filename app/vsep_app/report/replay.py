@@ -1,0 +1,178 @@
+"""A recorded run: one file in which a slider goes through every iteration, without any server.
+
+The views are given every picture of the run, and what their sources then hold is kept; the page's
+script hands it back to them. So the record shows what the dashboard would, and knows nothing of
+what the views are made of. Long curves are kept as 16-bit numbers between their extremes, maps as
+the bytes they are, and everything that is the same twice only once.
+"""
+
+import base64
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+from bokeh.models import BoxAnnotation, ColumnDataSource
+
+from vsep.files.results import as_json
+from vsep_app.assets import path
+from vsep_app.figures.document import document_html
+from vsep_app.model.picture import Picture
+from vsep_app.report.page import ReportViews, page_variables
+from vsep_app.report.run import ReportRun
+from vsep_app.views.tables import table_html
+
+MAX_VIEWS = 240
+"""Iterations times ramps: what keeps Simulation II below 4 MB."""
+SHORT_CURVE = 48
+LEVELS = 65_534
+"""Steps of a long curve between its least and its largest value; one more code means undefined."""
+_UNDEFINED = -32_768
+
+
+class Replay:
+    """Collects values, each once; what is kept is addressed by a number."""
+
+    def __init__(self) -> None:
+        self.values: list[Any] = []
+        self._numbers: dict[str, int] = {}
+
+    def keep(self, value: Any) -> int:
+        """Return the number of a value, which is data for JSON."""
+        key = json.dumps(value)
+        if key not in self._numbers:
+            self._numbers[key] = len(self.values)
+            self.values.append(value)
+        return self._numbers[key]
+
+
+def record_html(run: ReportRun) -> str:
+    """Return the recorded run as one HTML document that asks for nothing else."""
+    several = run.static_picture.radar.num_ramps > 1
+    views = ReportViews(several=several)
+    ramps = recorded_ramps(run)
+    frames = range(len(run.steps) + 1)
+    pictures = {(i, ramp): run.picture(i, ramp) for i in frames for ramp in ramps}
+    last = pictures[frames[-1], run.ramp]
+    # Axes only grow within a run: after the last picture they hold all of them.
+    views.update(last)
+    tapes = {"values": Replay(), "versions": Replay(), "tables": Replay()}
+    players = _players(views.plots)
+    shown = []
+    for i in frames:
+        seen = []
+        for ramp in ramps:
+            # A clean slate: a view draws the map as received once a scene only.
+            views.update(pictures[i, ramp])
+            seen.append([_version(player, n, tapes) for n, player in enumerate(players)])
+        picture = pictures[i, run.ramp]
+        shown.append(
+            {
+                "versions": seen,
+                "table": tapes["tables"].keep(table_html(picture.table, moving=several)),
+                "status": status(picture, frames[-1]),
+            }
+        )
+    views.update(last)
+    tape = {
+        "players": [player.id for player in players],
+        "values": tapes["values"].values,
+        "versions": tapes["versions"].values,
+        "tables": tapes["tables"].values,
+        "iterations": shown,
+        "ramps": ramps,
+        "ramp": ramps.index(run.ramp),
+        "log": [line.iteration for line in reversed(last.log)],
+    }
+    return document_html(
+        views.plots,
+        template="record.html",
+        title=f"vsep: {run.static_picture.title}, recorded",
+        variables={
+            **page_variables(run, last),
+            "tape": as_json(tape).replace("<", "\\u003c"),
+            "script": path("report/record.js").read_text(encoding="utf-8"),
+            "last": frames[-1],
+            "ramps": ramps,
+            "ramp": run.ramp,
+            "several": several,
+        },
+    )
+
+
+def recorded_ramps(run: ReportRun) -> list[int]:
+    """Return the ramps that a record shows: with bursts, strongest first, as many as find room."""
+    energies = (np.abs(run.seen.interference_signal) ** 2).sum(axis=1)
+    hit = run.static_picture.true_ramps | (energies > 0.0)
+    hit[run.ramp] = True
+    room = max(1, MAX_VIEWS // (len(run.steps) + 1))
+    order = [int(ramp) for ramp in np.argsort(-energies, kind="stable") if hit[ramp]]
+    return sorted([run.ramp, *(ramp for ramp in order if ramp != run.ramp)][:room])
+
+
+def status(picture: Picture, last: int) -> str:
+    """Say in one line where a run is."""
+    found, bursts = len(picture.objects.ranges_m), int(np.isfinite(picture.burst_level_db).sum())
+    ended = f", {picture.termination.name.lower()}" if picture.iteration == last else ""
+    return (
+        f"iteration {picture.iteration} of {last}{ended}: {found} "
+        f"{'object' if found == 1 else 'objects'}, bursts in {bursts} of "
+        f"{len(picture.true_ramps)} {'ramp' if len(picture.true_ramps) == 1 else 'ramps'}"
+    )
+
+
+def encoded(column: Any) -> Any:
+    """Return a column of a source as data for JSON; `decode` of the script is the inverse.
+
+    Parameters
+    ----------
+    column : array or list
+        A long curve becomes 16-bit numbers, exact to half of 1/65534 of its span; a list that
+        holds one map becomes its bytes; a short column becomes 32-bit numbers.
+    """
+    if isinstance(column, np.ndarray):
+        return _encoded_curve(column)
+    if len(column) == 1 and isinstance(column[0], np.ndarray):
+        return {"kind": "map", "data": _text(column[0])}
+    return {"kind": "list", "data": [_plain(value) for value in column]}
+
+
+def _encoded_curve(column: "np.ndarray[Any, np.dtype[Any]]") -> dict[str, Any]:
+    finite = np.isfinite(column)
+    if len(column) <= SHORT_CURVE or not finite.any():
+        return {"kind": "short", "data": _text(column.astype("<f4"))}
+    lowest, highest = float(column[finite].min()), float(column[finite].max())
+    step = (highest - lowest) / LEVELS or 1.0
+    codes = np.full(len(column), _UNDEFINED, dtype="<i2")
+    codes[finite] = np.round((column[finite].astype(np.float64) - lowest) / step) - LEVELS // 2
+    return {"kind": "curve", "data": _text(codes), "lowest": lowest, "step": step}
+
+
+def _text(array: "np.ndarray[Any, np.dtype[Any]]") -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _players(plots: Sequence[Any]) -> list[Any]:
+    """Return all that changes in a run: sources, titles, and the frame around the ramp shown."""
+    sources: Iterable[Any] = (s for plot in plots for s in plot.select({"type": ColumnDataSource}))
+    unique = {source.id: source for source in sources}
+    frames = [item for plot in plots for item in plot.center if isinstance(item, BoxAnnotation)]
+    titles = [plot.title for plot in plots]
+    return [unique[key] for key in sorted(unique, key=lambda key: int(key[1:]))] + titles + frames
+
+
+def _version(player: Any, number: int, tapes: Mapping[str, Replay]) -> int:
+    """Keep what a player shows now, and return its number."""
+    if isinstance(player, ColumnDataSource):
+        columns = {
+            name: tapes["values"].keep(encoded(column)) for name, column in player.data.items()
+        }
+        return tapes["versions"].keep([number, "data", columns])
+    if isinstance(player, BoxAnnotation):
+        return tapes["versions"].keep([number, "set", {"left": player.left, "right": player.right}])
+    return tapes["versions"].keep([number, "set", {"text": escape(player.text, quote=False)}])

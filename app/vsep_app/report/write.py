@@ -1,0 +1,87 @@
+"""A report as a file: what it is follows from its name."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from vsep.files.results import as_json
+from vsep_app.report.names import require_record_name, require_report_name
+from vsep_app.report.page import report_html
+from vsep_app.report.replay import record_html
+from vsep_app.report.run import ReportRun, account
+
+
+def write_report(run: ReportRun, out: Path) -> None:
+    """Write what the dashboard would show of a run.
+
+    Parameters
+    ----------
+    run : ReportRun
+        What to show.
+    out : Path
+        File to write; its suffix says what it is, see `report_bytes`.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one.
+    OSError
+        If the file cannot be written.
+    """
+    require_report_name(str(out))
+    out.write_bytes(report_bytes(run, out.suffix.lower()))
+
+
+def report_bytes(run: ReportRun, suffix: str) -> bytes:
+    """Return a report as the content of a file.
+
+    Parameters
+    ----------
+    run : ReportRun
+        What to show.
+    suffix : str
+        ``.html``, the views; ``.png``, one sheet, which is the film strip where one is asked for;
+        ``.pdf``, the sheet and the film strip; ``.json``, the numbers alone.
+    """
+    return _MAKERS[suffix](run)
+
+
+def write_record(run: ReportRun, out: Path) -> None:
+    """Write the recorded run.
+
+    Raises
+    ------
+    InputError
+        If the name does not end in ``.html``.
+    OSError
+        If the file cannot be written.
+    """
+    require_record_name(str(out))
+    out.write_text(record_html(run), encoding="utf-8")
+
+
+def _html(run: ReportRun) -> bytes:
+    return report_html(run).encode()
+
+
+def _json(run: ReportRun) -> bytes:
+    return (as_json(account(run)) + "\n").encode()
+
+
+def _png(run: ReportRun) -> bytes:
+    from vsep_app.report.static_export import png
+
+    return png(run)
+
+
+def _pdf(run: ReportRun) -> bytes:
+    from vsep_app.report.static_export import pdf
+
+    return pdf(run)
+
+
+_MAKERS: dict[str, Callable[[ReportRun], bytes]] = {
+    ".html": _html,
+    ".png": _png,
+    ".pdf": _pdf,
+    ".json": _json,
+}

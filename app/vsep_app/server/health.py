@@ -1,0 +1,71 @@
+"""How the server is doing, as JSON at `/health`."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from tornado.web import RequestHandler
+
+from vsep_app.server.sessions import SessionRegistry, shared_pool
+
+MEGABYTE = 1e6
+
+
+class HealthHandler(RequestHandler):
+    """Answer `/health`; asking builds no page and starts no work."""
+
+    def initialize(self, registry: SessionRegistry) -> None:
+        """Take the sessions of the server."""
+        self._registry = registry
+
+    def get(self) -> None:
+        """Write the figures."""
+        self.set_header("Content-Type", "application/json")
+        self.set_header("Cache-Control", "no-store")
+        self.write(json.dumps(figures(self._registry), indent=1) + "\n")
+
+
+def figures(registry: SessionRegistry) -> dict[str, Any]:
+    """Return what a server is doing: pages, jobs, memory in MB, pictures a second."""
+    guests, pool, commons = registry.guests.values(), shared_pool().figures(), registry.commons
+    return {
+        "pages": len(guests),
+        "pages_watched": sum(session.watched() for session in guests),
+        "pages_at_most": registry.rules.most_pages,
+        "pages_opened": registry.num_opened,
+        "pages_refused": registry.num_refused,
+        "pages_with_jobs": sum(bool(session.queue.at_work) for session in guests),
+        "workers": pool.workers,
+        "workers_replaced": pool.replaced,
+        "jobs_at_work": pool.at_work,
+        "jobs_waiting": pool.waiting,
+        "jobs_done": pool.done,
+        "pictures_per_s": commons.pace.rate,
+        "shortest_time_between_pictures_s": commons.pace.period_s,
+        "shared_runs": len(commons.runs),
+        "shared_runs_mb": commons.runs.size / MEGABYTE,
+        "server_mb": memory_mb(os.getpid()),
+        "workers_mb": [memory_mb(number) for number in pool.process_ids],
+        "server_cpu_s": cpu_s(os.getpid()),
+        "workers_cpu_s": [cpu_s(number) for number in pool.process_ids],
+    }
+
+
+def memory_mb(process_id: int) -> float | None:
+    """Return the resident memory of a process; None where the system does not tell."""
+    try:
+        pages = int(Path(f"/proc/{process_id}/statm").read_text().split()[1])
+    except OSError:
+        return None
+    return pages * os.sysconf("SC_PAGE_SIZE") / MEGABYTE
+
+
+def cpu_s(process_id: int) -> float | None:
+    """Return the processor time of a process; None where the system does not tell."""
+    try:
+        # The name of the process, in brackets, may hold blanks; user and system time follow it.
+        words = Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return None
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")

@@ -1,0 +1,164 @@
+"""Serves the dashboard."""
+
+import asyncio
+import logging
+import socket
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import panel as pn
+from tornado.websocket import WebSocketClosedError
+
+from vsep.errors import InputError
+from vsep_app.pages.base import PageBase, PageContext
+from vsep_app.pages.compare.page import TITLE as COMPARE_TITLE
+from vsep_app.pages.compare.page import ComparePage
+from vsep_app.pages.live import TITLE, Dashboard
+from vsep_app.pages.recording.page import TITLE as RECORDING_TITLE
+from vsep_app.pages.recording.page import RecordingPage
+from vsep_app.pages.separability.page import TITLE as SEPARABILITY_TITLE
+from vsep_app.pages.separability.page import SeparabilityPage
+from vsep_app.pages.studies.page import TITLE as STUDIES_TITLE
+from vsep_app.pages.studies.page import StudyPage
+from vsep_app.server.connection import connect_promptly
+from vsep_app.server.health import HealthHandler
+from vsep_app.server.model_defaults import remember_defaults
+from vsep_app.server.sessions import (
+    ABSENCE_MS,
+    Admission,
+    ServerLimits,
+    SessionRegistry,
+    shared_pool,
+)
+from vsep_app.teaching.experiment import (
+    Experiment,
+    read_experiments,
+    require_different,
+    shipped_experiments,
+)
+
+CHECK_SESSIONS_MS = 2000
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+PAGES: dict[str, tuple[Callable[[PageContext], PageBase], str]] = {
+    "/": (Dashboard, TITLE),
+    "/compare": (ComparePage, COMPARE_TITLE),
+    "/separability": (SeparabilityPage, SEPARABILITY_TITLE),
+    "/recording": (RecordingPage, RECORDING_TITLE),
+    "/studies": (StudyPage, STUDIES_TITLE),
+}
+# Thirty students, a lecturer, and a few who open a second page.
+CLASSROOM = ServerLimits(most_pages=40, most_kept=32, most_studies=1)
+
+
+def make_server(
+    *,
+    port: int,
+    address: str,
+    show: bool = False,
+    experiments: Path | None = None,
+    rules: ServerLimits | None = None,
+) -> Any:
+    """Return a server that is ready to start; its `lobby` holds the open pages.
+
+    The parameters are those of `serve`.
+
+    Raises
+    ------
+    InputError
+        If the port cannot be used, or a file of the folder is no experiment.
+    """
+    if not 0 <= port <= 65535:
+        raise InputError(f"port is {port}; it must lie between 0 and 65535.")
+    guided = _all_experiments(experiments)
+    _require_free(port, address)
+    connect_promptly()
+    remember_defaults()
+    everywhere = address in ("0.0.0.0", "::")
+    origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
+    # Only who sits at this machine may choose where on its disk rows go.
+    registry = SessionRegistry(
+        rules or ServerLimits(), own_folder=address in LOOPBACK, experiments=guided
+    )
+    server = pn.serve(
+        {route: registry.builder(page_class) for route, (page_class, _) in PAGES.items()},
+        port=port,
+        address=address,
+        show=show,
+        start=False,
+        title={route: title for route, (_, title) in PAGES.items()},
+        websocket_origin=origins if port else "*",
+        check_unused_sessions=CHECK_SESSIONS_MS,
+        unused_session_lifetime=ABSENCE_MS,
+        extra_patterns=[("/health", HealthHandler, {"registry": registry})],
+    )
+    door = Admission()
+    for context in server._tornado._applications.values():
+        context.application.add(door)
+    server.registry = registry
+    server.io_loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
+    return server
+
+
+def _all_experiments(folder: Path | None) -> tuple[Experiment, ...]:
+    """Return the shipped experiments and those of a folder."""
+    experiments = shipped_experiments()
+    if folder is not None:
+        experiments += read_experiments(folder)
+        require_different(experiments)
+    return experiments
+
+
+def _closed_pages_are_no_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Drop what the server says when a page is closed while a picture is on its way to it."""
+    if not isinstance(context.get("exception"), WebSocketClosedError):
+        loop.default_exception_handler(context)
+
+
+def _require_free(port: int, address: str) -> None:
+    """Raise `InputError` where the server could not listen."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((address, port))
+        except OSError as error:
+            raise InputError(
+                f"Port {port} on {address} cannot be used ({error.strerror}); choose another one."
+            ) from error
+
+
+def serve(
+    *,
+    port: int = 5006,
+    address: str = "127.0.0.1",
+    show: bool = False,
+    experiments: Path | None = None,
+    rules: ServerLimits | None = None,
+) -> None:
+    """Serve the dashboard until interrupted.
+
+    Parameters
+    ----------
+    port : int
+        0 takes any free one.
+    address : str
+        127.0.0.1 serves this machine only, 0.0.0.0 its network.
+    show : bool
+        Open it in the browser.
+    experiments : Path or None
+        Folder of further guided experiments.
+    rules : ServerLimits or None
+        What visitors get; None sets no limits.
+    """
+    logging.getLogger("bokeh").setLevel(logging.WARNING)
+    server = make_server(
+        port=port, address=address, show=show, experiments=experiments, rules=rules
+    )
+    shared_pool()
+    server.start()
+    try:
+        server.io_loop.start()
+    finally:
+        server.registry.close()
+        shared_pool().close()

@@ -1,0 +1,244 @@
+"""Lets visitors in, and sees to it that who has left leaves nothing running."""
+
+import asyncio
+import socket
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import Any
+
+import panel as pn
+from bokeh.application.handlers.handler import Handler
+from bokeh.models import CustomJS
+
+from vsep.files.frame import Frame
+from vsep.inference.core.progress import Step
+from vsep.inference.core.state import SeparationState
+from vsep_app.jobs.pool import ClientQueue, WorkerPool
+from vsep_app.jobs.run_session import MAX_KEPT
+from vsep_app.jobs.shared_runs import SharedResources
+from vsep_app.jobs.tasks import Prepared
+from vsep_app.jobs.warmup import separate_one_frame
+from vsep_app.model.static_picture import StaticPicture
+from vsep_app.pages.base import PageBase, PageContext
+from vsep_app.pages.compare.method_runs import MethodRunState
+from vsep_app.pages.compare.picture import MethodView
+from vsep_app.pages.compare.tasks import CompareStep, Comparison
+from vsep_app.pages.recording.tasks import RecordingOpening
+from vsep_app.teaching.experiment import Experiment
+
+# A page whose browser is gone may come back within this time.
+ABSENCE_MS = 4000
+# Time for all open pages after a new one has been built.
+PAUSE_S = 0.1
+# A page that is still loading takes a place, too.
+LOADING_S = 15.0
+RETRY_S = 20
+KEPT = (
+    StaticPicture,
+    Comparison,
+    CompareStep,
+    Frame,
+    MethodRunState,
+    MethodView,
+    Prepared,
+    RecordingOpening,
+    SeparationState,
+    Step,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServerLimits:
+    """What a server gives to each visitor, and to all together.
+
+    Parameters
+    ----------
+    most_pages : int or None
+        Pages open at once; who comes later is asked to wait. None: no limit.
+    most_kept : int
+        Iterations of a run that can be shown.
+    most_studies : int or None
+        Studies that run at once; None: no limit.
+    """
+
+    most_pages: int | None = None
+    most_kept: int = MAX_KEPT
+    most_studies: int | None = None
+
+
+@cache
+def shared_pool() -> WorkerPool:
+    """Return the workers that all sessions share."""
+    return WorkerPool(KEPT, prepare=separate_one_frame)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Session:
+    """An open page.
+
+    Parameters
+    ----------
+    page : PageBase
+        The page.
+    desk : ClientQueue
+        Where it hands in its jobs.
+    watched : callable
+        Whether a browser is connected.
+    since : float
+        When it was opened, by the monotonic clock.
+    """
+
+    page: PageBase
+    queue: ClientQueue
+    watched: Callable[[], bool]
+    since: float
+
+
+class SessionRegistry:
+    """All open pages of a server.
+
+    Parameters
+    ----------
+    rules : ServerLimits
+        How many are let in, and what they get.
+    own_folder : bool
+        Whether visitors sit at this machine and may choose where on its disk rows go.
+    experiments : sequence of Experiment
+        Guided experiments to choose from.
+    """
+
+    def __init__(
+        self, rules: ServerLimits, *, own_folder: bool, experiments: Sequence[Experiment] = ()
+    ) -> None:
+        self.rules, self._own_folder = rules, own_folder
+        self._experiments = experiments
+        self.commons = SharedResources()
+        self.guests: dict[PageBase, Session] = {}
+        self.num_refused = self.num_opened = 0
+
+    @property
+    def num_places_taken(self) -> int:
+        """Pages that are looked at or still loading."""
+        now = time.monotonic()
+        return sum(
+            session.watched() or now - session.since < LOADING_S for session in self.guests.values()
+        )
+
+    def builder(self, page_class: Callable[[PageContext], PageBase]) -> Callable[[], Any]:
+        """Return what the server calls for every visitor; it takes nothing but a function."""
+
+        def build() -> Any:
+            return self.enter(page_class)
+
+        return build
+
+    def enter(self, page_class: Callable[[PageContext], PageBase]) -> Any:
+        """Make a page for a visitor, or a kind word if there is no place."""
+        pn.extension(notifications=True, respect_explicit_sizing=True)
+        document: Any = pn.state.curdoc
+        if _has_gone(document.session_context):
+            return pn.pane.HTML("")
+        most = self.rules.most_pages
+        if most is not None and self.num_places_taken >= most:
+            self.num_refused += 1
+            return _no_place(document, most)
+        location = pn.state.location
+        queue, watched = shared_pool().queue(), partial(_watched, document)
+        page = page_class(
+            PageContext(
+                pool=queue,
+                query=dict(location.query_params) if location is not None else {},
+                post=document.add_next_tick_callback,
+                watched=watched,
+                own_folder=self._own_folder,
+                experiments=self._experiments,
+                commons=self.commons,
+                most_kept=self.rules.most_kept,
+                most_studies=self.rules.most_studies,
+            )
+        )
+        self.num_opened += 1
+        self.guests[page] = Session(page=page, queue=queue, watched=watched, since=time.monotonic())
+        pn.state.onload(page.start)
+        pn.state.on_session_destroyed(partial(_leave, self, page))
+        document.on_event("connection_lost", partial(self._lost, page))
+        return page.page()
+
+    def leave(self, page: PageBase) -> None:
+        """End all work of a page; nothing happens if it has left already."""
+        session = self.guests.pop(page, None)
+        if session is not None:
+            page.close()
+            session.queue.close()
+
+    def close(self) -> None:
+        """End all work."""
+        for page in tuple(self.guests):
+            self.leave(page)
+
+    def _lost(self, page: PageBase, _: Any) -> None:
+        """Give a page some time to come back."""
+        asyncio.get_running_loop().call_later(ABSENCE_MS / 1000.0, self._leave_unwatched, page)
+
+    def _leave_unwatched(self, page: PageBase) -> None:
+        session = self.guests.get(page)
+        if session is not None and not session.watched():
+            self.leave(page)
+
+
+class Admission(Handler):
+    """Lets pages be built one after the other, with time between for those that are open.
+
+    Building a page takes the server most of a second in which it does nothing else.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._one_by_one = asyncio.Lock()
+        self._last = 0.0
+
+    def modify_document(self, doc: Any) -> None:
+        """Leave the document as it is."""
+
+    async def on_session_created(self, session_context: Any) -> None:
+        """Wait until it is the visitor's turn; the page is built right afterwards."""
+        del session_context
+        async with self._one_by_one:
+            while time.monotonic() - self._last < PAUSE_S:
+                await asyncio.sleep(PAUSE_S)
+            self._last = time.monotonic()
+
+
+def _leave(registry: SessionRegistry, page: PageBase, context: Any) -> None:
+    del context
+    registry.leave(page)
+
+
+def _watched(document: Any) -> bool:
+    context = document.session_context
+    return context is None or context.session is None or context.session.connection_count > 0
+
+
+def _has_gone(context: Any) -> bool:
+    """Whether the browser has hung up before its page was built, as after many reloads."""
+    request = None if context is None else context.request
+    try:
+        stream = request.connection.stream.socket  # type: ignore[union-attr]
+        return bool(stream.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b"")
+    except (AttributeError, OSError):
+        return False
+
+
+def _no_place(document: Any, most: int) -> Any:
+    document.js_on_event(
+        "document_ready", CustomJS(code=f"setTimeout(() => location.reload(), {1000 * RETRY_S})")
+    )
+    return pn.pane.HTML(
+        '<main style="max-width:34em;margin:18vh auto;padding:0 1em;font:17px/1.5 sans-serif">'
+        f"<h1>All {most} places are taken</h1><p>This server shows as many pages as it can without "
+        f"slowing them down. Close a page that nobody needs; this one tries again every {RETRY_S} "
+        "seconds.</p></main>",
+        sizing_mode="stretch_width",
+    )

@@ -1,0 +1,82 @@
+"""The help of every page: the three views, all controls in words, and a glossary."""
+
+from collections.abc import Iterable, Iterator
+from html import escape
+from typing import Any
+
+import panel as pn
+import panel_material_ui as pmu
+from panel_material_ui.widgets.base import MaterialWidget
+
+from vsep_app.assets import path
+from vsep_app.widgets.layout import ICON_ONLY, stylesheet
+
+
+class Help:
+    """A button for the header and the dialog that it opens; Escape or a click beside it closes it.
+
+    Parameters
+    ----------
+    parts : iterable of Viewable
+        What the page consists of; the tooltips of its controls are listed.
+    """
+
+    def __init__(self, parts: Iterable[Any]) -> None:
+        self.button = pmu.Button(
+            label="Help",
+            icon="help_outline",
+            variant="text",
+            size="small",
+            description="Help: the three views, all controls, and a glossary.",
+            sx={"color": "white", "minWidth": "0", "@media (max-width: 599px)": ICON_ONLY},
+            margin=(0, 2),
+            align="center",
+        )
+        self.dialog = pmu.Dialog(
+            pmu.Tabs(
+                ("Views", _document("views")),
+                ("Controls", _pane(controls_html(parts))),
+                ("Glossary", _document("glossary")),
+                sizing_mode="stretch_width",
+            ),
+            title="Help",
+            title_variant="h4",
+            show_close_button=True,
+            close_on_click=True,
+            width_option="md",
+            sizing_mode="stretch_width",
+        )
+        self.button.on_click(self._open)
+
+    def _open(self, _: Any) -> None:
+        self.dialog.open = True
+
+
+def controls_of(parts: Iterable[Any]) -> Iterator[Any]:
+    """Yield all widgets that a user can set, in the order of the page."""
+    for part in parts:
+        for widget in part.select(MaterialWidget):
+            if not isinstance(widget, pmu.LinearProgress):
+                yield widget
+
+
+def controls_html(parts: Iterable[Any]) -> str:
+    """Return what the tooltips say: a phone and a keyboard have no pointer to hover with."""
+    entries = {str(widget.label): str(widget.description or "") for widget in controls_of(parts)}
+    lines = "".join(
+        f"<dt>{escape(label)}</dt><dd>{escape(text)}</dd>" for label, text in entries.items()
+    )
+    return f"<dl>{lines}</dl>"
+
+
+def _document(name: str) -> Any:
+    text = path(f"help/{name}.md").read_text(encoding="utf-8")
+    return pn.pane.Markdown(
+        text, sizing_mode="stretch_width", margin=(0, 8), stylesheets=[stylesheet("teaching")]
+    )
+
+
+def _pane(html: str) -> Any:
+    return pn.pane.HTML(
+        html, sizing_mode="stretch_width", margin=(0, 8), stylesheets=[stylesheet("teaching")]
+    )

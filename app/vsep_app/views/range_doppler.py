@@ -1,0 +1,215 @@
+"""Range-Doppler map before and after cancellation, with true and estimated components."""
+
+from typing import Any
+
+import numpy as np
+from bokeh.models import (
+    BasicTicker,
+    ColorBar,
+    ColumnDataSource,
+    CrosshairTool,
+    HoverTool,
+    LinearColorMapper,
+    Span,
+)
+from bokeh.plotting import figure
+
+from vsep_app.model.markers import Markers
+from vsep_app.model.picture import Picture
+from vsep_app.views.style import COLOURS, LABEL_SIZE, MAP_PALETTE, Axis, plain_figure, put, short
+
+MIN_MARK, MAX_MARK = 6.0, 18.0
+MAX_MARK_DB = 50.0
+_COLUMNS = ("range", "velocity", "snr", "size", "opacity")
+
+
+def mark_sizes(snr_db: "np.ndarray[Any, np.dtype[np.float64]]") -> Any:
+    """Marker diameter in pixels that grows with the component SNR."""
+    share = np.clip(np.nan_to_num(snr_db) / MAX_MARK_DB, 0.0, 1.0)
+    return MIN_MARK + (MAX_MARK - MIN_MARK) * share
+
+
+def mark_columns(marks: Markers) -> dict[str, Any]:
+    """Return the columns of a source of marks."""
+    return {
+        "range": short(marks.ranges_m),
+        "velocity": short(marks.velocities_mps),
+        "snr": short(marks.snr_db),
+        "size": short(mark_sizes(marks.snr_db)),
+        "opacity": short(marks.opacity),
+    }
+
+
+def empty_image() -> ColumnDataSource:
+    """Return the source of a map that shows nothing yet."""
+    return ColumnDataSource(
+        {"image": [np.zeros((2, 2), np.uint8)], "x": [0], "y": [0], "dw": [1], "dh": [1]}
+    )
+
+
+def empty_marks() -> ColumnDataSource:
+    """Return the source of marks that are not there yet."""
+    return ColumnDataSource({column: [] for column in _COLUMNS})
+
+
+def map_figure(
+    source: ColumnDataSource, *, title: str, y_label: str, axes: tuple[Axis, Axis], name: str
+) -> figure:
+    """Return a figure of a range-Doppler map."""
+    plot = plain_figure(
+        title=title,
+        x_label="range [m]",
+        y_label=y_label,
+        x_axis=axes[0],
+        y_axis=axes[1],
+        name=f"range-doppler-{name}",
+    )
+    plot.image(
+        "image",
+        x="x",
+        y="y",
+        dw="dw",
+        dh="dh",
+        source=source,
+        color_mapper=LinearColorMapper(palette=MAP_PALETTE, low=0, high=255),
+    )
+    plot.grid.visible = False
+    return plot
+
+
+def add_colour_bar(plot: figure, scale: LinearColorMapper) -> None:
+    """Put the levels of a map beside it."""
+    plot.add_layout(
+        ColorBar(
+            color_mapper=scale,
+            width=8,
+            padding=2,
+            title="dB",
+            title_text_font_size=LABEL_SIZE,
+            major_label_text_font_size=LABEL_SIZE,
+            ticker=BasicTicker(desired_num_ticks=5),
+            background_fill_color=None,
+        ),
+        "right",
+    )
+
+
+def mark_objects(plot: figure, objects: ColumnDataSource, true_objects: ColumnDataSource) -> None:
+    """Ring the estimates on a map and cross the true objects."""
+    for colour, width in (("black", 3.0), ("white", 1.4)):
+        estimates = plot.scatter(
+            "range",
+            "velocity",
+            source=objects,
+            marker="circle",
+            size="size",
+            fill_color=None,
+            line_color=colour,
+            line_width=width,
+        )
+    for colour, width in (("black", 3.5), (COLOURS["true"], 1.8)):
+        truth = plot.scatter(
+            "range",
+            "velocity",
+            source=true_objects,
+            marker="cross",
+            size=11,
+            line_color=colour,
+            line_width=width,
+        )
+    for label, renderer in (("estimate", estimates), ("true object", truth)):
+        plot.add_tools(
+            HoverTool(
+                renderers=[renderer],
+                tooltips=[
+                    (label, "@range{0.00} m, @velocity{+0.00} m/s"),
+                    ("component SNR", "@snr{0.0} dB"),
+                ],
+            )
+        )
+
+
+class RangeDopplerView:
+    """Two maps with common axes; the range axis is that of the delay view."""
+
+    def __init__(self, x_axis: Axis, crosshair: Span) -> None:
+        self._x, self._y = x_axis, Axis()
+        self._images = {name: empty_image() for name in ("before", "after")}
+        self._marks = {
+            name: empty_marks() for name in ("true_objects", "objects", "added", "pruned")
+        }
+        self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
+        self._crosshair = crosshair
+        self._drawn_before: Any = None
+        self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
+        self.after = self._figure("after", "Range-Doppler, bursts cancelled", "")
+        add_colour_bar(self.after, self._scale)
+        for plot in (self.before, self.after):
+            self._mark(plot)
+            self._mark_changes(plot)
+
+    def companion(self, source: ColumnDataSource, *, name: str, title: str) -> figure:
+        """Return a map of another frame with the same axes and marks."""
+        plot = map_figure(source, title=title, y_label="", axes=(self._x, self._y), name=name)
+        add_colour_bar(plot, self._scale)
+        self._mark(plot)
+        return plot
+
+    def _mark(self, plot: figure) -> None:
+        mark_objects(plot, self._marks["objects"], self._marks["true_objects"])
+        plot.add_tools(CrosshairTool(overlay=self._crosshair))
+
+    def _figure(self, name: str, title: str, y_label: str) -> figure:
+        return map_figure(
+            self._images[name], title=title, y_label=y_label, axes=(self._x, self._y), name=name
+        )
+
+    def _mark_changes(self, plot: figure) -> None:
+        marks = self._marks
+        plot.scatter(
+            "range",
+            "velocity",
+            source=marks["added"],
+            marker="circle",
+            size=28,
+            fill_color=None,
+            line_color="white",
+            line_width=4,
+            line_alpha="opacity",
+        )
+        plot.scatter(
+            "range",
+            "velocity",
+            source=marks["pruned"],
+            marker="x",
+            size=16,
+            line_color="white",
+            line_width=2.5,
+            line_alpha="opacity",
+        )
+
+    def update(self, picture: Picture, *, with_image: bool = True) -> None:
+        """Draw another picture; the map before cancellation is sent once a scene."""
+        static_picture = picture.static_picture
+        box = image_box(static_picture.map_ranges_m, static_picture.map_velocities_mps)
+        if self._drawn_before is not static_picture.map_before:
+            self._drawn_before = static_picture.map_before
+            full = (box["y"][0], box["y"][0] + box["dh"][0])
+            self._y.set(static_picture.shown_velocities_mps or full, full=full)
+            low, high = static_picture.map_limits_db
+            self._scale.update(low=low, high=high)
+            self._images["before"].data = {"image": [static_picture.map_before], **box}
+        if with_image:
+            self._images["after"].data = {"image": [picture.map_after], **box}
+        for name, source in self._marks.items():
+            put(source, mark_columns(getattr(picture, name)))
+
+
+def image_box(ranges_m: Any, velocities_mps: Any) -> dict[str, list[float]]:
+    """Place of an image whose pixels are centred on the axes' values."""
+    box: dict[str, list[float]] = {}
+    for start, size, values in (("x", "dw", ranges_m), ("y", "dh", velocities_mps)):
+        spacing = float(values[1] - values[0]) if len(values) > 1 else 1.0
+        box[start] = [float(values[0]) - spacing / 2.0]
+        box[size] = [spacing * len(values)]
+    return box

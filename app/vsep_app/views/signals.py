@@ -1,0 +1,190 @@
+"""Fast time and delay of the selected ramp: the same five signals on two axes."""
+
+from typing import Any
+
+import numpy as np
+from bokeh.models import ColumnDataSource, CrosshairTool, HoverTool, Span
+from bokeh.plotting import figure
+
+from vsep_app.model.markers import Markers
+from vsep_app.model.picture import Picture, Signals
+from vsep_app.views.style import COLOURS, Axis, key_html, legend_of, plain_figure, put, short
+
+_LINES = (
+    ("received", "received", "received", "line", {"line_width": 2.2, "line_alpha": 0.65}),
+    ("interference", "interference", "interference", "line", {"line_width": 1.6}),
+    ("cleaned", "cleaned", "cleaned", "line", {"line_width": 1.4}),
+    ("true_object", "true", "true objects", "dashed", {"line_width": 3.2, "line_dash": [7, 4]}),
+    ("object_estimate", "object", "estimate", "line", {"line_width": 1.6}),
+)
+
+
+def _columns(signals: Signals) -> dict[str, Any]:
+    columns = {name: getattr(signals, name).astype(np.float32) for name, *_ in _LINES}
+    return {"axis": signals.axis.astype(np.float32), **columns}
+
+
+def _empty_lines() -> ColumnDataSource:
+    """Return a source of one undefined point; a legend draws no sample of an empty line."""
+    return ColumnDataSource({name: [np.nan] for name in ("axis", *(c for c, *_ in _LINES))})
+
+
+def _draw(plot: figure, source: ColumnDataSource) -> list[tuple[str, list[Any]]]:
+    entries = []
+    for column, role, label, _, look in _LINES:
+        line = plot.line("axis", column, source=source, color=COLOURS[role], **look)
+        entries.append((label, [line]))
+    return entries
+
+
+class FastTimeView:
+    """Received, true, estimated, interference and cleaned signal over fast time.
+
+    Parameters
+    ----------
+    legend : bool
+        Whether the figure has its own legend; else `key` is to be shown beside it.
+    """
+
+    key = key_html([(role, label, sample) for _, role, label, sample, _ in _LINES])
+    untrue_key = key_html(
+        [(role, label, sample) for _, role, label, sample, _ in _LINES if role != "true"]
+    )
+    """The key where the truth is hardly ever known."""
+
+    def __init__(self, *, legend: bool = False) -> None:
+        self._x, self._y = Axis(), Axis()
+        self.figure = plain_figure(
+            title="Fast time",
+            x_label="fast time [µs]",
+            y_label="level [dB]",
+            x_axis=self._x,
+            y_axis=self._y,
+            name="fast-time",
+        )
+        self.source = _empty_lines()
+        entries = _draw(self.figure, self.source)
+        if legend:
+            legend_of(self.figure, entries)
+
+    def update(self, picture: Picture) -> None:
+        """Draw another picture."""
+        static_picture, real = picture.static_picture, picture.fast_time_mode == "real"
+        times = static_picture.times_us
+        self._x.set((0.0, float(times[-1] + times[1])))
+        self._y.set(static_picture.real_limits if real else static_picture.level_limits_db)
+        self.figure.yaxis.axis_label = "real part [arb. unit]" if real else "level [dB]"
+        self.figure.title.text = f"Fast time, ramp {picture.ramp}"
+        self.source.data = _columns(picture.fast_time)
+
+
+def _stem_columns(marks: Markers, floor: float) -> dict[str, Any]:
+    return {
+        "range": short(marks.ranges_m),
+        "level": short(marks.levels_db),
+        "floor": [floor] * len(marks.ranges_m),
+        "snr": short(marks.snr_db),
+        "opacity": short(marks.opacity),
+    }
+
+
+class DelayView:
+    """Delay spectra in metres, components as stems.
+
+    Parameters
+    ----------
+    x_axis : Axis
+        Range axis, shared with the maps.
+    crosshair : Span
+        Line at the pointer, shared with the maps.
+    legend : bool
+        Whether the figure has its own legend; else `key` is to be shown beside it.
+    """
+
+    key = key_html(
+        [
+            ("true", "true object", "cross"),
+            ("object", "estimate", "circle"),
+            ("interference", "interference path", "diamond"),
+        ]
+    )
+    untrue_key = key_html(
+        [("object", "estimate", "circle"), ("interference", "interference path", "diamond")]
+    )
+    """The key where the truth is hardly ever known."""
+
+    def __init__(self, x_axis: Axis, crosshair: Span, *, legend: bool = False) -> None:
+        self._x, self._y = x_axis, Axis()
+        self.figure = plain_figure(
+            title="Delay spectrum",
+            x_label="range [m]",
+            y_label="level [dB]",
+            x_axis=self._x,
+            y_axis=self._y,
+            name="delay",
+        )
+        self._source = _empty_lines()
+        entries = _draw(self.figure, self._source)
+        self._stems = {
+            name: ColumnDataSource(
+                {column: [] for column in ("range", "level", "floor", "snr", "opacity")}
+            )
+            for name in ("true_objects", "objects", "channel", "added", "pruned")
+        }
+        entries += [
+            ("true", self._stem("true_objects", "true", "x", 9)),
+            ("estimate", self._stem("objects", "object", "circle", 8)),
+            ("interference path", self._stem("channel", "interference", "diamond", 6)),
+        ]
+        for name, role in (("added", "object"), ("pruned", "received")):
+            self.figure.scatter(
+                "range",
+                "level",
+                source=self._stems[name],
+                marker="circle",
+                size=20,
+                fill_color=None,
+                line_color=COLOURS[role],
+                line_width=3,
+                line_alpha="opacity",
+            )
+        if legend:
+            legend_of(self.figure, entries[len(_LINES) :])
+        self.figure.add_tools(CrosshairTool(overlay=crosshair))
+
+    def _stem(self, name: str, role: str, marker: str, size: int) -> list[Any]:
+        source, colour = self._stems[name], COLOURS[role]
+        filled = name == "channel"
+        stem = self.figure.segment(
+            "range", "floor", "range", "level", source=source, color=colour, line_alpha=0.55
+        )
+        head = self.figure.scatter(
+            "range",
+            "level",
+            source=source,
+            marker=marker,
+            size=size,
+            line_color=colour,
+            line_width=2,
+            fill_color=colour if filled else None,
+        )
+        label = {"true_objects": "true object", "objects": "estimate"}.get(
+            name, "interference path, equivalent range"
+        )
+        self.figure.add_tools(
+            HoverTool(
+                renderers=[head],
+                tooltips=[(label, "@range{0.00} m"), ("component SNR", "@snr{0.0} dB")],
+            )
+        )
+        return [head, stem]
+
+    def update(self, picture: Picture) -> None:
+        """Draw another picture."""
+        static_picture = picture.static_picture
+        self._x.set(static_picture.shown_ranges_m, full=static_picture.range_limits_m)
+        self._y.set(static_picture.spectrum_limits_db)
+        self.figure.title.text = f"Delay spectrum, ramp {picture.ramp}"
+        put(self._source, _columns(picture.delay))
+        for name, source in self._stems.items():
+            put(source, _stem_columns(getattr(picture, name), static_picture.spectrum_limits_db[0]))

@@ -1,0 +1,73 @@
+"""Tables of the page as files: CSV for a spreadsheet, JSON for a program."""
+
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, fields
+from functools import partial
+from typing import Any
+
+import panel_material_ui as pmu
+
+from vsep.files.results import as_json
+from vsep_app.widgets.download import Download
+
+_MEDIA_TYPES = {"csv": "text/csv", "json": "application/json"}
+
+
+def table_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
+    r"""Return rows as CSV with a line of headings; what is not known is left empty.
+
+    Examples
+    --------
+    >>> table_csv(["range_m", "snr_db"], [{"range_m": 12.5, "snr_db": None}])
+    'range_m,snr_db\n12.5,\n'
+    """
+    out = io.StringIO()
+    writer = csv.DictWriter(out, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def download_buttons(
+    name: str, kind: type, rows: Callable[[], Sequence[Any]], download: Download
+) -> list[Any]:
+    """Return a button for CSV and one for JSON.
+
+    Parameters
+    ----------
+    name : str
+        What the table holds; the files are called so.
+    kind : type
+        Dataclass of its rows; the fields are the columns.
+    rows : callable
+        Returns the rows as they are shown.
+    download : Download
+        Brings the files to the browser.
+    """
+    columns = [field.name for field in fields(kind)]
+    formats: dict[str, Callable[[list[dict[str, Any]]], str]] = {
+        "csv": partial(table_csv, columns),
+        "json": lambda records: as_json({name: records}) + "\n",
+    }
+
+    def button(suffix: str, write: Callable[[list[dict[str, Any]]], str]) -> Any:
+        made = pmu.Button(
+            label=suffix.upper(),
+            icon="download",
+            description=f"{suffix.upper()}: download the {name} shown, units in the names.",
+            variant="text",
+            size="small",
+            margin=(0, 1),
+        )
+
+        def send(_: Any) -> None:
+            content = write([asdict(row) for row in rows()]).encode()
+            download.send(f"vsep-{name}.{suffix}", _MEDIA_TYPES[suffix], content)
+
+        made.on_click(send)
+        download.join(made)
+        return made
+
+    return [button(suffix, write) for suffix, write in formats.items()]

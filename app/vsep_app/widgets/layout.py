@@ -1,0 +1,133 @@
+"""Building blocks of the page: cards, panels, theme and style sheets."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import panel as pn
+
+from vsep_app.assets import path
+from vsep_app.views.progress import ProgressView
+
+# Of a button in the header that has no room for its name.
+ICON_ONLY = {
+    "fontSize": 0,
+    "minWidth": 0,
+    "& .MuiIcon-root, & svg": {"fontSize": "20px !important"},
+    "@media (max-width: 599px)": {
+        "paddingInline": "4px",
+        "& .MuiButton-startIcon": {"margin": 0},
+        "& .MuiButton-endIcon": {"display": "none"},
+    },
+}
+
+
+def stylesheet(name: str) -> str:
+    """Return a style sheet of ``assets/css``."""
+    return path(f"css/{name}.css").read_text(encoding="utf-8")
+
+
+def theme() -> dict[str, Any]:
+    """Return the light and the dark theme; primary colours keep 4.5:1 against their page."""
+    # The title of the page gives way to the links where there is no room for both; it stays the
+    # name of the link around it.
+    unseen = {"position": "absolute", "width": 1, "height": 1, "overflow": "hidden"}
+    title = {"@media (max-width: 1199px)": {**unseen, "clipPath": "inset(50%)"}}
+    typography = {"fontSize": 12.5, "button": {"textTransform": "none"}, "h3": title}
+    bar = {"styleOverrides": {"root": {"backgroundColor": "#0B3A5B", "color": "#FFFFFF"}}}
+    # Switches are wrapped by their label, so the area to click need not stick out of the thumb.
+    switch = {"styleOverrides": {"input": {"left": 0, "width": "100%"}}}
+    common = {"typography": typography, "components": {"MuiAppBar": bar, "MuiSwitch": switch}}
+    return {
+        "light": {"palette": {"primary": {"main": "#005F94"}}, **common},
+        "dark": {"palette": {"primary": {"main": "#56B4E9"}}, **common},
+    }
+
+
+def card(
+    plot: Any, *, weight: int, height: int | None = None, look: str = "card", key: str = ""
+) -> Any:
+    """Return a framed figure that takes its share of the free height, or a fixed one."""
+    flex = {"flex": f"{weight} 1 0"} if height is None else {"flex": f"0 0 {height}px"}
+    content: list[Any] = [pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0)]
+    if key:
+        content.append(pn.pane.HTML(key, margin=0, stylesheets=[stylesheet("key")]))
+    return pn.Column(
+        *content,
+        margin=3,
+        sizing_mode="stretch_both",
+        styles={**flex, "min-height": "0", "min-width": "0"},
+        stylesheets=[stylesheet(look)],
+    )
+
+
+def panel(title: str, content: Any, *, weight: float, tools: Sequence[Any] = ()) -> Any:
+    """Return a framed panel with a heading and, beside it, small buttons."""
+    heading: Any = pn.pane.HTML(
+        f'<h2 class="panel">{title}</h2>',
+        margin=(4, 8, 2, 8),
+        sizing_mode="stretch_width",
+        # Where there is no room for all, the heading is cut off, not the buttons.
+        styles={"min-width": "0"},
+        stylesheets=[stylesheet("tables")],
+    )
+    if tools:
+        heading = pn.Row(heading, *tools, margin=0, sizing_mode="stretch_width")
+    return pn.Column(
+        heading,
+        content,
+        margin=3,
+        sizing_mode="stretch_both",
+        styles={"flex": f"{weight} 1 0", "min-height": "0"},
+        stylesheets=[stylesheet("card")],
+    )
+
+
+def progress_card(view: ProgressView) -> Any:
+    """Return the three small curves in one frame."""
+    panes = [pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0) for plot in view.figures]
+    for pane, weight in zip(panes, (10, 10, 16), strict=True):
+        pane.styles = {"flex": f"{weight} 1 0", "min-height": "0"}
+    return pn.Column(
+        *panes,
+        margin=3,
+        sizing_mode="stretch_both",
+        styles={"flex": "11 1 0", "min-height": "0"},
+        stylesheets=[stylesheet("card")],
+    )
+
+
+def heading(text: str) -> Any:
+    """Return a heading of the side bar."""
+    return pn.pane.HTML(
+        f'<h2 style="font-size:13px;font-weight:600;margin:0">{text}</h2>',
+        margin=(8, 16, 2, 16),
+        sizing_mode="stretch_width",
+    )
+
+
+def small_text(text: str) -> str:
+    """Return a remark below a control as HTML."""
+    return f'<p style="font-size:11px;margin:0;opacity:.75">{text}</p>'
+
+
+def unseen_title(text: str) -> Any:
+    """Return the heading of a page for those who hear it; the header shows it already."""
+    return pn.pane.HTML(
+        f'<h1 class="unseen">{text}</h1>',
+        css_classes=["unseen-title"],
+        margin=0,
+        height=0,
+        sizing_mode="stretch_width",
+        stylesheets=[stylesheet("tables")],
+    )
+
+
+def number_or_nothing(text: str) -> float | None:
+    """Return the number in a field, None if it is empty; anything else is a ValueError.
+
+    Examples
+    --------
+    >>> number_or_nothing("9.5"), number_or_nothing(" ")
+    (9.5, None)
+    """
+    return float(text) if text.strip() else None

@@ -1,0 +1,84 @@
+"""``vsep convert`` from the command line, and the recordings that are not shipped."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from vsep_app import assets
+from vsep_app.cli import main as cli
+
+from vsep.files.frame import read_frame
+
+RECORDINGS = Path(os.environ.get("VSEP_RECORDINGS", "nowhere"))
+OPENRADAR = {
+    "format": "npz",
+    "key": "x",
+    "start_frequency_hz": 77.4201e9,
+    "slope_hz_per_s": 60e12,
+    "sample_rate_hz": 2.5e6,
+    "ramp_period_s": 184e-6,
+    "lowest_beat": 0,
+}
+RADARLAB = {
+    "format": "npz",
+    "key": "x",
+    "start_frequency_hz": 77e9,
+    "slope_hz_per_s": 29.306e12,
+    "sample_rate_hz": 20e6,
+    "ramp_period_s": 29.56e-6,
+    "adc_start_s": 1.66e-6,
+}
+
+
+def convert(folder: Path, recording: Path, settings: dict[str, Any], *more: str) -> int:
+    (folder / "radar.json").write_text(json.dumps(settings))
+    arguments = ["--settings", str(folder / "radar.json"), "--out", str(folder / "frame.npz")]
+    return cli.main(["convert", str(recording), *arguments, *more])
+
+
+def test_the_shipped_frame_comes_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shipped = assets.path("frames/openradar_doppler_example_1.npz")
+    assert convert(tmp_path, shipped, OPENRADAR | {"key": "received"}) == 0
+    assert capsys.readouterr().err == ""
+    frame, original = read_frame(tmp_path / "frame.npz"), read_frame(shipped)
+    assert frame.radar == original.radar
+    assert np.array_equal(frame.received, original.received)
+
+
+def test_remarks_go_to_standard_error_and_errors_end_with_code_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shipped = assets.path("frames/openradar_doppler_example_1.npz")
+    wrong = OPENRADAR | {"key": "received", "slope_hz_per_s": 60e13}
+    assert convert(tmp_path, shipped, wrong) == 0
+    assert "vsep: The ramps sweep 30.5 GHz from 77.4201 to" in capsys.readouterr().err
+    assert convert(tmp_path, shipped, wrong, "--frame", "3") == 2
+    assert "frame is 3, but axes names no frames" in capsys.readouterr().err
+    assert convert(tmp_path, tmp_path / "frame.npz", OPENRADAR) == 2
+    assert "is the recording or its settings" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not RECORDINGS.is_dir(), reason="VSEP_RECORDINGS names no folder")
+@pytest.mark.parametrize("name", ["20180608-195044", "20180613-190347"])
+def test_a_capture_card_of_four_receivers_is_read(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with np.load(RECORDINGS / f"radarlab_{name}.npz") as archive:
+        stored = archive["x"]
+    # Back to the words of the capture: its scale is sqrt(2) / 32767.
+    scaled = stored.astype(np.complex128) * (32767 / np.sqrt(2))
+    words = np.stack([scaled.real, scaled.imag]).round().astype(np.int64)
+    # Single precision keeps 24 bits of the 16.
+    np.testing.assert_allclose(words[0], scaled.real, atol=0.01)
+    order = words.transpose(2, 3, 1, 0)  # ramps, samples, receivers, parts
+    (order + 2**15).astype("<u2").tofile(tmp_path / "capture.bin")
+    raw = RADARLAB | {"format": "tsw1400", "num_samples": 512, "num_antennas": 4}
+    del raw["key"]
+    assert convert(tmp_path, tmp_path / "capture.bin", raw) == 0
+    assert capsys.readouterr().err == ""
+    frame = read_frame(tmp_path / "frame.npz")
+    assert frame.antennas is not None
+    assert np.array_equal(frame.in_file_sign(frame.antennas) * 2**15, words[0] + 1j * words[1])

@@ -1,0 +1,156 @@
+import csv
+import json
+import sys
+
+import pytest
+from vsep_app.cli.main import main
+
+from vsep.studies.rows import read_rows
+
+QUICK = ["--estimator", "object-only", "--estimator", "no-interference"]
+
+
+def study(*arguments):
+    return main(["study", *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def rows_path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("study") / "rows.jsonl"
+    assert (
+        study("run", "fig-3", "--points", "15,30", "--realizations", 2, *QUICK, "--out", path) == 0
+    )
+    return path
+
+
+def test_the_list_names_every_study(capsys):
+    assert study("list") == 0
+    text = capsys.readouterr().out
+    for name in ("fig-2", "fig-3", "fig-4", "fig-5", "fig-6", "separability", "false-alarms"):
+        assert f"{name} " in text
+    assert "500 realizations each" in text
+
+
+def test_a_run_writes_its_rows_and_running_again_adds_nothing(rows_path, capsys):
+    before = rows_path.read_text()
+    assert len(before.splitlines()) == 8
+    assert (
+        study("run", "fig-3", "--points", "15,30", "--realizations", 2, *QUICK, "--out", rows_path)
+        == 0
+    )
+    assert rows_path.read_text() == before
+    assert capsys.readouterr().err == ""
+
+
+def test_a_repeated_trial_gives_the_row_of_the_study(rows_path, capsys):
+    assert study("run", "fig-3", "--repeat", "30,1", *QUICK) == 0
+    printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    stored = [r for r in read_rows(rows_path) if (r["point_index"], r["realization"]) == (30, 1)]
+    assert len(printed) == len(stored) == 2
+    for row in (*printed, *stored):
+        del row["seconds"]
+    assert printed == stored
+
+
+def test_a_repeated_trial_can_be_kept_as_a_frame(tmp_path, capsys):
+    frame, lines = tmp_path / "frame.npz", tmp_path / "lines.jsonl"
+    arguments = ["--estimator", "object-only", "--frame", frame]
+    assert study("run", "fig-3", "--repeat", "30,1", *arguments) == 0
+    row = json.loads(capsys.readouterr().out)
+    arguments = ["--estimator", "object-only", "--object-threshold-db", "9"]
+    assert main(["separate", str(frame), "--out", str(lines), *arguments]) == 0
+    assert len(json.loads(lines.read_text())["objects"]) == row["num_objects"]
+
+
+@pytest.mark.parametrize("suffix", ["html", "png", "svg"])
+def test_a_figure_is_drawn_in_every_format(rows_path, tmp_path, suffix):
+    out = tmp_path / f"figure.{suffix}"
+    assert study("plot", rows_path, "--out", out) == 0
+    assert out.stat().st_size > 10_000
+
+
+def test_a_summary_is_a_table_with_intervals(rows_path, tmp_path):
+    out = tmp_path / "summary.csv"
+    assert study("summary", rows_path, "--out", out) == 0
+    with out.open(newline="") as file:
+        table = list(csv.DictReader(file))
+    rates = [line for line in table if line["metric"] == "detection_rate"]
+    assert len(rates) == 4
+    assert {line["interval"] for line in rates} == {"Clopper-Pearson"}
+    assert all(float(line["low"]) <= float(line["value"]) <= float(line["high"]) for line in rates)
+
+
+def test_rows_that_fail_are_reported_and_kept(tmp_path, capsys, monkeypatch):
+    def broken(trials, *, workers, stop):
+        from vsep.studies.trial import failed_rows
+
+        assert (workers, stop) == (1, None)
+        for trial in trials:
+            yield failed_rows(trial, "on purpose")
+
+    monkeypatch.setattr("vsep.studies.engine.run_on_processes", broken)
+    out = tmp_path / "rows.jsonl"
+    assert study("run", "fig-2", *QUICK, "--out", out) == 0
+    error = capsys.readouterr().err
+    assert "point 0, realization 0, object-only: on purpose" in error
+    assert "2 rows failed" in error
+    assert study("plot", out, "--out", tmp_path / "figure.png") == 2
+    assert "no finished trial" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "fig-9", "--out", "x.jsonl"], "study is 'fig-9'"),
+        (["run", "fig-2"], "--out is missing"),
+        (["run", "fig-2", "--out", "nowhere/x.jsonl"], "nowhere is no folder"),
+        (["run", "fig-2", "--repeat", "1;2"], "--repeat is '1;2'"),
+        (["run", "fig-2", "--repeat", "7,0"], "point is 7"),
+        (["run", "fig-2", "--frame", "x.npz", "--out", "x.jsonl"], "name it by --repeat"),
+        (["run", "fig-2", "--repeat", "0,0", "--frame", "no/x.npz"], "no is no folder"),
+        (["run", "fig-2", "--estimator", "magic", "--out", "x.jsonl"], "method is 'magic'"),
+        (["run", "fig-2", "--realizations", "0", "--out", "x.jsonl"], "realizations is 0"),
+        (["run", "fig-2", "--workers", "0", "--out", "x.jsonl"], "workers is 0"),
+        (["run", "fig-2", "--seed", "-1", "--out", "x.jsonl"], "seed is -1"),
+        (["run", "fig-3", "--points", "9z", "--out", "x.jsonl"], "'9z'"),
+        (["run", "fig-2", "--gospa-cutoff", "nan", "--out", "x.jsonl"], "cutoff is nan"),
+        (["run", "fig-2", "--object-threshold-db", "-5", "--repeat", "0,0"], "threshold_db is -5"),
+        (["plot", "absent.jsonl", "--out", "x.png"], "absent.jsonl"),
+        (["plot", "empty.jsonl", "--out", "x.png"], "holds no rows"),
+        (["plot", "notes.txt", "--out", "x.png"], "no row of a study"),
+        (["plot", "notes.txt", "--out", "notes.txt"], "would overwrite"),
+        (["summary", "empty.jsonl", "--out", "x.txt"], "must end in .csv"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_no_traceback(
+    tmp_path, monkeypatch, capsys, arguments, message
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty.jsonl").touch()
+    (tmp_path / "notes.txt").write_text("my notes\n")
+    code = study(*arguments)
+    printed = capsys.readouterr()
+    assert code == 2
+    assert message in printed.err
+    assert printed.err.count("\n") == 1
+    assert "Traceback" not in printed.err
+
+
+def test_a_figure_of_an_unknown_kind_is_refused(rows_path, tmp_path, capsys):
+    assert study("plot", rows_path, "--out", tmp_path / "figure.pdf") == 2
+    assert "must end in .html, .png or .svg" in capsys.readouterr().err
+
+
+def test_help_of_the_study_loads_no_numbers(repository):
+    import subprocess
+
+    code = (
+        "import sys\nfrom vsep_app.cli.main import main\n"
+        "try:\n    main(['study', 'run', '--help'])\nexcept SystemExit:\n    pass\n"
+        "print('vsep.studies.trial' in sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=repository, capture_output=True, text=True, check=True
+    )
+    assert done.stderr.strip() == "False"
+    assert "--repeat" in done.stdout

@@ -1,0 +1,120 @@
+import base64
+import json
+import re
+
+import numpy as np
+import pytest
+from vsep_app.report.replay import (
+    LEVELS,
+    MAX_VIEWS,
+    SHORT_CURVE,
+    encoded,
+    record_html,
+    recorded_ramps,
+    status,
+)
+
+from tests.app.conftest import finish
+from tests.app.test_report import report_of
+
+
+@pytest.fixture(scope="module")
+def short_bursts():
+    """Simulation II c, which has the most ramps with bursts."""
+    return report_of(finish("simulation-2-c"))
+
+
+@pytest.fixture(scope="module")
+def record(short_bursts):
+    """Its recorded run."""
+    return record_html(short_bursts)
+
+
+@pytest.fixture(scope="module")
+def tape(record):
+    """What the script of the page plays."""
+    element = re.search(r'id="vsep-tape">(.*?)</script>', record, re.DOTALL)
+    return json.loads(element.group(1))
+
+
+def decode(value):
+    """As the script does."""
+    if value["kind"] == "list":
+        return value["data"]
+    content = base64.b64decode(value["data"])
+    if value["kind"] == "map":
+        return np.frombuffer(content, np.uint8)
+    if value["kind"] == "short":
+        return np.frombuffer(content, "<f4")
+    codes = np.frombuffer(content, "<i2").astype(float)
+    curve = value["lowest"] + (codes + LEVELS // 2) * value["step"]
+    return np.where(codes == -32768, np.nan, curve)
+
+
+def columns_of(tape, iteration, ramp, *names):
+    """The columns of the first source that has them."""
+    versions = tape["iterations"][iteration]["versions"][tape["ramps"].index(ramp)]
+    for number in versions:
+        _, kind, content = tape["versions"][number]
+        if kind == "data" and set(names) <= set(content):
+            yield [decode(tape["values"][content[name]]) for name in names]
+
+
+def test_a_record_of_simulation_ii_has_less_than_4_mb(record):
+    assert len(record.encode()) < 4_000_000
+
+
+@pytest.mark.parametrize("iteration", [0, 3, -1])
+def test_a_record_holds_the_pictures_of_the_run(short_bursts, tape, iteration):
+    shown = range(len(short_bursts.steps) + 1)[iteration]
+    for ramp in tape["ramps"]:
+        picture = short_bursts.picture(shown, ramp)
+        fast_time, _ = columns_of(tape, iteration, ramp, "cleaned", "interference")
+        for curve, name in zip(fast_time, ("cleaned", "interference"), strict=True):
+            wanted = getattr(picture.fast_time, name)
+            # Half a step of 65534 over the curve's span, and float32, 6e-8 of 200 dB.
+            half_step = np.ptp(wanted[np.isfinite(wanted)]) / LEVELS / 2.0
+            np.testing.assert_allclose(curve, wanted, rtol=0, atol=half_step + 2.4e-5)
+        maps = [image for [image] in columns_of(tape, iteration, ramp, "image")]
+        assert any(np.array_equal(image, picture.map_after.ravel()) for image in maps)
+    assert tape["iterations"][iteration]["status"] == status(picture, len(short_bursts.steps))
+
+
+def test_every_ramp_with_a_burst_can_be_chosen(short_bursts, tape):
+    assert tape["ramps"] == list(np.flatnonzero(short_bursts.static_picture.true_ramps))
+    assert tape["ramps"][tape["ramp"]] == short_bursts.ramp
+
+
+def test_a_long_run_shows_fewer_ramps(many_ramps, monkeypatch):
+    run = report_of(many_ramps)
+    monkeypatch.setattr("vsep_app.report.replay.MAX_VIEWS", 2 * (len(run.steps) + 1) + 1)
+    assert len(recorded_ramps(run)) == 2
+    assert run.ramp in recorded_ramps(run)
+    monkeypatch.setattr("vsep_app.report.replay.MAX_VIEWS", 1)
+    assert recorded_ramps(run) == [run.ramp]
+    assert MAX_VIEWS > 1
+
+
+def test_a_run_of_one_ramp_is_recorded_without_a_choice(one_ramp):
+    html = record_html(report_of(one_ramp))
+    assert 'id="ramp"' not in html
+    assert 'id="iteration"' in html
+
+
+@pytest.mark.parametrize("length", [1, SHORT_CURVE, SHORT_CURVE + 1, 300])
+def test_curves_come_back_within_half_a_step(length):
+    rng = np.random.default_rng(3)
+    curve = rng.normal(size=length) * 40.0
+    curve[length // 2 :: 5] = np.nan
+    error = np.abs(decode(encoded(curve)) - curve)
+    span = np.nanmax(curve) - np.nanmin(curve) if np.isfinite(curve).any() else 0.0
+    # A short curve is float32: 6e-8 of at most 200.
+    bound = span / LEVELS / 2.0 * (1.0 + 1e-6) if length > SHORT_CURVE else 1.2e-5
+    assert np.array_equal(np.isnan(error), np.isnan(curve))
+    assert not (error > bound).any()
+
+
+def test_a_constant_and_an_undefined_curve_come_back():
+    assert np.array_equal(decode(encoded(np.full(99, 7.25))), np.full(99, 7.25))
+    assert np.isnan(decode(encoded(np.full(99, np.nan)))).all()
+    assert decode(encoded([np.float64(1.5), "none"])) == [1.5, "none"]

@@ -1,0 +1,99 @@
+import asyncio
+import itertools
+import socket
+import time
+from types import SimpleNamespace
+
+import pytest
+from vsep_app.server import sessions as registry_module
+from vsep_app.server.sessions import (
+    LOADING_S,
+    PAUSE_S,
+    Admission,
+    ServerLimits,
+    Session,
+    SessionRegistry,
+    _has_gone,
+)
+
+from tests.app.test_shared_runs import _run
+
+
+class Page:
+    """A page that only knows whether it is closed."""
+
+    closed = 0
+
+    def close(self):
+        self.closed += 1
+
+
+def _session(registry, *, watched, age_s=0.0):
+    page, queue = Page(), Page()
+    registry.guests[page] = Session(
+        page=page, queue=queue, watched=lambda: watched, since=time.monotonic() - age_s
+    )
+    return page, queue
+
+
+@pytest.fixture
+def registry():
+    """A lobby with two places."""
+    return SessionRegistry(ServerLimits(most_pages=2), own_folder=False)
+
+
+def test_a_page_that_leaves_takes_its_work_along_once(registry):
+    page, queue = _session(registry, watched=False)
+    registry.leave(page)
+    registry.leave(page)
+    assert (page.closed, queue.closed) == (1, 1)
+
+
+def test_places_are_for_pages_that_are_looked_at_or_loading(registry):
+    _session(registry, watched=True, age_s=2.0 * LOADING_S)
+    _session(registry, watched=False, age_s=0.0)
+    _session(registry, watched=False, age_s=2.0 * LOADING_S)
+    assert registry.num_places_taken == 2
+
+
+@pytest.mark.parametrize(("comes_back", "closed"), [(True, 0), (False, 1)])
+def test_a_page_without_a_browser_has_some_time_to_come_back(
+    registry, comes_back, closed, monkeypatch
+):
+    monkeypatch.setattr(registry_module, "ABSENCE_MS", 10)
+    page, _ = _session(registry, watched=comes_back)
+
+    async def scene():
+        registry._lost(page, None)
+        assert page.closed == 0
+        await asyncio.sleep(0.1)
+
+    _run(scene())
+    assert page.closed == closed
+
+
+def test_pages_are_built_one_by_one_with_room_between():
+    async def scene():
+        door, times = Admission(), []
+
+        async def come():
+            await door.on_session_created(None)
+            times.append(time.monotonic())
+
+        await asyncio.gather(*(come() for _ in range(3)))
+        assert min(b - a for a, b in itertools.pairwise(times)) > 0.9 * PAUSE_S
+
+    _run(scene())
+
+
+def test_a_browser_that_has_hung_up_is_noticed():
+    ours, theirs = socket.socketpair()
+    stream = SimpleNamespace(socket=ours)
+    request = SimpleNamespace(connection=SimpleNamespace(stream=stream))
+    context = SimpleNamespace(request=request)
+    with ours:
+        assert not _has_gone(context)
+        theirs.close()
+        assert _has_gone(context)
+    assert not _has_gone(None)
+    assert not _has_gone(SimpleNamespace(request=None))

@@ -1,0 +1,133 @@
+"""What a second pass with the interferer's lattice is worth: weak bursts found, and false ones.
+
+As a script it writes the table of `assets/docs/recordings.md`:
+
+    python tests/vsep/lattice_bench.py assets/results
+"""
+
+import csv
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vsep.analysis.intervals import binomial_interval, poisson_interval
+from vsep.files.two_pass import run_twice
+from vsep.inference.core.run import run
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.signal.filters import RaisedCosineFilter
+from vsep.signal.radar import ChirpSequence
+from vsep.signal.template import SignalModel
+
+RADAR = ChirpSequence(
+    start_frequency_hz=77e9,
+    slope_hz_per_s=29e12,
+    sample_rate_hz=20e6,
+    ramp_period_s=20e-6,
+    num_samples=256,
+    num_ramps=64,
+)
+MODEL = SignalModel.of_radar(RADAR, RaisedCosineFilter(cutoff_hz=5e6, rolloff=0.25))
+STRONG_DB = 25.0  # energy of a burst over the noise power of a sample
+NEAR = 3.0  # samples within which a burst is the true one
+
+
+class Places(NamedTuple):
+    """Bursts of a frame: ramps, centres in samples, and energies over the noise power."""
+
+    ramps: np.ndarray
+    centres: np.ndarray
+    energies: np.ndarray
+
+
+def drawn_frame(slope_hz_per_s, weak_db, seed):
+    """Noise and the bursts of one interferer: strong, weak and missing, a third of the places each.
+
+    Its chirps cross the victim's ramps as equal intervals have it, worked out here.
+    """
+    rng = np.random.default_rng([seed, round(abs(slope_hz_per_s) / 1e9)])
+    chirp = RADAR.slope_hz_per_s + slope_hz_per_s
+    drift = -chirp * RADAR.ramp_period_s / slope_hz_per_s * RADAR.sample_rate_hz
+    step = rng.uniform(400.0, 500.0)  # samples: a place in every other ramp
+    first = rng.uniform(0.0, step)
+    ramps, centres = [], []
+    for ramp in range(RADAR.num_ramps):
+        offset = (drift * ramp + first) % step
+        while offset < RADAR.num_samples - 10.0:
+            if offset >= 10.0:
+                ramps.append(ramp)
+                centres.append(offset)
+            offset += step
+    kind = rng.integers(0, 3, len(ramps))
+    energies = 10.0 ** (np.choose(kind, [STRONG_DB, weak_db, -np.inf]) / 10.0)
+    slope = slope_hz_per_s / RADAR.sample_rate_hz**2
+    templates = MODEL.template(-slope * np.array(centres), np.full(len(ramps), slope))
+    norms = np.sqrt(np.sum(np.abs(templates) ** 2, axis=1))
+    phases = np.exp(2j * np.pi * rng.random(len(ramps)))
+    draws = rng.standard_normal((2, *RADAR.shape)) / np.sqrt(2.0)
+    frame = draws[0] + 1j * draws[1]
+    weights = np.sqrt(energies) * phases / norms
+    np.add.at(frame, ramps, weights[:, None] * templates)
+    return frame, Places(np.array(ramps), np.array(centres), energies)
+
+
+def judged(bursts, places, weak_db):
+    """Return how many weak bursts there are, how many were found, and the false bursts."""
+    weak = np.isclose(places.energies, 10.0 ** (weak_db / 10.0))
+    there = places.energies > 0.0
+    found, false = np.zeros(len(weak), dtype=bool), 0
+    for burst in bursts:
+        near = there & (places.ramps == burst.ramp)
+        near &= np.abs(places.centres - burst.centre) <= NEAR
+        found |= near
+        false += burst.num_components > 0 and not near.any()
+    return int(weak.sum()), int((found & weak).sum()), false
+
+
+def compared(slope_hz_per_s, weak_db, seed):
+    """Return the counts of `judged` without and with the second pass, and whether it took place."""
+    frame, places = drawn_frame(slope_hz_per_s, weak_db, seed)
+    separator = FactorisedSeparator(model=MODEL)
+    once = run(separator, frame)
+    twice, timings = run_twice(separator, frame, RADAR)
+    plain, prior = (judged(each.state.bursts, places, weak_db) for each in (once, twice))
+    return plain, prior, len(timings)
+
+
+def rows(num_frames):
+    """Yield the rows of the table."""
+    for slope in (-19e12, -6e12):
+        for weak_db in (8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0):
+            outcomes = [compared(slope, weak_db, seed) for seed in range(num_frames)]
+            for name, index in (("search alone", 0), ("with the lattice", 1)):
+                counts = np.array([each[index] for each in outcomes]).sum(axis=0)
+                share = binomial_interval(int(counts[1]), int(counts[0]))
+                false = poisson_interval(int(counts[2]), num_frames * RADAR.num_ramps)
+                yield slope, weak_db, name, share, false
+
+
+def main(folder, num_frames=12):
+    """Write the table."""
+    with (Path(folder) / "lattice.csv").open("w", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        head = [
+            "slope_difference_hz_per_s",
+            "energy_db",
+            "method",
+            "found",
+            "low",
+            "high",
+            "bursts",
+        ]
+        writer.writerow([*head, "false_a_ramp", "false_low", "false_high", "ramps"])
+        for slope, weak_db, name, share, false in rows(num_frames):
+            figures = [f"{each:.4g}" for each in (share.value, share.low, share.high)]
+            figures += [share.num_samples]
+            figures += [f"{each:.3g}" for each in (false.value, false.low, false.high)]
+            writer.writerow([f"{slope:g}", weak_db, name, *figures, false.num_samples])
+            stream.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], *map(int, sys.argv[2:]))

@@ -1,0 +1,172 @@
+"""From result lines to the lattices of the interferers, and lines about them."""
+
+import csv
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vsep.analysis.interferer_timing import Crossings, InterfererTiming, fit_interferer_timings
+from vsep.errors import InputError
+from vsep.signal.radar import ChirpSequence
+
+_MAX_LINE = 2**26  # characters
+_COLUMNS = ("file", "interferer", "ramp", "crossing_sample", "predicted_sample", "residual_samples")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class FrameTimings:
+    """The interferers of one frame.
+
+    Parameters
+    ----------
+    file : str
+        The frame.
+    crossings : Crossings
+        All bursts that a separation found.
+    lattices : tuple of InterfererTiming
+        Those of the interferers.
+    parallel_ramps : tuple of int
+        Ramps with a tone that others lack.
+    """
+
+    file: str
+    crossings: Crossings
+    timings: tuple[InterfererTiming, ...]
+    parallel_ramps: tuple[int, ...]
+
+
+def read_timings(path: str) -> Iterator[FrameTimings]:
+    """Fit the lattices of every frame of a file of results; frames with an error are left out.
+
+    Raises
+    ------
+    InputError
+        In one sentence, if a line is no result line.
+    """
+    try:
+        with open(path, encoding="utf-8") as lines:
+            number = 0
+            while text := lines.readline(_MAX_LINE):
+                number += 1
+                stored = _stored(path, number, text)
+                if "error" not in stored:
+                    yield _timings(path, number, stored)
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is no text; the results of vsep separate are needed.") from error
+
+
+def fitted_timings(line: Mapping[str, Any]) -> tuple[InterfererTiming, ...]:
+    """Fit the lattices of the interferers to the bursts of a result line.
+
+    Raises
+    ------
+    InputError
+        If it is no result line.
+    """
+    return _timings(str(line.get("file")), 1, dict(line)).timings
+
+
+def timing_line(frame: FrameTimings) -> dict[str, Any]:
+    """Describe the interferers of a frame by numbers and texts.
+
+    Returns
+    -------
+    dict
+        ``file``; ``interferers`` with the lattice of each; ``bursts``, how many there are; with
+        ``remark`` what cannot be separated.
+    """
+    line: dict[str, Any] = {
+        "file": frame.file,
+        "bursts": len(frame.crossings.ramps),
+        "interferers": [_entry(timing) for timing in frame.timings],
+    }
+    if frame.parallel_ramps:
+        ramps = ", ".join(str(ramp) for ramp in frame.parallel_ramps[:10])
+        more = " and more" if len(frame.parallel_ramps) > 10 else ""
+        line["remark"] = (
+            f"Ramps {ramps}{more} hold a strong tone that others lack: an interferer of the same "
+            "slope, which cannot be told from objects within a ramp and is not separated."
+        )
+    return line
+
+
+def write_timing_table(path: str, frames: list[FrameTimings]) -> None:
+    """Write every burst with its place on a lattice as CSV; without one the places are empty."""
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(_COLUMNS)
+        for frame in frames:
+            table.writerows([frame.file, *row] for row in _rows(frame))
+
+
+def _rows(frame: FrameTimings) -> Iterator[list[Any]]:
+    used = set()
+    for number, timing in enumerate(frame.timings):
+        own = timing.crossings
+        for ramp, sample, residual in zip(
+            own.ramps.tolist(), own.samples.tolist(), timing.residuals.tolist(), strict=True
+        ):
+            used.add((ramp, sample))
+            yield [number, ramp, sample, sample - residual, residual]
+    places = zip(frame.crossings.ramps.tolist(), frame.crossings.samples.tolist(), strict=True)
+    yield from (["", ramp, sample, "", ""] for ramp, sample in places if (ramp, sample) not in used)
+
+
+def _entry(timing: InterfererTiming) -> dict[str, Any]:
+    sequence = timing.sequence()
+    return {
+        "slope_hz_per_s": timing.slope_hz_per_s,
+        "ramp_period_s": timing.ramp_period_s,
+        "time_offset_s": sequence.time_offset_s,
+        "bursts": len(timing.chirps),
+        "predicted": len(timing.predicted().ramps),
+        "median_residual_samples": timing.median_residual,
+    }
+
+
+def _stored(path: str, number: int, text: str) -> dict[str, Any]:
+    try:
+        stored = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise _no_result(path, number) from error
+    if not isinstance(stored, dict):
+        raise _no_result(path, number)
+    return stored
+
+
+def _timings(path: str, number: int, stored: dict[str, Any]) -> FrameTimings:
+    try:
+        radar = ChirpSequence(**stored["radar"])
+        bursts = np.array(
+            [
+                (burst["ramp"], burst["start_frequency_hz"], burst["slope_hz_per_s"])
+                for burst in stored["interference"]
+                if burst["num_components"] > 0 and burst["slope_hz_per_s"] != 0.0
+            ],
+            dtype=np.float64,
+        ).reshape(-1, 3)
+        crossings = Crossings(
+            ramps=bursts[:, 0].astype(np.int64),
+            samples=-bursts[:, 1] / bursts[:, 2] * radar.sample_rate_hz,
+            slopes_hz_per_s=bursts[:, 2],
+        )
+        parallel = tuple(int(ramp) for ramp in stored.get("parallel_ramps", ()))
+        file = str(stored["file"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise _no_result(path, number) from error
+    return FrameTimings(
+        file=Path(file).name,
+        crossings=crossings,
+        timings=fit_interferer_timings(crossings, radar),
+        parallel_ramps=parallel,
+    )
+
+
+def _no_result(path: str, number: int) -> InputError:
+    return InputError(
+        f"{path}: line {number} is no result line; write the file with vsep separate."
+    )

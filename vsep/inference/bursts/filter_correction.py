@@ -1,0 +1,290 @@
+"""What the assumed anti-aliasing filter is wrong by, estimated from the bursts themselves.
+
+One complex spline, shared by all bursts of a frame, is added to the assumed response. Its
+coefficients are a third sparse source beside objects and channels: each has its own prior
+precision, is activated by (23)-(24) and pruned as a channel component is. With the right filter
+none is active, and the correction is exactly zero.
+
+A correction and the channels of the bursts can explain the same thing. The model of a ramp is
+therefore linearised at the present correction, and the channel weights are marginalised: with the
+columns X of the channels, their posterior covariance C, and the columns A of the splines, the
+coefficients see the Gram matrix ``A^H (1 - lambda X C X^H) A``.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from vsep._typing import ComplexArray, FloatArray, IntArray
+from vsep.inference.bursts.channel import ChannelGrid, passive_ratios
+from vsep.inference.bursts.table import RampBursts
+from vsep.inference.bursts.workspace import InterferenceWorkspace
+from vsep.inference.core.progress import EventKind
+from vsep.inference.core.state import NO_CORRECTION, FilterCorrection
+from vsep.inference.objects.sbl import ActiveSet, activation_ratio, converged_precision
+from vsep.kernels.fresnel import SMOOTH
+from vsep.kernels.spline_ratios import SplineGrid, first_ratios
+from vsep.signal.corrected_filter import NUM_SPLINES, knots_hz, modified_splines
+from vsep.signal.template import SignalModel
+from vsep.units import from_db
+
+ADDITIONS: Final = 8  # splines per step at most
+# The fit may follow a wrong filter closely: errors left over look like objects.
+FURTHER_THRESHOLD: Final = 2.0
+PRUNE_THRESHOLD: Final = 1.6
+# Largest prior deviation of a coefficient, in peaks of the assumed response. Without a limit the
+# spline grows and the channel weights shrink for ever: their product is all that the frame shows.
+MAX_DEVIATION: Final = 0.5
+UNSEEN: Final = 1e-9  # share of a spline's energy that the channels must leave for it to be seen
+
+
+def update_correction(
+    work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
+) -> None:
+    """Activate, weigh and prune the splines of the filter's correction; the bursts follow.
+
+    Parameters
+    ----------
+    work : InterferenceWorkspace
+        The bursts; their templates and posteriors and the correction are changed in place.
+    residual : (P, N) complex
+        Received signal minus the objects.
+    noise_precision : float
+        lambda.
+    """
+    if not np.isfinite(work.assumed.anti_aliasing_filter.cutoff_hz) or len(work.table) == 0:
+        return
+    if work.correction.num_splines == 0:
+        ratios = passive_spline_ratios(work, residual, noise_precision)
+        if ratios.max() <= _first_threshold(work):
+            return
+    gram, projections = SplineModel(work, residual, noise_precision).moments()
+    splines = work.correction.active_splines
+    active = ActiveSet(
+        gram[np.ix_(splines, splines)],
+        projections[splines],
+        work.correction.precisions,
+        noise_precision,
+    )
+    least = _least_precision(work.assumed)
+    splines, active = _add_splines(work, splines, active, (gram, projections), least)
+    splines, active = _update_splines(work, splines, active, least)
+    correction = NO_CORRECTION
+    if _log_evidence(active) > _first_threshold(work):
+        correction = FilterCorrection(
+            active_splines=splines,
+            amplitudes=active.amplitudes,
+            covariance=active.covariance,
+            precisions=active.precisions,
+            trace=active.trace(),
+        )
+    if correction.num_splines or work.correction.num_splines:
+        work.correct(correction)
+        work.recompute(residual, noise_precision)
+
+
+def passive_spline_ratios(
+    work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
+) -> FloatArray:
+    """(NUM_SPLINES,) activation ratios while no spline is active.
+
+    The residual without the channels' estimate is then all that the splines can explain.
+
+    Parameters
+    ----------
+    work : InterferenceWorkspace
+        The bursts, one at least, without a correction.
+    residual : (P, N) complex
+        Received signal minus the objects.
+    noise_precision : float
+        lambda.
+    """
+    table = work.table
+    rest = (residual - work.signal)[table.interfered]
+    knots = knots_hz(work.assumed.anti_aliasing_filter.cutoff_hz) / work.assumed.sample_rate_hz
+    return first_ratios(
+        work.flat(),
+        (table.chirps.start_frequency, table.chirps.slope),
+        (table.covariances, table.amplitudes),
+        rest,
+        noise_precision,
+        SplineGrid(knots, SMOOTH),
+        UNSEEN,
+    )
+
+
+class SplineModel:
+    """The splines of all interfered ramps, with the channels marginalised.
+
+    Parameters
+    ----------
+    work : InterferenceWorkspace
+        The bursts, at whose present correction the model is linearised.
+    residual : (P, N) complex
+        Received signal minus the objects.
+    noise_precision : float
+        lambda.
+
+    Attributes
+    ----------
+    columns : (R, N, NUM_SPLINES) complex
+        Derivatives of the R ramps by the coefficients.
+    crossed : list of (K, NUM_SPLINES) complex
+        Inner products of the channel columns of each ramp with those.
+    energies : (R, NUM_SPLINES) float
+        What the channels leave of the energy of each column.
+    """
+
+    def __init__(
+        self, work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
+    ) -> None:
+        self.ramps = list(work.ramps.values())
+        self.residual = residual[[ramp.ramp for ramp in self.ramps]]
+        self.noise_precision = noise_precision
+        self.coefficients = work.correction.coefficients
+        self.columns = spline_columns(self.ramps, work.grid, work.assumed)
+        self.channels = [
+            (ramp.templates[ramp.owners] * work.grid.atoms(ramp.bins)).conj() for ramp in self.ramps
+        ]
+        self.crossed = [each @ own for each, own in zip(self.channels, self.columns, strict=True)]
+        self.regressions = [
+            noise_precision * (ramp.covariance @ crossed)
+            for ramp, crossed in zip(self.ramps, self.crossed, strict=True)
+        ]
+        explained = [
+            np.einsum("ks,ks->s", crossed.conj(), regression).real
+            for crossed, regression in zip(self.crossed, self.regressions, strict=True)
+        ]
+        # Squares of real and imaginary parts: a conjugate of all columns costs more than the sum.
+        parts = self.columns.view(np.float64)
+        own = np.einsum("rnp,rnp->rp", parts, parts).reshape(-1, NUM_SPLINES, 2).sum(axis=2)
+        seen = own - np.array(explained)
+        # What the channels explain to rounding cannot be told from them.
+        self.energies: FloatArray = np.where(seen <= UNSEEN * own, 0.0, seen)
+
+    def moments(self) -> tuple[ComplexArray, ComplexArray]:
+        """Gram matrix (NUM_SPLINES, NUM_SPLINES) and projections (NUM_SPLINES,) of the splines.
+
+        The projections are those of the residual with the present correction added back.
+        """
+        target = self.residual + self.columns @ self.coefficients
+        stacked = self.columns.reshape(-1, NUM_SPLINES)
+        gram = stacked.conj().T @ stacked
+        projections = stacked.conj().T @ target.ravel()
+        for channel, crossed, regression, row in zip(
+            self.channels, self.crossed, self.regressions, target, strict=True
+        ):
+            gram -= regression.conj().T @ crossed
+            projections -= regression.conj().T @ (channel @ row)
+        np.fill_diagonal(gram, self.energies.sum(axis=0))
+        return gram, projections
+
+
+def spline_columns(
+    ramps: Sequence[RampBursts], grid: ChannelGrid, assumed: SignalModel
+) -> ComplexArray:
+    """(R, N, NUM_SPLINES) derivatives of the bursts of R ramps by the splines' coefficients.
+
+    Parameters
+    ----------
+    ramps : sequence of RampBursts
+        The bursts and their channels.
+    grid : ChannelGrid
+        The channel grid.
+    assumed : SignalModel
+        Sampling and assumed filter.
+    """
+    n = np.arange(assumed.num_samples)
+    rate = assumed.sample_rate_hz
+    count = sum(len(ramp.chirps) for ramp in ramps)
+    start = np.concatenate([ramp.chirps.start_frequency for ramp in ramps])[:, None]
+    slope = np.concatenate([ramp.chirps.slope for ramp in ramps])[:, None]
+    channels = np.array([line for ramp in ramps for line in _channel_lines(ramp, grid)])
+    course_hz: FloatArray = np.asarray((start + slope * n) * rate, dtype=np.float64)
+    cutoff_hz = assumed.anti_aliasing_filter.cutoff_hz
+    envelopes = modified_splines(course_hz, slope * rate**2, cutoff_hz)
+    envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]
+    if count == len(ramps):
+        return envelopes
+    counts = [len(ramp.chirps) for ramp in ramps]
+    return np.asarray(np.add.reduceat(envelopes, np.cumsum([0, *counts[:-1]]), axis=0))
+
+
+def _channel_lines(ramp: RampBursts, grid: ChannelGrid) -> list[ComplexArray]:
+    """(N,) Psi beta of every burst of a ramp."""
+    if len(ramp.chirps) == 1:
+        return [ramp.amplitudes @ grid.atoms(ramp.bins)]
+    owned = [ramp.own(index) for index in range(len(ramp.chirps))]
+    return [ramp.amplitudes[own] @ grid.atoms(ramp.bins[own]) for own in owned]
+
+
+def _first_threshold(work: InterferenceWorkspace) -> float:
+    first = work.schedule.first_threshold_db
+    return work.threshold if first is None else float(from_db(first))
+
+
+def _least_precision(assumed: SignalModel) -> float:
+    assumed_filter = assumed.anti_aliasing_filter
+    response = assumed_filter.response(knots_hz(assumed_filter.cutoff_hz))
+    return float((MAX_DEVIATION * np.abs(response).max()) ** -2)
+
+
+def _log_evidence(active: ActiveSet) -> float:
+    """Gain in log evidence over no correction at all, nats."""
+    return active.cost() + float(np.sum(np.log(active.precisions)))
+
+
+def _add_splines(
+    work: InterferenceWorkspace,
+    splines: IntArray,
+    active: ActiveSet,
+    moments: tuple[ComplexArray, ComplexArray],
+    least_precision: float,
+) -> tuple[IntArray, ActiveSet]:
+    """Activate the best passive splines; the first needs what a ramp's first component needs."""
+    gram, projections = moments
+    for _ in range(ADDITIONS):
+        threshold = FURTHER_THRESHOLD if len(splines) else _first_threshold(work)
+        ratio, inverse_rho = passive_ratios(
+            gram[splines],
+            projections,
+            np.diagonal(gram).real,
+            active.covariance,
+            active.amplitudes,
+            active.noise_precision,
+        )
+        ratio[splines] = 0.0
+        best = int(np.argmax(ratio))
+        if ratio[best] <= threshold:
+            break
+        rho = 1.0 / float(inverse_rho[best])
+        active = active.inserted(
+            len(active),
+            gram[splines, best],
+            complex(projections[best]),
+            float(gram[best, best].real),
+            max(least_precision, converged_precision(rho, float(ratio[best]) * rho)),
+        )
+        splines = np.append(splines, best)
+        work.record(EventKind.FILTER_ADDED, -1, float(ratio[best]), threshold)
+    return splines, active
+
+
+def _update_splines(
+    work: InterferenceWorkspace, splines: IntArray, active: ActiveSet, least_precision: float
+) -> tuple[IntArray, ActiveSet]:
+    """Re-weigh or prune every active spline."""
+    active.refresh()
+    index = 0
+    while index < len(active):
+        rho, omega_sq = active.flat_prior_moments(index)
+        ratio = activation_ratio(rho, omega_sq)
+        if ratio > PRUNE_THRESHOLD:
+            active.set_precision(index, max(least_precision, converged_precision(rho, omega_sq)))
+            index += 1
+            continue
+        active, splines = active.without(index), np.delete(splines, index)
+        work.record(EventKind.FILTER_PRUNED, -1, ratio, PRUNE_THRESHOLD)
+    active.refresh()
+    return splines, active

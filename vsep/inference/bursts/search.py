@@ -1,0 +1,302 @@
+"""Where bursts start, stay, restart and end: the modelled ones against an exhaustive search."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import fft
+
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vsep.inference.bursts.chirp_refinement import place_chirps
+from vsep.inference.bursts.chirp_search import (
+    ChirpCandidates,
+    find_single_chirps,
+    tone_scores,
+)
+from vsep.inference.bursts.expected_bursts import (
+    ExpectedBursts,
+    expected_scores,
+    expected_threshold,
+)
+from vsep.inference.bursts.workspace import InterferenceWorkspace
+from vsep.inference.core.progress import EventKind
+from vsep.inference.core.row_energies import row_energies, squared_norms, sum_of_antennas
+from vsep.inference.core.search_cache import empty_search_cache
+from vsep.inference.core.thresholds import threshold_of_sum
+from vsep.inference.objects.sbl import activation_ratio, converged_precision
+from vsep.units import from_db
+
+START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
+CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
+SURE = 0.5  # share of a modelled chirp's score that a search reaches for sure, grid or not
+
+
+class BurstSearch:
+    """A search for one chirp in every ramp, and what it means for the bursts modelled there.
+
+    What several antennas received of a ramp is searched together: energies and scores are sums over
+    the antennas, and thresholds are those of sums.
+
+    Parameters
+    ----------
+    work : InterferenceWorkspace
+        The bursts; changed in place.
+    residual : (P, N) or, of several antennas, (A P, N) complex
+        Received signal minus the objects.
+    noise_precision : float
+        lambda.
+    weakest_share : float
+        Of the energy of a ramp's strongest burst: what a further burst of the ramp must have.
+    expected : ExpectedBursts or None
+        Places at which a lower threshold holds.
+    """
+
+    def __init__(
+        self,
+        work: InterferenceWorkspace,
+        residual: ComplexArray,
+        noise_precision: float,
+        *,
+        weakest_share: float,
+        expected: ExpectedBursts | None = None,
+    ) -> None:
+        self.work = work
+        self.residual = residual
+        self.noise_precision = noise_precision
+        self.weakest_share = weakest_share
+        first = work.schedule.first_threshold_db
+        self.literal = first is None
+        threshold = work.threshold if first is None else float(from_db(first))
+        self.threshold = threshold_of_sum(threshold, work.model.num_antennas)
+        self.expected = expected
+        if expected is not None:
+            lower = min(expected_threshold(work.assumed, threshold, expected.reach), threshold)
+            self.expected_threshold = threshold_of_sum(lower, work.model.num_antennas)
+
+    def run(self) -> None:
+        """Check every burst on what the others leave, then look for one more in the quiet ramps."""
+        self.work.synthesize()
+        rest = self.residual - self.work.signal
+        changed = self._check_bursts(rest)
+        self._start_bursts(self.residual - self.work.signal if changed else rest, changed)
+        if self.expected is not None:
+            self._start_expected(self.expected)
+
+    def _by_antenna(self, rows: ComplexArray) -> ComplexArray:
+        """(T, N) rows of one antenna, or (A, T, N) of several."""
+        num_antennas = self.work.model.num_antennas
+        return rows if num_antennas == 1 else rows.reshape(num_antennas, -1, rows.shape[1])
+
+    def _check_bursts(self, rest: ComplexArray) -> set[int]:
+        """Keep, restart or drop every burst; return the ramps in which something changed.
+
+        ``rest`` is what the bursts leave of the residual.
+        """
+        work, table = self.work, self.work.table
+        if len(table) == 0:
+            return set()
+        left = rest[table.rows]
+        rows = self._by_antenna(left + table.signals)
+        energies = row_energies(rows)
+        scores = self._scores(rows, energies - row_energies(self._by_antenna(left)))
+        doubtful = np.flatnonzero(
+            self._doubtful(scores, rows, energies) & np.logical_not(self._as_expected(scores))
+        )[::-1]
+        if len(doubtful) == 0:
+            return set()
+        found = self._find(rows[..., doubtful, :])
+        changed = set()
+        # From the back, so that a place stays valid while bursts are removed behind it.
+        for number, place in enumerate(doubtful.tolist()):
+            kind = self._verdict(found, number, float(scores[:, place].max()))
+            if kind is None:
+                continue
+            ramp = int(table.rows[place])
+            changed.add(ramp)
+            work.remove_bursts(np.array([place]))
+            if kind is EventKind.CHIRP_RESTARTED:
+                self._start([(ramp, number)], found)
+            self._record(kind, ramp, found, number)
+        return changed
+
+    def _scores(self, rows: ComplexArray, explained: FloatArray) -> FloatArray:
+        """(2, B) best single-component score of modelled bursts, and what all of each explains.
+
+        The score is ``|a^H r|^2 / ||a||^2`` over the channel grid; `rows` are the bursts as the
+        others leave them.
+        """
+        templates = self.work.table.chirps.templates
+        num_bins = self.work.grid.num_bins
+        seen = self._by_antenna(templates.conj()) * rows
+        products = fft.ifft(seen, num_bins, axis=-1, norm="forward")
+        power = sum_of_antennas(products.real**2 + products.imag**2)
+        single = power.max(axis=1) / squared_norms(templates[: len(power)])
+        return np.array([single, explained])
+
+    def _doubtful(self, scores: FloatArray, rows: ComplexArray, energies: FloatArray) -> BoolArray:
+        """(B,) whether a search can say anything of a burst but that it stays as it is.
+
+        No chirp scores more than the energy of its row, and the best one of the search comes close
+        to the modelled one at least.
+        """
+        single, explained = scores
+        needed = np.maximum(tone_scores(rows), self.threshold / self.noise_precision)
+        certain = (CLEARLY_BETTER * explained > energies) & (SURE * single > needed)
+        return np.asarray(~certain | self.literal)
+
+    def _as_expected(self, scores: FloatArray) -> BoolArray | bool:
+        """(B,) whether a burst lies where one is expected and is still strong enough for that."""
+        expected, work = self.expected, self.work
+        if expected is None:
+            return False
+        margin = work.threshold / work.prune_threshold
+        chirps, count = work.table.chirps, work.num_shared
+        centres = (-chirps.start_frequency / chirps.slope)[:count].tolist()
+        places = zip(work.table.rows[:count].tolist(), centres, chirps.slope.tolist(), strict=False)
+        near = [expected.near(*place, work.model) for place in places]
+        strong = self.noise_precision * scores[0] * margin > self.expected_threshold
+        return np.asarray(np.array(near) & strong)
+
+    def _verdict(self, found: ChirpCandidates, number: int, score: float) -> EventKind | None:
+        """Tell what a search means for a burst; None if it stays as it is.
+
+        A chirp fitted with many components need not be the best with one: only one that explains
+        more than the whole burst shows that the burst is wrong.
+        """
+        if self.literal:
+            return EventKind.CHIRP_RESTARTED
+        if not self._confirmed(found, number):
+            return EventKind.CHIRP_DROPPED
+        better = found.score[number] > CLEARLY_BETTER * score
+        return EventKind.CHIRP_RESTARTED if better else None
+
+    def _start_bursts(self, rest: ComplexArray, changed: set[int]) -> None:
+        """Begin a burst in every ramp whose rest holds a chirp, unless something changed there."""
+        work, rest = self.work, self._by_antenna(rest)
+        last = empty_search_cache(rest) if work.search_cache is None else work.search_cache
+        least = self._least_scores()
+        # No chirp scores more than the energy there is, or what is known from the last search.
+        candidates = row_energies(rest) >= least
+        candidates &= self._num_bursts() < work.schedule.bursts_per_ramp
+        if not self.literal:
+            needed = np.maximum(least, self.threshold / self.noise_precision)
+            candidates &= last.limits_of(rest) >= needed
+        candidates[list(changed)] = False
+        ramps = candidates.nonzero()[0]
+        if len(ramps) == 0:
+            return
+        found = self._find(rest[..., ramps, :])
+        work.search_cache = last.searched(ramps, rest, found.limit)
+        strong = (found.score >= least[ramps]).tolist()
+        starts = [
+            (p, number)
+            for number, p in enumerate(ramps.tolist())
+            if self.literal or (strong[number] and self._confirmed(found, number))
+        ]
+        self._start(starts, found)
+        for p, number in starts:
+            self._record(EventKind.CHIRP_STARTED, p, found, number)
+
+    def _start_expected(self, expected: ExpectedBursts) -> None:
+        """Begin a burst at every expected place that holds one and is not modelled yet."""
+        work = self.work
+        rest = (self.residual - work.signal).reshape(-1, *work.model.shape)
+        tones = tone_scores(rest)
+        starts, slopes = expected.candidates()
+        for p in np.unique(expected.ramps).tolist():
+            table = work.table
+            chirps = table.chirps.chosen(table.rows == p)
+            centres = -chirps.start_frequency / chirps.slope
+            free = np.flatnonzero(expected.free(p, centres, work.model))
+            if len(free) == 0 or len(chirps) >= work.schedule.bursts_per_ramp:
+                continue
+            rows = np.repeat(rest[:, p : p + 1], len(free), axis=1)
+            scores = expected_scores(rows, starts[free], slopes[free], work.model)
+            place = np.unravel_index(int(np.argmax(scores)), scores.shape)
+            best = free[place[0]], place[1]
+            score = scores[place][None]
+            found = ChirpCandidates(
+                starts[best][None], slopes[best][None], score, tones[p : p + 1], score
+            )
+            if self._expected_there(p, found):
+                self._start([(p, 0)], found)
+                self._record(EventKind.CHIRP_STARTED, p, found, 0)
+
+    def _expected_there(self, p: int, found: ChirpCandidates) -> bool:
+        """Whether a burst is there, and no strong tone that would explain more."""
+        score, tone = float(found.score[0]), float(found.tone_score[0])
+        is_tone = tone >= score and self.noise_precision * tone > self.threshold
+        enough = self.noise_precision * score > self.expected_threshold
+        return enough and not is_tone and bool(score >= self._least_scores()[p])
+
+    def _num_bursts(self) -> IntArray:
+        """(P,) bursts modelled in every ramp."""
+        work = self.work
+        own = work.table.rows[: work.num_shared]
+        return np.bincount(own, minlength=work.model.num_ramps)
+
+    def _find(self, rows: ComplexArray) -> ChirpCandidates:
+        """Best chirp of every row; the schedule that keeps one in every ramp uses all of them."""
+        least_score = 0.0 if self.literal else self.threshold / self.noise_precision
+        return find_single_chirps(rows, self.work.assumed, least_score=least_score)
+
+    def _confirmed(self, found: ChirpCandidates, number: int) -> bool:
+        ratio = self.noise_precision * float(found.score[number])
+        return ratio > self.threshold and bool(found.score[number] > found.tone_score[number])
+
+    def _least_scores(self) -> FloatArray:
+        """(P,) what is more than the fit of a ramp's bursts has not reached yet."""
+        work = self.work
+        least = np.zeros(work.model.num_ramps)
+        own = row_energies(self._by_antenna(work.table.signals))
+        np.maximum.at(least, work.table.rows[: work.num_shared], self.weakest_share * own)
+        return least
+
+    def _record(self, kind: EventKind, p: int, found: ChirpCandidates, number: int) -> None:
+        ratio = self.noise_precision * float(found.score[number])
+        self.work.record(kind, p, ratio, self.threshold)
+
+    def _start(self, starts: Sequence[tuple[int, int]], found: ChirpCandidates) -> None:
+        """Begin a burst in each of some ramps, given with the number of its candidate."""
+        if not starts:
+            return
+        work, numbers = self.work, [number for _, number in starts]
+        chirps = place_chirps(found.start_frequency[numbers], found.slope[numbers], work.model)
+        ramps = np.array([p for p, _ in starts])
+        antennas = np.arange(work.model.num_antennas)
+        rows = (antennas[:, None] * work.model.num_ramps + ramps).ravel()
+        places = work.table.add_bursts(
+            rows, chirps.chosen(np.tile(np.arange(len(ramps)), len(antennas)))
+        )
+        if not self.literal:
+            self._weigh_first(places)
+
+    def _weigh_first(self, places: IntArray) -> None:
+        """Give new bursts one component at zero delay, polished from the search grid."""
+        work, table = self.work, self.work.table
+        columns = table.add_columns(places, np.zeros_like(places), np.zeros(len(places)))
+        work.refine_burst(places, self.residual, self.noise_precision, max_steps=START_STEPS)
+        lost = [
+            last
+            for ramp, last in zip(
+                table.ramps_of_bursts[places].tolist(), columns.tolist(), strict=True
+            )
+            if not self._weigh_new(ramp)
+        ]
+        table.remove_columns(lost)
+        work.synthesize()
+
+    def _weigh_new(self, ramp: int) -> bool:
+        """Give the last column of a ramp its prior precision, and tell whether it stays.
+
+        An antenna may receive next to nothing of a burst that the others show.
+        """
+        work, table = self.work, self.work.table
+        active = work.posterior(ramp, self.residual, self.noise_precision)
+        columns, last = table.columns_of(ramp), len(active) - 1
+        rho, omega_sq = active.flat_prior_moments(last)
+        if work.model.num_antennas > 1 and activation_ratio(rho, omega_sq) <= work.threshold:
+            table.amplitudes[columns] = np.append(active.without(last).amplitudes, 0.0)
+            return False
+        active.set_precision(last, converged_precision(rho, omega_sq))
+        table.amplitudes[columns], table.precisions[columns] = active.amplitudes, active.precisions
+        return True

@@ -1,0 +1,303 @@
+"""Algorithm 2: the interference estimate of a frame, all ramps at once, while a step changes it."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import fft
+from scipy.linalg import LinAlgError
+
+from vsep._typing import ComplexArray, IntArray
+from vsep.inference.bursts.channel import ChannelGrid, channel_posterior
+from vsep.inference.bursts.chirp_refinement import (
+    ChannelCosts,
+    place_chirps,
+    refine_chirps,
+)
+from vsep.inference.bursts.sequence import BurstSequence
+from vsep.inference.bursts.table import BurstTable, RampBursts
+from vsep.inference.core.elbo import weights_bound
+from vsep.inference.core.progress import ComponentEvent, EventKind
+from vsep.inference.core.schedule import Schedule
+from vsep.inference.core.search_cache import SearchCache
+from vsep.inference.core.state import NO_CORRECTION, BurstComponents, FilterCorrection
+from vsep.inference.objects.sbl import ActiveSet
+from vsep.kernels.channel import Channel
+from vsep.kernels.ramps import (
+    FlatRamps,
+    Revision,
+    all_posteriors,
+    all_product_rows,
+    all_revisions,
+    all_signals,
+)
+from vsep.signal.corrected_filter import corrected_model
+from vsep.signal.template import SignalModel
+from vsep.units import from_db, to_db
+
+
+class InterferenceWorkspace:
+    """The interference estimate of all ramps while one step changes it.
+
+    Of several antennas every row of the frame is a ramp with a channel of its own; the bursts of a
+    ramp have the same places in all of its rows.
+
+    Parameters
+    ----------
+    model : SignalModel
+        Size, sampling and assumed filter.
+    schedule : Schedule
+        Order and limits of the updates.
+    threshold : float
+        T_beta, linear.
+    bursts : sequence of BurstComponents
+        Where the step starts from.
+    correction : FilterCorrection
+        By what the filter of the templates differs from the assumed one.
+    search_cache : SearchCache, optional
+        What the last search for bursts has seen; a search in this step replaces it.
+
+    Attributes
+    ----------
+    assumed, model : SignalModel
+        With the assumed and with the corrected filter.
+    table : BurstTable
+        The bursts and their columns.
+    """
+
+    def __init__(
+        self,
+        model: SignalModel,
+        schedule: Schedule,
+        threshold: float,
+        bursts: Sequence[BurstComponents],
+        correction: FilterCorrection = NO_CORRECTION,
+        search_cache: SearchCache | None = None,
+    ) -> None:
+        self.assumed = model
+        self.search_cache = search_cache
+        self._take_correction(correction)
+        self.schedule = schedule
+        self.threshold = threshold
+        self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
+        self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
+        self.events: list[ComponentEvent] = []
+        self.table = BurstTable(self.model, bursts)
+        self._summed: tuple[ComplexArray | None, ComplexArray] = None, self.table.signals
+
+    @property
+    def ramps(self) -> dict[int, RampBursts]:
+        """Return what every interfered row of the frame holds."""
+        return self.table.ramps()
+
+    @property
+    def trace(self) -> float:
+        """tr(U Psi C Psi^H U^H) summed over the ramps, and the correction's share, for (65)."""
+        return float(self.table.traces.sum()) + self.correction.trace
+
+    @property
+    def weights_bound(self) -> float:
+        """Terms of all channel weights in the evidence lower bound."""
+        table = self.table
+        return weights_bound(
+            table.amplitudes,
+            table.variances,
+            table.precisions,
+            float(table.log_determinants.sum()),
+        )
+
+    @property
+    def signal(self) -> ComplexArray:
+        """(P, N) or, of several antennas, (A P, N) sum of all bursts."""
+        table, (signals, total) = self.table, self._summed
+        if signals is table.signals:
+            return total
+        total = np.zeros(self.model.rows_shape, dtype=np.complex128)
+        if len(table.interfered) == len(table):
+            total[table.rows] = table.signals
+        else:
+            np.add.at(total, table.rows, table.signals)
+        self._summed = table.signals, total
+        return total
+
+    @property
+    def num_shared(self) -> int:
+        """Number of bursts of one antenna; the others have as many, in the same places."""
+        return len(self.table) // self.model.num_antennas
+
+    def flat(self) -> FlatRamps:
+        """Return what the kernels take of all ramps."""
+        return self.table.flat(self.grid.twiddle)
+
+    def synthesize(self) -> None:
+        """Add up what the columns of every chirp make of it."""
+        self.table.signals = all_signals(self.flat(), self.table.amplitudes)
+
+    def update(self, residual: ComplexArray, noise_precision: float) -> None:
+        """Run Algorithm 2 on every ramp that holds a burst; the ramps know nothing of each other.
+
+        What can be done for all of them at once is.
+        """
+        self.refine_bursts(residual, noise_precision)
+        self._revise(residual, noise_precision)
+        if not self.schedule.recompute_amplitudes:
+            self.recompute(residual, noise_precision)
+        self.drop_empty()
+        self.refine_bursts(residual, noise_precision)
+        if self.schedule.recompute_amplitudes:
+            self.recompute(residual, noise_precision)
+
+    def drop_empty(self) -> None:
+        """Drop bursts that lost all their components; the literal schedule keeps the template."""
+        if self.schedule.first_threshold_db is None or self.table.num_columns.all():
+            return
+        columns = self.table.num_columns.reshape(-1, self.num_shared).sum(axis=0)
+        empty = np.flatnonzero(columns == 0)
+        for row in self.table.rows[empty].tolist():
+            self.record(EventKind.CHIRP_DROPPED, row, 0.0, self.prune_threshold)
+        if len(empty):
+            self.remove_bursts(empty)
+
+    def at_antennas(self, places: IntArray) -> IntArray:
+        """Return the places (A, T) that bursts of the first antenna have at every antenna."""
+        if self.model.num_antennas == 1:
+            return places[None]
+        return np.asarray(np.arange(self.model.num_antennas)[:, None] * self.num_shared + places)
+
+    def remove_bursts(self, places: IntArray) -> None:
+        """Take bursts of the first antenna out, at every antenna."""
+        self.table.remove_bursts(self.at_antennas(places).ravel())
+
+    def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
+        """Covariance and mean (61)-(62) at the present parameters."""
+        rows = residual[self.table.interfered]
+        fit = all_posteriors(self.flat(), rows, noise_precision)
+        if not math.isfinite(fit.log_determinants.sum()):
+            raise LinAlgError("the precision matrix of a ramp is not positive definite")
+        self.table.take_posterior(fit)
+
+    def correct(self, correction: FilterCorrection) -> None:
+        """Take over a correction of the filter; all templates follow, posteriors do not yet."""
+        self._take_correction(correction)
+        chirps = self.table.chirps
+        self.table.chirps = place_chirps(chirps.start_frequency, chirps.slope, self.model)
+
+    def _take_correction(self, correction: FilterCorrection) -> None:
+        self.correction, self.model = correction, self.assumed
+        if correction.num_splines:
+            self.model = corrected_model(self.assumed, correction.coefficients)
+
+    def posterior(self, ramp: int, residual: ComplexArray, noise_precision: float) -> ActiveSet:
+        """Posterior of all columns of an interfered ramp at its present parameters."""
+        held = self.table.ramp(ramp)
+        channel = Channel(held.owners, held.bins, held.precisions, self.grid.twiddle)
+        return channel_posterior(held.templates, residual[held.ramp], channel, noise_precision)
+
+    def refine_bursts(self, residual: ComplexArray, noise_precision: float) -> None:
+        """Climb (71) in the parameters of all bursts: the first of every ramp, then the second."""
+        steps = self.schedule.refinement_steps
+        for places in self.table.by_turns():
+            self.refine_burst(places, residual, noise_precision, max_steps=steps)
+
+    def refine_burst(
+        self, places: IntArray, residual: ComplexArray, noise_precision: float, *, max_steps: int
+    ) -> None:
+        """Climb (71) in the parameters of one burst of each of some ramps.
+
+        Parameters
+        ----------
+        places : (T,) int
+            Which bursts; those without a column stay where they are.
+        residual : (P, N) complex
+            Received signal minus the objects.
+        noise_precision : float
+            lambda.
+        max_steps : int
+            Newton steps at most.
+        """
+        table = self.table
+        places = places[table.num_columns[places] > 0]
+        if len(places) == 0:
+            return
+        # A burst has one place at all antennas: the sum over them is climbed.
+        ramps, own, numbers = table.ramps_of_bursts[places], places, np.arange(len(places))
+        if self.model.num_antennas > 1:
+            own, numbers = np.unique(places % self.num_shared, return_inverse=True)
+        moving, shared = np.zeros_like(table.interfered), np.full(len(table.interfered), -1)
+        moving[ramps] = places - table.first_burst[ramps]
+        shared[ramps] = numbers
+        costs = ChannelCosts(
+            ramps=self.flat(),
+            moving=moving,
+            shared=shared,
+            residual=residual[table.interfered],
+            noise_precision=noise_precision,
+        )
+        refined = refine_chirps(table.chirps.some(own), self.model, costs, max_steps=max_steps)
+        for same in self.at_antennas(own):
+            table.chirps = table.chirps.replaced(same, refined)
+
+    def _revise(self, residual: ComplexArray, noise_precision: float) -> None:
+        """Add, re-weigh and prune the columns of all ramps, Algorithm 4."""
+        table = self.table
+        if len(table) == 0:
+            return
+        flat = self.flat()
+        rows = all_product_rows(flat, residual[table.interfered], self.grid.scale)
+        # At a ratio of one the prior variance would be zero or negative, (77).
+        revision = all_revisions(
+            fft.ifft(rows, self.grid.num_bins, axis=1, overwrite_x=True),
+            flat,
+            noise_precision,
+            (self.threshold, max(self.prune_threshold, 1.0)),
+            self.schedule.channel_additions,
+        )
+        self._record_revision(revision)
+        kept = revision.kept
+        table.set_columns(revision.owners[kept], revision.bins[kept], revision.precisions[kept])
+
+    def _record_revision(self, revision: Revision) -> None:
+        """Tell of every column that came, and of every one that went."""
+        changes = (~revision.kept | (revision.added_ratios > 0.0)).nonzero()[0]
+        if len(changes) == 0:
+            return
+        rows = self.table.rows[revision.owners[changes]].tolist()
+        bins = revision.bins[changes].tolist()
+        added = revision.added_ratios[changes].tolist()  # zero for those that were there
+        gone = (~revision.kept)[changes].tolist()
+        ratios = revision.ratios[changes].tolist()
+        for row, channel_bin, added_ratio, is_gone, ratio in zip(
+            rows, bins, added, gone, ratios, strict=True
+        ):
+            if added_ratio > 0.0:
+                self.record_component(EventKind.CHANNEL_ADDED, row, added_ratio, channel_bin)
+            if is_gone:
+                self.record_component(EventKind.CHANNEL_PRUNED, row, ratio, channel_bin)
+
+    def record(self, kind: EventKind, ramp: int, ratio: float, threshold: float) -> None:
+        """Add an event of a burst."""
+        self.events.append(
+            ComponentEvent(
+                kind=kind,
+                snr_db=float(to_db(ratio)),
+                threshold_db=float(to_db(threshold)),
+                ramp=ramp % self.model.num_ramps if ramp >= 0 else ramp,
+            )
+        )
+
+    def record_component(self, kind: EventKind, ramp: int, ratio: float, channel_bin: int) -> None:
+        """Add an event of a channel component."""
+        added = kind is EventKind.CHANNEL_ADDED
+        self.events.append(
+            ComponentEvent(
+                kind=kind,
+                snr_db=to_db(ratio),
+                threshold_db=to_db(self.threshold if added else self.prune_threshold),
+                ramp=ramp % self.model.num_ramps,
+                bin=channel_bin,
+            )
+        )
+
+    def frozen_bursts(self) -> BurstSequence:
+        """Freeze the result of the step."""
+        return self.table.frozen(self.model)

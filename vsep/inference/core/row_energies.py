@@ -1,0 +1,27 @@
+"""Energies of rows, and what several antennas received of a ramp taken together."""
+
+import numpy as np
+
+from vsep._typing import ComplexArray, FloatArray
+
+
+def squared_norms(rows: ComplexArray) -> FloatArray:
+    """(P,) energies of the rows of a (P, N) array, or (A, P) of an (A, P, N) array."""
+    parts = np.ascontiguousarray(rows).view(np.float64)
+    return np.asarray(np.einsum("...n,...n->...", parts, parts))
+
+
+def sum_of_antennas(powers: FloatArray) -> FloatArray:
+    """(B, N) of powers (B, N) or (A, B, N)."""
+    return np.asarray(powers.sum(axis=0)) if powers.ndim == 3 else powers
+
+
+def row_energies(rows: ComplexArray) -> FloatArray:
+    """(B,) energies of the rows of B ramps, (B, N) or, summed over antennas, (A, B, N).
+
+    Examples
+    --------
+    >>> row_energies(np.array([[3.0, 4.0j], [0.0, 1.0]])).tolist()
+    [25.0, 1.0]
+    """
+    return sum_of_antennas(squared_norms(rows)[..., None])[:, 0]

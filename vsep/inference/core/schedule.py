@@ -1,0 +1,146 @@
+"""Two schedules of the same updates: the paper's literal one and the robust default."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from vsep.errors import InputError
+from vsep.units import from_db
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Schedule:
+    """Order and limits of the updates.
+
+    Parameters
+    ----------
+    name : str
+        What a user selects it by.
+    interference_threshold_db : float
+        Default of T_beta.
+    first_threshold_db : float or None
+        Threshold of a ramp's first channel component; the best chirp fitted to pure noise scores
+        about 10 dB. None applies T_beta to the first as well and keeps a template in every ramp.
+    prune_margin_db : float
+        By how much a channel component may fall below its threshold before it is pruned; without
+        a margin components close to the threshold come and go for ever.
+    bursts_per_ramp : int
+        Bursts modelled in a ramp at most.
+    early_burst_range_db, burst_range_db : float
+        By how much a further burst of a ramp may be weaker than its strongest, up to the last early
+        search and after it: what the fit of a burst has not reached yet looks like more bursts.
+    channel_additions : int
+        Channel components added per ramp and iteration at most.
+    late_object_additions : int
+        Object components added per iteration at most once `impute_from` is reached; before, one: an
+        object too many is hard to tell from a burst that is not modelled yet.
+    early_search : tuple of int
+        Iterations in which every ramp is searched for a single chirp; what disagrees with the
+        search is dropped or restarted.
+    late_search_period : int or None
+        After the last of these, every so many iterations; None never again.
+    search_before_convergence : bool
+        Whether a run may only end after a search that found nothing new.
+    recompute_amplitudes : bool
+        Whether beta is recomputed after the last refinement of theta in Algorithm 2.
+    refinement_steps : int
+        Newton steps of theta per call.
+    correct_filter : tuple of two int, or None
+        First and last iteration (from 0) in which the correction of the assumed filter is
+        estimated; afterwards it stands still, because it and the channels trade slowly what makes
+        no difference to the fit. None never.
+    impute_from : int or None
+        Iteration (from 0) after which samples that no source explains are set aside; earlier it
+        would set aside bursts that are not modelled yet. None never.
+    """
+
+    name: str
+    interference_threshold_db: float
+    first_threshold_db: float | None
+    prune_margin_db: float
+    bursts_per_ramp: int
+    early_burst_range_db: float
+    burst_range_db: float
+    channel_additions: int
+    late_object_additions: int
+    early_search: tuple[int, ...]
+    late_search_period: int | None
+    search_before_convergence: bool
+    recompute_amplitudes: bool
+    refinement_steps: int = 1
+    correct_filter: tuple[int, int] | None = None
+    impute_from: int | None = None
+
+    def object_additions(self, iteration: int) -> int:
+        """Object components that may be added in this iteration (counted from 0)."""
+        late = self.impute_from is not None and iteration >= self.impute_from
+        return self.late_object_additions if late else 1
+
+    def weakest_burst_share(self, iteration: int) -> float:
+        """Share of a ramp's strongest burst that a further one must have (counted from 0)."""
+        late = self.search_is_late(iteration)
+        return float(from_db(-(self.burst_range_db if late else self.early_burst_range_db)))
+
+    def search_is_late(self, iteration: int) -> bool:
+        """Whether the early searches are over in this iteration (counted from 0)."""
+        return iteration > self.early_search[-1]
+
+    def correction_due(self, iteration: int) -> bool:
+        """Whether the assumed filter is corrected in this iteration (counted from 0)."""
+        window = self.correct_filter
+        return window is not None and window[0] <= iteration <= window[1]
+
+    def search_due(self, iteration: int) -> bool:
+        """Whether the ramps are searched for bursts in this iteration (counted from 0)."""
+        if iteration <= self.early_search[-1] or self.late_search_period is None:
+            return iteration in self.early_search
+        return iteration % self.late_search_period == 0
+
+
+ROBUST: Final = Schedule(
+    name="robust",
+    interference_threshold_db=6.0,
+    first_threshold_db=13.0,
+    prune_margin_db=1.0,
+    bursts_per_ramp=3,
+    early_burst_range_db=30.0,
+    burst_range_db=40.0,
+    channel_additions=4,
+    late_object_additions=4,
+    early_search=(0, 2, 4, 6, 8, 10, 12),
+    late_search_period=4,
+    search_before_convergence=True,
+    recompute_amplitudes=True,
+    correct_filter=(1, 14),
+    impute_from=6,
+)
+
+PAPER: Final = Schedule(
+    name="paper",
+    interference_threshold_db=3.0,
+    first_threshold_db=None,
+    prune_margin_db=0.0,
+    bursts_per_ramp=1,
+    early_burst_range_db=0.0,
+    burst_range_db=0.0,
+    channel_additions=1,
+    late_object_additions=1,
+    early_search=(0,),
+    late_search_period=None,
+    search_before_convergence=False,
+    recompute_amplitudes=False,
+)
+
+SCHEDULES: Final = {schedule.name: schedule for schedule in (ROBUST, PAPER)}
+
+
+def schedule_by_name(name: str) -> Schedule:
+    """Return the schedule called `name`.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in SCHEDULES:
+        raise InputError(f"schedule is {name!r}; it must be one of {', '.join(SCHEDULES)}.")
+    return SCHEDULES[name]

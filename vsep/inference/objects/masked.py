@@ -1,0 +1,138 @@
+"""The masked estimator: objects alone, from the samples that no interference hit.
+
+It is `ObjectOnlySeparator` told which samples to ignore; nothing is put in their place. With the
+diagonal mask M of the used samples the mean of the weights solves
+
+    lambda Phi^H M (r - Phi alpha) = Gamma alpha .
+
+Phi^H M Phi has no structure to exploit. Every step therefore works on a whole frame that has the
+same gradient, ``r' = Phi alpha + w M (r - Phi alpha)`` with noise precision ``lambda / w``: a
+majorisation step (w = 1 is expectation-maximisation, the prediction in place of the missing
+samples), made longer. With w = PN / (number of used samples) atoms keep their norm on the used
+samples on average, so that covariances, thresholds and standard deviations account for what is
+missing. Any w < 2 converges, as the eigenvalues of M are 0 and 1.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vsep._typing import BoolArray, ComplexArray, frozen
+from vsep.errors import InputError
+from vsep.inference.core.estimator import is_quiet, require_one_antenna, settle
+from vsep.inference.core.progress import IterationInfo, Termination
+from vsep.inference.core.schedule import ROBUST
+from vsep.inference.core.state import SeparationState
+from vsep.inference.core.stopwatch import OBJECTS, part
+from vsep.inference.objects.object_only import (
+    ObjectOnlySeparator,
+    conclude_objects,
+    expected_error,
+    update_objects,
+)
+from vsep.signal.template import SignalModel
+
+MAX_STEP = 1.9  # w at most: beyond half the samples missing, where w < 2 would not hold
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class MaskedSeparator:
+    """Algorithm 3 on the samples that are not flagged.
+
+    Parameters
+    ----------
+    model : SignalModel
+        Size, sampling and assumed filter (which plays no part here).
+    mask : (P, N) bool or None
+        True where a sample is interfered and to be ignored; None uses all.
+    false_alarm_rate, object_threshold_db, max_iterations
+        As for `ObjectOnlySeparator`.
+    """
+
+    model: SignalModel
+    mask: BoolArray | None = None
+    false_alarm_rate: float = 0.05
+    object_threshold_db: float | None = None
+    max_iterations: int = 100
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        require_one_antenna(self.model, "masked")
+        self._object_only()
+        mask = np.zeros(self.model.shape, np.bool_) if self.mask is None else np.array(self.mask)
+        if mask.shape != self.model.shape or mask.dtype != np.bool_:
+            raise InputError(
+                f"The mask has shape {mask.shape} and type {mask.dtype}; it must be boolean, "
+                f"{self.model.shape}."
+            )
+        if np.count_nonzero(~mask) < 2:
+            raise InputError(
+                f"The mask flags all but {np.count_nonzero(~mask)} of {mask.size} samples; at "
+                "least 2 must be usable."
+            )
+        object.__setattr__(self, "mask", frozen(mask))
+
+    def _object_only(self) -> ObjectOnlySeparator:
+        return ObjectOnlySeparator(
+            model=self.model,
+            false_alarm_rate=self.false_alarm_rate,
+            object_threshold_db=self.object_threshold_db,
+            max_iterations=self.max_iterations,
+        )
+
+    @property
+    def used(self) -> BoolArray:
+        """(P, N) True where a sample is used."""
+        assert self.mask is not None  # set in __post_init__
+        return ~self.mask
+
+    @property
+    def threshold_db(self) -> float:
+        """Object threshold T_alpha in force, dB."""
+        return self._object_only().threshold_db
+
+    def init(self, received: ComplexArray) -> SeparationState:
+        """State before the first step; see `ObjectOnlySeparator.init`.
+
+        Raises
+        ------
+        InputError
+            If the frame cannot be used, or is zero wherever it is not flagged.
+        """
+        received = self.model.check(received)
+        used = received[self.used]
+        energy = float(np.sum(np.abs(used) ** 2))
+        if energy == 0.0:
+            raise InputError("received is zero at every sample that is not flagged.")
+        state = self._object_only().init(received)
+        return replace(
+            state,
+            noise_precision=2.0 * (used.size - 1) / energy,
+            used_share=used.size / received.size,
+        )
+
+    def step(
+        self, received: ComplexArray, state: SeparationState
+    ) -> tuple[SeparationState, IterationInfo]:
+        """One iteration of Algorithm 3 on a whole frame with the gradient of the used samples."""
+        used = self.used
+        num_used = int(np.count_nonzero(used))
+        length = min(used.size / num_used, MAX_STEP)
+        unexplained = np.where(used, received - state.object_signal, 0.0)
+        with part(OBJECTS):
+            objects = update_objects(
+                state.object_signal + length * unexplained,
+                replace(state, noise_precision=state.noise_precision / length),
+                self.threshold_db,
+                ROBUST.object_additions(state.iteration),
+            )
+        object_signal = objects.signal
+        difference = received - object_signal
+        share = num_used / used.size
+        error = expected_error(difference[used], share * objects.active.trace())
+        new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
+        return replace(new_state, interference_signal=np.where(used, 0.0, difference)), info
+
+    def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
+        """Converged when nothing happened, nothing moved and lambda is steady."""
+        return settle(state, self.max_iterations, converged=is_quiet(info))

@@ -1,0 +1,39 @@
+"""Objects that several antennas see: one place and one prior for all, a weight for each.
+
+The columns and their prior precisions are the same at every antenna, so that the weights of all
+have one covariance; antennas multiply what is learnt of places and precisions. Nothing is assumed
+of how the weights of one object belong together: neither where the antennas are nor how they are
+calibrated. Sparse Bayesian learning of Sec. III-C with several snapshots, as D. Wipf and B. Rao
+(IEEE Trans. Signal Processing 55(7), 2007) have it.
+"""
+
+import numpy as np
+
+from vsep.inference.objects.sbl import ActiveSet
+
+
+class MultipleVectorActiveSet(ActiveSet):
+    """Weight posterior of columns that A antennas share; ``projections`` is (K, A).
+
+    ``covariance`` (K, K) is that of the weights at one antenna, ``amplitudes`` (K, A) has all.
+    """
+
+    @property
+    def num_antennas(self) -> int:
+        """Number of antennas A."""
+        return int(self.projections.shape[1])
+
+    def refresh(self) -> None:
+        """Recompute covariance and means, (58)-(59)."""
+        super().refresh()
+        if len(self) == 0:
+            self.amplitudes = np.zeros(self.projections.shape, dtype=np.complex128)
+
+    def cost(self) -> float:
+        """Log evidence of the non-linear parameters, (67) summed over the antennas."""
+        fit = np.vdot(self.projections, self.amplitudes).real
+        return self.num_antennas * self.log_determinant + self.noise_precision * float(fit)
+
+    def trace(self) -> float:
+        """tr(A C A^H) of all antennas."""
+        return self.num_antennas * super().trace()

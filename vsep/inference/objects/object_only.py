@@ -1,0 +1,182 @@
+"""Object estimation alone: Algorithm 3 on the received signal, interference neglected."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vsep._typing import ComplexArray
+from vsep._validation import require_range
+from vsep.inference.core.elbo import noise_bound, weights_bound
+from vsep.inference.core.estimator import is_quiet, settle
+from vsep.inference.core.progress import IterationInfo, Termination
+from vsep.inference.core.schedule import ROBUST
+from vsep.inference.core.state import SeparationState
+from vsep.inference.core.stopwatch import OBJECTS, part
+from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
+from vsep.inference.objects.workspace import ObjectWorkspace, no_objects
+from vsep.signal.template import SignalModel
+from vsep.units import from_db, to_db
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ObjectOnlySeparator:
+    """Algorithm 3 alone: interference is neglected.
+
+    Parameters
+    ----------
+    model : SignalModel
+        Size, sampling and assumed filter (which plays no part here).
+    false_alarm_rate : float
+        Expected false alarms in a noise-only frame; sets the object threshold.
+    object_threshold_db : float or None
+        The threshold itself, in place of the rate.
+    max_iterations : int
+        Where a run stops at the latest.
+    """
+
+    model: SignalModel
+    false_alarm_rate: float = 0.05
+    object_threshold_db: float | None = None
+    max_iterations: int = 100
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        require_range("false_alarm_rate", self.false_alarm_rate, 1e-9, 1e3, "per frame")
+        if self.object_threshold_db is not None:
+            require_range("object_threshold_db", self.object_threshold_db, 0.0, 100.0, "dB")
+        require_range("max_iterations", self.max_iterations, 1, 100_000)
+
+    @property
+    def threshold_db(self) -> float:
+        """Object threshold T_alpha in force, dB."""
+        if self.object_threshold_db is not None:
+            return self.object_threshold_db
+        size = *self.model.shape, self.model.num_antennas
+        return float(to_db(threshold_from_false_alarm_rate(self.false_alarm_rate, *size)))
+
+    def init(self, received: ComplexArray) -> SeparationState:
+        """State before the first step: no component, lambda = 2 (NP - 1) / ||r||^2.
+
+        Raises
+        ------
+        InputError
+            If the frame has another shape, is all zero, or holds a value that is not finite.
+        """
+        received = self.model.check(received)
+        return SeparationState(
+            iteration=0,
+            objects=no_objects(self.model.num_antennas),
+            bursts=(),
+            noise_precision=2.0 * (received.size - 1) / float(np.sum(np.abs(received) ** 2)),
+            object_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
+            interference_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
+            next_component_id=0,
+        )
+
+    def step(
+        self, received: ComplexArray, state: SeparationState
+    ) -> tuple[SeparationState, IterationInfo]:
+        """One iteration of Algorithm 3 on the received signal itself."""
+        with part(OBJECTS):
+            objects = update_objects(
+                received,
+                state,
+                self.threshold_db,
+                ROBUST.object_additions(state.iteration),
+                self.model.num_antennas,
+            )
+        object_signal = objects.signal
+        error = expected_error(received - object_signal, objects.active.trace())
+        return conclude_objects(state, objects, object_signal, error, received.size)
+
+    def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
+        """Converged when nothing happened, nothing moved and lambda is steady."""
+        return settle(state, self.max_iterations, converged=is_quiet(info))
+
+
+def update_objects(
+    residual: ComplexArray,
+    state: SeparationState,
+    threshold_db: float,
+    max_additions: int,
+    num_antennas: int = 1,
+) -> ObjectWorkspace:
+    """Run Algorithm 3 on a residual: new components first, then every component in turn.
+
+    Parameters
+    ----------
+    residual : (A P, N) complex
+        Received signal minus the interference estimate.
+    state : SeparationState
+        Where the step starts from.
+    threshold_db : float
+        T_alpha.
+    max_additions : int
+        New components at most.
+    num_antennas : int
+        A.
+    """
+    workspace = ObjectWorkspace(
+        state.objects,
+        residual,
+        state.noise_precision,
+        threshold=float(from_db(threshold_db)),
+        next_id=state.next_component_id,
+        num_antennas=num_antennas,
+    )
+    workspace.add_components(max_additions)
+    workspace.update_components()
+    return workspace
+
+
+def conclude_objects(
+    state: SeparationState,
+    objects: ObjectWorkspace,
+    object_signal: ComplexArray,
+    error: float,
+    num_used: int,
+) -> tuple[SeparationState, IterationInfo]:
+    """Freeze a step that changed objects only: lambda (65) from the expected error, the bound (19).
+
+    Parameters
+    ----------
+    state : SeparationState
+        Where the step started from.
+    objects : ObjectWorkspace
+        What it made of the objects.
+    object_signal : (P, N) complex
+        Phi alpha.
+    error : float
+        Expected error, see `expected_error`.
+    num_used : int
+        Samples that count.
+    """
+    noise_precision = num_used / error
+    active = objects.active
+    bound = weights_bound(
+        active.amplitudes,
+        np.diagonal(active.covariance).real,
+        active.precisions,
+        active.log_determinant,
+    ) + noise_bound(num_used, noise_precision, error)
+    new_state = replace(
+        state,
+        iteration=state.iteration + 1,
+        objects=objects.components(),
+        noise_precision=noise_precision,
+        object_signal=object_signal,
+        next_component_id=objects.next_id,
+    )
+    return new_state, IterationInfo(
+        elbo=bound,
+        events=tuple(objects.events),
+        max_frequency_change=objects.max_frequency_change,
+        noise_precision_change=noise_precision / state.noise_precision - 1.0,
+        searched=False,
+        separability_ratio_db=float("nan"),
+    )
+
+
+def expected_error(residual: ComplexArray, trace: float) -> float:
+    """Denominator of (65): residual energy plus the energy of the weights' uncertainty."""
+    return float(np.vdot(residual, residual).real) + trace

@@ -1,0 +1,118 @@
+"""How object components move: their posterior at given places, and a joint step of all, (67)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dgesv
+
+from vsep._typing import ComplexArray, FloatArray
+from vsep.inference.objects.measurement_vectors import MultipleVectorActiveSet
+from vsep.inference.objects.sbl import ActiveSet
+from vsep.kernels import joint_slopes as slopes
+from vsep.kernels.line_spectra import Columns
+from vsep.kernels.newton_ascent import MAX_STEP_CELLS, NO_GAIN
+from vsep.kernels.object_posterior import place_columns
+from vsep.kernels.posterior import Posterior
+from vsep.signal.atoms import Factors
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedComponents:
+    """Points (L, 2) of the objects, with the factors of all columns and their posterior.
+
+    The first L columns are the objects. Further ones, the background, keep their place while the
+    objects move; the factorised separator has none, the joint one has the interference there.
+    """
+
+    points: FloatArray
+    factors: Factors
+    active: ActiveSet
+
+    @property
+    def background(self) -> Factors:
+        """Factors of the columns that do not move."""
+        count = len(self.points)
+        return self.factors[0][count:], self.factors[1][count:]
+
+    @property
+    def columns(self) -> Columns:
+        """What the kernels take of all columns."""
+        active = self.active
+        weights = active.amplitudes if active.amplitudes.ndim == 2 else active.amplitudes[:, None]
+        return Columns(*self.factors, active.covariance, weights, active.noise_precision)
+
+
+def place_components(
+    points: FloatArray,
+    precisions: FloatArray,
+    residual: ComplexArray,
+    noise_precision: float,
+    background: Factors,
+) -> PlacedComponents:
+    """Posterior of all columns with the objects at the given points.
+
+    Parameters
+    ----------
+    points : (L, 2) float
+        Beats and Dopplers.
+    precisions : (L + M,) float
+        Prior precisions of the objects, then of the background.
+    residual : (P, N) or, of several antennas, (A P, N) complex
+        Received signal minus what is not among the columns.
+    noise_precision : float
+        lambda.
+    background : tuple of (M, N) and (M, P) complex
+        Separable columns that do not move; also the size of a frame, where there are none.
+
+    Raises
+    ------
+    LinAlgError
+        If the precision matrix is not positive definite.
+    """
+    placed = place_columns(points, background, precisions, residual, noise_precision)
+    factors = placed.beat_factors, placed.doppler_factors
+    projections, amplitudes = placed.projections, placed.amplitudes
+    kind: type[ActiveSet] = MultipleVectorActiveSet
+    if len(residual) == background[1].shape[1]:
+        kind, projections, amplitudes = ActiveSet, projections[:, 0], amplitudes[:, 0]
+    fit = Posterior(placed.gram, projections, placed.covariance, amplitudes, placed.log_determinant)
+    return PlacedComponents(points, factors, kind.fitted(fit, precisions, noise_precision))
+
+
+def joint_slopes(placed: PlacedComponents, residual: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Gradient of (67) by all beats, then (for several ramps) all Dopplers, and its curvature."""
+    return slopes.joint_slopes(len(placed.points), residual, placed.columns)
+
+
+def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedComponents:
+    """One damped Gauss-Newton step of all objects together; the joint cost never falls.
+
+    Moving one component at a time converges slowly where several share a resolution cell; the
+    Fisher information knows their coupling.
+    """
+    active, count = placed.active, len(placed.points)
+    if count < 2 or not active.amplitudes.all():
+        return placed
+    gradient, curvature = joint_slopes(placed, residual)
+    # LAPACK directly: for matrices this small its wrappers cost more than the algebra.
+    *_, step, failed = dgesv(curvature, gradient)
+    if failed or gradient @ step < 2.0 * NO_GAIN:
+        return placed  # nothing to gain, as always where components coincide
+    moves = np.zeros((count, 2))
+    moves[:, : len(step) // count] = step.reshape(-1, count).T
+    cells = placed.factors[0].shape[1], placed.factors[1].shape[1]
+    longest = float((abs(moves) * cells).max())
+    moves *= min(1.0, MAX_STEP_CELLS / max(longest, 1e-300))
+    cost = active.cost()
+    for _ in range(3):
+        trial = place_components(
+            placed.points + moves,
+            active.precisions,
+            residual,
+            active.noise_precision,
+            placed.background,
+        )
+        if trial.active.cost() >= cost:
+            return trial
+        moves = 0.25 * moves
+    return placed

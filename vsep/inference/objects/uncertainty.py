@@ -1,0 +1,120 @@
+"""How well the dispersion parameters are known: posterior standard deviations of zeta.
+
+Around its maximum the joint cost (67) is quadratic; its curvature is the Fisher information of all
+frequencies with the complex weights as nuisance parameters,
+``F = 2 lambda Re{ B^H (I - lambda Phi C Phi^H) B }``, where B holds the derivatives of the atoms
+times their weights. The interference enters through lambda only: not knowing it raises the bound
+by about 0.01 % where bursts are short.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, pinvh
+
+from vsep._typing import ComplexArray, FloatArray
+from vsep.inference.core.state import ObjectComponents
+from vsep.signal.atoms import gram, gram_between, line_factors, moved_atoms
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class DispersionStd:
+    """Standard deviations of the objects' frequencies.
+
+    Attributes
+    ----------
+    beats : (L,) float
+        Cycles per sample.
+    dopplers : (L,) float
+        Cycles per ramp; infinite for a single ramp, where Doppler is not observable.
+    """
+
+    beats: FloatArray
+    dopplers: FloatArray
+
+
+def fisher_information(
+    beats: FloatArray,
+    dopplers: FloatArray,
+    amplitudes: ComplexArray,
+    precisions: FloatArray,
+    noise_precision: float,
+    shape: tuple[int, int],
+) -> FloatArray:
+    """Fisher information of (beats, dopplers) with unknown complex weights.
+
+    Parameters
+    ----------
+    beats, dopplers : (L,) float
+        Normalised frequencies.
+    amplitudes : (L,) or, of several antennas, (L, A) complex
+        Weights of unit-norm atoms.
+    precisions : (L,) float
+        Prior precisions of the weights; zeros give the deterministic bound.
+    noise_precision : float
+        lambda.
+    shape : tuple of int
+        (P, N).
+
+    Returns
+    -------
+    (2L, 2L) or, for one ramp, (L, L) float
+
+    Examples
+    --------
+    One line at 30 dB in 256 samples: the root of the Cramer-Rao bound is 4.816e-5.
+
+    >>> import numpy as np
+    >>> fisher = fisher_information(np.array([0.1]), np.zeros(1), np.ones(1, dtype=complex),
+    ...                             np.zeros(1), 1e3, (1, 256))
+    >>> f"{fisher[0, 0] ** -0.5:.3e}"
+    '4.816e-05'
+    """
+    num_ramps, num_samples = shape
+    factors = line_factors(beats, num_samples), line_factors(dopplers, num_ramps)
+    shared = amplitudes.ndim == 2
+    weights = np.ones(len(beats), dtype=np.complex128) if shared else amplitudes
+    moved = moved_atoms(factors, weights)
+    crossed = gram_between(factors, moved)
+    posterior = cho_factor(noise_precision * gram(*factors) + np.diag(precisions), lower=True)
+    explained = noise_precision * crossed.conj().T @ cho_solve(posterior, crossed)
+    seen = gram(*moved) - explained
+    if shared:
+        # What is learnt at each antenna adds up.
+        every = np.tile(amplitudes, (len(seen) // len(beats), 1))
+        seen = seen * (every.conj() @ every.T)
+    fisher: FloatArray = 2.0 * noise_precision * seen.real
+    return fisher
+
+
+def dispersion_std(
+    objects: ObjectComponents, noise_precision: float, shape: tuple[int, int]
+) -> DispersionStd:
+    """Posterior standard deviations of every object's beat and Doppler frequency.
+
+    Parameters
+    ----------
+    objects : ObjectComponents
+        Posterior of the object channel.
+    noise_precision : float
+        lambda.
+    shape : tuple of int
+        (P, N).
+    """
+    num_objects = objects.num_components
+    unknown = np.full(num_objects, np.inf)
+    if num_objects == 0:
+        return DispersionStd(beats=np.zeros(0), dopplers=np.zeros(0))
+    fisher = fisher_information(
+        objects.beats,
+        objects.dopplers,
+        objects.amplitudes,
+        objects.precisions,
+        noise_precision,
+        shape,
+    )
+    # Coincident components make F singular; the pseudo-inverse keeps the others' figures.
+    deviation = np.sqrt(np.maximum(np.diagonal(pinvh(fisher)), 0.0))
+    if shape[0] == 1:
+        return DispersionStd(beats=deviation, dopplers=unknown)
+    return DispersionStd(beats=deviation[:num_objects], dopplers=deviation[num_objects:])

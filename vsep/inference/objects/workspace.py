@@ -1,0 +1,247 @@
+"""Algorithm 3: find, refine, add, update and prune the grid-less object components."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from vsep._typing import ComplexArray, FloatArray
+from vsep.inference.core.progress import ComponentEvent, EventKind
+from vsep.inference.core.state import ObjectComponents
+from vsep.inference.objects.refinement import PlacedComponents, joint_step, place_components
+from vsep.inference.objects.sbl import ActiveSet
+from vsep.kernels.candidates import Candidate, best_candidate
+from vsep.kernels.convergence import largest_move
+from vsep.kernels.newton_ascent import Updated, update_lines
+from vsep.kernels.object_posterior import lines_trace, object_signals, unexplained
+from vsep.signal.atoms import Factors
+from vsep.units import to_db, wrap_frequency
+
+ADDITION_WINDOW = 0.25  # of the first candidate's ratio: what a further one of the step must reach
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Background:
+    """Separable columns (M, N) x (M, P) of another source, and their prior precisions (M,)."""
+
+    factors: Factors
+    precisions: FloatArray
+
+
+class ObjectWorkspace:
+    """The object components while Algorithm 3 changes them.
+
+    Parameters
+    ----------
+    components : ObjectComponents
+        Where the step starts from.
+    residual : (P, N) or, of several antennas, (A P, N) complex
+        r_alpha: received signal minus the interference estimate.
+    noise_precision : float
+        lambda.
+    threshold : float
+        T_alpha, linear; the sum of the antennas' ratios is compared with it.
+    next_id : int
+        Identity of the next new component.
+    background : Background, optional
+        Columns of another source that share the joint posterior, in place of being subtracted.
+    num_antennas : int
+        A.
+    """
+
+    def __init__(
+        self,
+        components: ObjectComponents,
+        residual: ComplexArray,
+        noise_precision: float,
+        *,
+        threshold: float,
+        next_id: int,
+        background: Background | None = None,
+        num_antennas: int = 1,
+    ) -> None:
+        # Writable copies: for read-only arrays the kernels would be compiled a second time.
+        self.residual = residual.copy()
+        self.num_antennas = num_antennas
+        self.threshold = threshold
+        self.next_id = next_id
+        self.events: list[ComponentEvent] = []
+        self.ids = components.component_ids.copy()
+        if background is None:
+            background = no_background(len(residual) // num_antennas, residual.shape[1])
+        self.placed = place_components(
+            np.array([components.beats, components.dopplers]).T.copy(),
+            np.concatenate([components.precisions, background.precisions]),
+            self.residual,
+            noise_precision,
+            background.factors,
+        )
+        self._summed: tuple[PlacedComponents | None, ComplexArray] = None, self.residual
+        self.max_frequency_change = 0.0
+
+    @property
+    def points(self) -> FloatArray:
+        """(L, 2) beat and Doppler frequency of each component."""
+        return self.placed.points
+
+    @property
+    def factors(self) -> Factors:
+        """Beat (L, N) and Doppler (L, P) factors of the components."""
+        beat, doppler = self.placed.factors
+        return beat[: len(self.ids)], doppler[: len(self.ids)]
+
+    @property
+    def active(self) -> ActiveSet:
+        """Posterior of the weights of all columns."""
+        return self.placed.active
+
+    @property
+    def signal(self) -> ComplexArray:
+        """(P, N) or (A P, N) estimate Phi alpha."""
+        placed, signal = self._summed
+        if placed is not self.placed:
+            weights = self.placed.columns.amplitudes[: len(self.ids)]
+            signal = object_signals(*self.factors, weights)
+            self._summed = self.placed, signal
+        return signal
+
+    def add_components(self, max_additions: int) -> None:
+        """Add up to `max_additions` new components, the strongest candidate first.
+
+        Further ones must come close to the first in strength: a much weaker candidate may be a side
+        lobe or a piece of a burst that the next iteration explains.
+        """
+        weakest = self.threshold
+        for number in range(max_additions):
+            candidate = self._best_candidate()
+            if candidate.absorbed or candidate.ratio <= weakest:
+                if number == 0:
+                    self._record(EventKind.OBJECT_REJECTED, candidate.ratio, -1, candidate[:2])
+                return
+            weakest = max(weakest, ADDITION_WINDOW * candidate.ratio)
+            self._insert(candidate)
+            self.ids = np.append(self.ids, self.next_id)
+            self._record(EventKind.OBJECT_ADDED, candidate.ratio, self.next_id, candidate[:2])
+            self.next_id += 1
+
+    def _best_candidate(self) -> Candidate:
+        """Look for one more component in what the columns leave unexplained."""
+        columns = self.placed.columns
+        rest = unexplained(self.residual, columns)
+        num_ramps, num_samples = rest.shape[1:]
+        # Axis after axis: a transform of both would run over the added rows of zeros as well.
+        if num_ramps > 1:
+            rest = fft.ifft(rest, 2 * num_ramps, axis=1)
+        transforms = fft.ifft(rest, 2 * num_samples, axis=2)
+        return best_candidate(transforms, self.residual, columns, self.threshold)
+
+    def _insert(self, candidate: Candidate) -> None:
+        """Place a new component behind the others, ahead of the background."""
+        count, active = len(self.ids), self.active
+        self.placed = place_components(
+            np.concatenate([self.points, [[candidate.beat, candidate.doppler]]]),
+            np.insert(active.precisions, count, candidate.precision),
+            self.residual,
+            active.noise_precision,
+            self.placed.background,
+        )
+
+    def update_components(self) -> None:
+        """Refine, re-weigh or prune every component in turn (the loop of Algorithm 3).
+
+        Deviation: a joint step of all components follows, which the paper does not have; it takes
+        the place of tens of rounds where components share a resolution cell.
+        """
+        before, active = self.placed, self.active
+        new = update_lines(
+            before.points, active.precisions, self.residual, before.columns, self.threshold
+        )
+        points, precisions, start = new.points, new.precisions, before.points
+        if not new.kept.all():
+            self._record_pruned(new)
+            dropped = np.flatnonzero(~new.kept)
+            points, start = points[new.kept], start[new.kept]
+            precisions, self.ids = np.delete(precisions, dropped), self.ids[new.kept]
+        noise_precision = active.noise_precision
+        placed = place_components(
+            points, precisions, self.residual, noise_precision, before.background
+        )
+        placed = joint_step(placed, self.residual)
+        self.max_frequency_change = largest_move(
+            start, placed.points, placed.active.precisions, placed.columns
+        )
+        points = wrap_frequency(placed.points)
+        self.placed = PlacedComponents(points, placed.factors, placed.active)
+
+    def _record_pruned(self, new: Updated) -> None:
+        for index in np.flatnonzero(~new.kept):
+            ratio, component_id = float(new.ratios[index]), int(self.ids[index])
+            self._record(EventKind.OBJECT_PRUNED, ratio, component_id, self.points[index])
+
+    def _record(
+        self,
+        kind: EventKind,
+        ratio: float,
+        component_id: int,
+        point: FloatArray | tuple[float, float],
+    ) -> None:
+        self.events.append(
+            ComponentEvent(
+                kind=kind,
+                snr_db=float(to_db(ratio)),
+                threshold_db=float(to_db(self.threshold)),
+                component_id=component_id,
+                beat=float(point[0]),
+                doppler=float(point[1]),
+            )
+        )
+
+    def components(self) -> ObjectComponents:
+        """Freeze the result of the step."""
+        count, active = len(self.ids), self.active
+        return ObjectComponents(
+            component_ids=self.ids,
+            beats=self.points[:, 0],
+            dopplers=self.points[:, 1],
+            amplitudes=active.amplitudes[:count],
+            covariance=active.covariance[:count, :count],
+            precisions=active.precisions[:count],
+        )
+
+
+def no_background(num_ramps: int, num_samples: int) -> Background:
+    """Return a background without columns."""
+    factors = (
+        np.empty((0, num_samples), dtype=np.complex128),
+        np.empty((0, num_ramps), dtype=np.complex128),
+    )
+    return Background(factors, np.empty(0))
+
+
+def no_objects(num_antennas: int = 1) -> ObjectComponents:
+    """Return an empty object channel."""
+    shape = (0,) if num_antennas == 1 else (0, num_antennas)
+    return ObjectComponents(
+        component_ids=np.zeros(0, dtype=np.int64),
+        beats=np.zeros(0),
+        dopplers=np.zeros(0),
+        amplitudes=np.zeros(shape, dtype=np.complex128),
+        covariance=np.zeros((0, 0), dtype=np.complex128),
+        precisions=np.zeros(0),
+    )
+
+
+def objects_trace(components: ObjectComponents, shape: tuple[int, ...], num_antennas: int) -> float:
+    """tr(Phi C Phi^H), the expected energy of the weights' uncertainty at all antennas.
+
+    Parameters
+    ----------
+    components : ObjectComponents
+        The objects.
+    shape : tuple of int
+        Of one antenna's frame, (P, N).
+    num_antennas : int
+        A.
+    """
+    points = np.array([components.beats, components.dopplers])
+    return num_antennas * lines_trace(points, components.covariance.copy(), *shape)

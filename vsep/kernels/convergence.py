@@ -1,0 +1,42 @@
+"""How far objects have moved, measured by how well their places are known."""
+
+import numpy as np
+
+from vsep._typing import FloatArray
+from vsep.kernels.compiler import compiled
+from vsep.kernels.line_spectra import Columns
+
+
+@compiled
+def largest_move(
+    before: FloatArray, after: FloatArray, precisions: FloatArray, columns: Columns
+) -> float:
+    """Largest of the objects' moves, in standard deviations of isolated lines.
+
+    ``sqrt(6 / (omega^2 / rho)) / (2 pi)`` cells is such a deviation, with the moments (23)-(24) of
+    the weight; its ratio is 1 at least, also where the others explain a weight.
+
+    Parameters
+    ----------
+    before, after : (L, 2) float
+        Beat and Doppler frequencies, cyclic.
+    precisions : (K,) float
+        Prior precisions of all columns, of which the first L are objects.
+    columns : Columns
+        Posterior of their weights.
+    """
+    sizes = columns.beat_factors.shape[1], columns.doppler_factors.shape[1]
+    largest = 0.0
+    for k in range(len(after)):
+        variance = columns.covariance[k, k].real
+        inverse_rho = 1.0 / variance - precisions[k]
+        power = 0.0
+        for a in range(columns.amplitudes.shape[1]):
+            power += columns.amplitudes[k, a].real ** 2 + columns.amplitudes[k, a].imag ** 2
+        ratio = power / (variance * variance * inverse_rho) if inverse_rho > 0.0 else 0.0
+        deviation = np.sqrt(6.0 / max(ratio, 1.0)) / (2.0 * np.pi)
+        for axis in range(2):
+            move = after[k, axis] - before[k, axis]
+            cells = abs(move - np.rint(move)) * sizes[axis]
+            largest = max(largest, cells / deviation)
+    return largest

@@ -1,0 +1,213 @@
+"""Unit-norm exponentials, the object atoms made of them, and what an atom has to do with the rest.
+
+An atom is a Kronecker product phi of a line over the samples and one over the ramps. The columns,
+all or all but one of the components, are such products too: matrix Phi, with weights of mean mu and
+covariance C at each of A antennas. A component that is taken out leaves zeros in C and mu behind
+and drops out of all sums.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vsep._typing import ComplexArray, FloatArray
+from vsep.kernels.cis import turn
+from vsep.kernels.compiler import compiled
+from vsep.kernels.complex_parts import (
+    ComplexParts,
+    empty_row,
+    empty_rows,
+    line_moments,
+    multiply,
+    split,
+)
+
+EXACT = 4  # samples of an exponential set one by one; the others are these, turned on
+
+# Which derivatives, by the beat and by the Doppler frequency, stand in the six rows of a jet.
+BEAT_ORDERS = (0, 1, 0, 2, 1, 0)
+DOPPLER_ORDERS = (0, 0, 1, 0, 1, 2)
+
+
+class Columns(NamedTuple):
+    """Separable columns and the posterior of their weights.
+
+    ``beat_factors`` (L, N), ``doppler_factors`` (L, P), ``covariance`` (L, L), ``amplitudes``
+    (L, A), and the noise precision lambda.
+    """
+
+    beat_factors: ComplexArray
+    doppler_factors: ComplexArray
+    covariance: ComplexArray
+    amplitudes: ComplexArray
+    noise_precision: float
+
+
+class AtomJet(NamedTuple):
+    """What an atom phi has in common with the residual and the columns, and its derivatives.
+
+    ``rows`` (6, L) are ``phi^H Phi`` and ``innovations`` (6, A) are ``phi^H (r - Phi mu)``: values,
+    first (b, d) and second derivatives (bb, bd, dd). ``weighted`` (3, L) are ``C Phi^H phi``:
+    values and first derivatives.
+    """
+
+    rows: ComplexParts
+    innovations: ComplexParts
+    weighted: ComplexParts
+
+
+class Scratch(NamedTuple):
+    """Memory of one atom's inner products, in use until the next one's.
+
+    Its lines (N,) and (P,); moments with the residual, ``along`` (3, A P) the samples, the same
+    memory ``by_ramps`` (3 A, P), and over the ``whole`` (3, 3 A) frame; moments ``beat`` and
+    ``doppler`` (3, L) with the columns' factors.
+    """
+
+    beat_line: ComplexParts
+    doppler_line: ComplexParts
+    along: ComplexParts
+    by_ramps: ComplexParts
+    whole: ComplexParts
+    beat: ComplexParts
+    doppler: ComplexParts
+    jet: AtomJet
+
+
+class ComplexPartColumns(NamedTuple):
+    """`Columns` with the parts of each array apart, and memory for an atom beside them."""
+
+    beat_factors: ComplexParts
+    doppler_factors: ComplexParts
+    covariance: ComplexParts
+    amplitudes: ComplexParts
+    noise_precision: float
+    scratch: Scratch
+
+
+@compiled
+def by_ramps(along: ComplexParts, num_ramps: int) -> ComplexParts:
+    """Give every antenna a row: (S, A P) or (A P,) inner products along the ramps to (S A, P)."""
+    return ComplexParts(along.real.reshape((-1, num_ramps)), along.imag.reshape((-1, num_ramps)))
+
+
+@compiled
+def columns_as_parts(columns: Columns) -> ComplexPartColumns:
+    """Take all arrays apart."""
+    size, num_antennas = columns.amplitudes.shape
+    num_ramps = columns.doppler_factors.shape[1]
+    along = empty_rows(3, num_antennas * num_ramps)
+    scratch = Scratch(
+        empty_row(columns.beat_factors.shape[1]),
+        empty_row(num_ramps),
+        along,
+        by_ramps(along, num_ramps),
+        empty_rows(3, 3 * num_antennas),
+        empty_rows(3, size),
+        empty_rows(3, size),
+        AtomJet(empty_rows(6, size), empty_rows(6, num_antennas), empty_rows(3, size)),
+    )
+    return ComplexPartColumns(
+        split(columns.beat_factors),
+        split(columns.doppler_factors),
+        split(columns.covariance),
+        split(columns.amplitudes),
+        columns.noise_precision,
+        scratch,
+    )
+
+
+@compiled
+def fill_line(frequency: float, line: ComplexParts) -> None:
+    """Write ``exp(-j 2 pi frequency m) / sqrt(M)`` for m = 0 ... M - 1."""
+    real, imag = line
+    size = len(real)
+    scale = 1.0 / np.sqrt(size)
+    known = min(EXACT, size)
+    for m in range(known):
+        value = turn(-frequency * m)
+        real[m], imag[m] = scale * value.real, scale * value.imag
+    while known < size:
+        step = turn(-frequency * known)
+        for m in range(min(known, size - known)):
+            real[known + m] = real[m] * step.real - imag[m] * step.imag
+            imag[known + m] = real[m] * step.imag + imag[m] * step.real
+        known *= 2
+
+
+@compiled
+def fill_lines(frequencies: FloatArray, lines: ComplexArray) -> None:
+    """Write one exponential into every row (L, M)."""
+    line = empty_row(lines.shape[1])
+    for row in range(len(frequencies)):
+        fill_line(frequencies[row], line)
+        for m in range(lines.shape[1]):
+            lines[row, m] = complex(line.real[m], line.imag[m])
+
+
+@compiled
+def weigh(
+    rows: ComplexParts, covariance: ComplexParts, weighted: ComplexParts, num_rows: int
+) -> None:
+    """Write ``C v`` of the first rows ``v^*``, each (L,)."""
+    size = rows.real.shape[1]
+    for s in range(num_rows):
+        for k in range(size):
+            real = imag = 0.0
+            for other in range(size):
+                a, b = covariance.real[k, other], covariance.imag[k, other]
+                c, d = rows.real[s, other], rows.imag[s, other]
+                real += a * c + b * d
+                imag += b * c - a * d
+            weighted.real[s, k], weighted.imag[s, k] = real, imag
+
+
+@compiled
+def subtract_fit(
+    rows: ComplexParts, amplitudes: ComplexParts, innovations: ComplexParts, num_rows: int
+) -> None:
+    """Take ``row mu`` off an atom's inner products with the residual, (A,) for each row (L,)."""
+    for s in range(num_rows):
+        for a in range(amplitudes.real.shape[1]):
+            real = imag = 0.0
+            for k in range(rows.real.shape[1]):
+                c, d = amplitudes.real[k, a], amplitudes.imag[k, a]
+                real += rows.real[s, k] * c - rows.imag[s, k] * d
+                imag += rows.real[s, k] * d + rows.imag[s, k] * c
+            innovations.real[s, a] -= real
+            innovations.imag[s, a] -= imag
+
+
+@compiled
+def atom_jet(
+    beat_line: ComplexParts,
+    doppler_line: ComplexParts,
+    residual: ComplexParts,
+    columns: ComplexPartColumns,
+) -> AtomJet:
+    """Inner products of one atom, given by its lines, in scratch; O(APN + L (N + P) + L^2).
+
+    Parameters
+    ----------
+    beat_line, doppler_line : (N,) and (P,) complex
+        The atom.
+    residual : (A P, N) complex
+        Received signal minus what is not among the columns.
+    columns : ComplexPartColumns
+        All columns, or all others.
+    """
+    along, along_ramps, whole, beat, doppler, jet = columns.scratch[2:]
+    line_moments(residual, beat_line, along)
+    line_moments(along_ramps, doppler_line, whole)
+    line_moments(columns.beat_factors, beat_line, beat)
+    line_moments(columns.doppler_factors, doppler_line, doppler)
+    num_antennas = columns.amplitudes.real.shape[1]
+    for s in range(6):
+        i, j = BEAT_ORDERS[s], DOPPLER_ORDERS[s]
+        multiply(beat, i, doppler, j, jet.rows, s)
+        for a in range(num_antennas):
+            jet.innovations.real[s, a] = whole.real[j, i * num_antennas + a]
+            jet.innovations.imag[s, a] = whole.imag[j, i * num_antennas + a]
+    subtract_fit(jet.rows, columns.amplitudes, jet.innovations, 6)
+    weigh(jet.rows, columns.covariance, jet.weighted, 3)
+    return jet

@@ -1,0 +1,230 @@
+"""Newton's method on the cost (70), and the loop of Algorithm 3 over all components."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vsep._typing import BoolArray, ComplexArray, FloatArray
+from vsep.kernels.compiler import compiled
+from vsep.kernels.complex_parts import ComplexParts, split, write_row
+from vsep.kernels.line_spectra import Columns, ComplexPartColumns, columns_as_parts
+from vsep.kernels.object_cost import MIN_SCHUR, AtomFit, CostJet, atom_fit, cost_jet
+
+NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
+MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
+TRIALS = 4  # lengths that are tried of one step, each a quarter of the one before
+
+
+@compiled
+def newton_or_gradient_step(jet: CostJet, num_samples: int, num_ramps: int) -> tuple[float, float]:
+    """Newton step, or one along the gradient where the cost is not concave; never too long.
+
+    A single ramp has no Doppler frequency. The curvature of an isolated line scales the gradient.
+    """
+    if num_ramps == 1:
+        curvature = -jet.by_beat_beat
+        if curvature <= 0.0:
+            curvature = abs(curvature) + num_samples**2
+        beat, doppler = jet.by_beat / curvature, 0.0
+    else:
+        determinant = jet.by_beat_beat * jet.by_doppler_doppler - jet.by_beat_doppler**2
+        if jet.by_beat_beat < 0.0 and determinant > 0.0:
+            beat = jet.by_beat_doppler * jet.by_doppler - jet.by_doppler_doppler * jet.by_beat
+            doppler = jet.by_beat_doppler * jet.by_beat - jet.by_beat_beat * jet.by_doppler
+            beat, doppler = beat / determinant, doppler / determinant
+        else:
+            beat = jet.by_beat / (abs(jet.by_beat_beat) + num_samples**2)
+            doppler = jet.by_doppler / (abs(jet.by_doppler_doppler) + num_ramps**2)
+    cells = max(abs(beat) * num_samples, abs(doppler) * num_ramps)
+    if cells > MAX_STEP_CELLS:
+        beat, doppler = beat * MAX_STEP_CELLS / cells, doppler * MAX_STEP_CELLS / cells
+    return beat, doppler
+
+
+class Climb(NamedTuple):
+    """Where a climb ended, the cost there, and the cost where it began."""
+
+    beat: float
+    doppler: float
+    end: CostJet
+    start: CostJet
+
+
+class Updated(NamedTuple):
+    """Components after each had its turn.
+
+    ``points`` (L, 2), ``precisions`` (M,) of all columns, ``kept`` (L,), and ``ratios`` (L,), the
+    activation ratio of each when its turn came.
+    """
+
+    points: FloatArray
+    precisions: FloatArray
+    kept: BoolArray
+    ratios: FloatArray
+
+
+@compiled
+def climb(
+    point: FloatArray,
+    precision: float,
+    residual: ComplexParts,
+    others: ComplexPartColumns,
+    max_steps: int,
+) -> Climb:
+    """Climb (70) from a point (2,) by safeguarded Newton steps; the cost never falls.
+
+    Where the Hessian is not negative definite the step follows the gradient, scaled by the
+    curvature of an isolated line. Arguments as for `cost_jet`.
+    """
+    num_samples = others.beat_factors.real.shape[1]
+    num_ramps = others.doppler_factors.real.shape[1]
+    beat, doppler, by_beat, by_doppler = point[0], point[1], 0.0, 0.0
+    start = current = CostJet(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    # The cost where it starts counts as the first of the trials: one call, compiled once.
+    steps, trials = -1, 0
+    while steps < max_steps and trials < TRIALS:
+        trial = cost_jet(beat + by_beat, doppler + by_doppler, precision, residual, others)
+        if steps >= 0 and trial.value < current.value:
+            by_beat, by_doppler, trials = 0.25 * by_beat, 0.25 * by_doppler, trials + 1
+            continue
+        beat, doppler, current = beat + by_beat, doppler + by_doppler, trial
+        start = current if steps < 0 else start
+        steps, trials = steps + 1, 0
+        by_beat, by_doppler = newton_or_gradient_step(current, num_samples, num_ramps)
+        if current.by_beat * by_beat + current.by_doppler * by_doppler < 2.0 * NO_GAIN:
+            break
+    return Climb(beat, doppler, current, start)
+
+
+@compiled
+def downdate(columns: ComplexPartColumns, index: int) -> None:
+    """Posterior of the other components as if one were not there, which leaves zeros behind."""
+    covariance, amplitudes = columns.covariance, columns.amplitudes
+    size, num_antennas = amplitudes.real.shape
+    variance = covariance.real[index, index]
+    for i in range(size):
+        c, d = covariance.real[i, index] / variance, covariance.imag[i, index] / variance
+        for a in range(num_antennas):
+            real, imag = amplitudes.real[index, a], amplitudes.imag[index, a]
+            if i != index:
+                amplitudes.real[i, a] -= c * real - d * imag
+                amplitudes.imag[i, a] -= c * imag + d * real
+        for j in range(size):
+            # The row at `index` is what it was as long as others are changed.
+            if i != index:
+                real, imag = covariance.real[index, j], covariance.imag[index, j]
+                covariance.real[i, j] -= c * real - d * imag
+                covariance.imag[i, j] -= c * imag + d * real
+    for i in range(size):
+        covariance.real[i, index] = covariance.imag[i, index] = 0.0
+        covariance.real[index, i] = covariance.imag[index, i] = 0.0
+    for a in range(num_antennas):
+        amplitudes.real[index, a] = amplitudes.imag[index, a] = 0.0
+
+
+@compiled
+def update_inverse(
+    columns: ComplexPartColumns, index: int, precision: float, inverse_rho: float
+) -> None:
+    """Block inversion (68): the atom that was fitted last takes the place of the zeros at `index`.
+
+    Parameters
+    ----------
+    columns : ComplexPartColumns
+        Changed in place; `atom_fit` has left the atom in its scratch.
+    index : int
+        Where the zeros are.
+    precision : float
+        Prior precision of the new weight.
+    inverse_rho : float
+        The atom's, beside the others.
+    """
+    covariance, amplitudes, noise_precision, scratch = columns[2:]
+    _, innovations, weighted = scratch.jet
+    size, num_antennas = amplitudes.real.shape
+    variance = 1.0 / (inverse_rho + precision)
+    gain, square = noise_precision * variance, noise_precision * noise_precision * variance
+    for i in range(size):
+        c, d = weighted.real[0, i], weighted.imag[0, i]
+        for j in range(size):
+            real, imag = weighted.real[0, j], weighted.imag[0, j]
+            covariance.real[i, j] += square * (c * real + d * imag)
+            covariance.imag[i, j] += square * (d * real - c * imag)
+        covariance.real[i, index] = covariance.real[index, i] = -gain * c
+        covariance.imag[i, index], covariance.imag[index, i] = -gain * d, gain * d
+        for a in range(num_antennas):
+            real, imag = innovations.real[0, a], innovations.imag[0, a]
+            amplitudes.real[i, a] -= gain * noise_precision * (c * real - d * imag)
+            amplitudes.imag[i, a] -= gain * noise_precision * (c * imag + d * real)
+    covariance.real[index, index], covariance.imag[index, index] = variance, 0.0
+    for a in range(num_antennas):
+        amplitudes.real[index, a] = gain * innovations.real[0, a]
+        amplitudes.imag[index, a] = gain * innovations.imag[0, a]
+    write_row(scratch.beat_line, columns.beat_factors, index)
+    write_row(scratch.doppler_line, columns.doppler_factors, index)
+
+
+@compiled
+def move_line(
+    point: FloatArray, precision: float, residual: ComplexParts, others: ComplexPartColumns
+) -> AtomFit:
+    """One step of `climb`, in place; the trials, and what the atom ends as, need no derivatives."""
+    num_samples = others.beat_factors.real.shape[1]
+    num_ramps = others.doppler_factors.real.shape[1]
+    start = cost_jet(point[0], point[1], precision, residual, others)
+    beat, doppler = newton_or_gradient_step(start, num_samples, num_ramps)
+    if start.by_beat * beat + start.by_doppler * doppler < 2.0 * NO_GAIN:
+        beat = doppler = 0.0
+    trials = 0
+    while True:
+        fit = atom_fit(point[0] + beat, point[1] + doppler, precision, residual, others)
+        if fit.value >= start.value or trials == TRIALS or (beat == 0.0 and doppler == 0.0):
+            break
+        trials += 1
+        shorter = 0.25 if trials < TRIALS else 0.0
+        beat, doppler = shorter * beat, shorter * doppler
+    point[0] += beat
+    point[1] += doppler
+    return fit
+
+
+@compiled
+def update_lines(
+    points: FloatArray,
+    precisions: FloatArray,
+    residual: ComplexArray,
+    columns: Columns,
+    threshold: float,
+) -> Updated:
+    """Loop of Algorithm 3: move, test and re-weigh or prune every component in turn.
+
+    Parameters
+    ----------
+    points : (L, 2) float
+        Beat and Doppler frequencies.
+    precisions : (M,) float
+        Prior precisions of all columns, of which the first L are objects.
+    residual : (A P, N) complex
+        Received signal minus what is not among the columns.
+    columns : Columns
+        All M.
+    threshold : float
+        T, linear; the sum of the antennas' ratios is compared with it.
+    """
+    count, num_antennas = len(points), columns.amplitudes.shape[1]
+    rest, posterior = split(residual), columns_as_parts(columns)
+    new = Updated(points.copy(), precisions.copy(), np.ones(count, np.bool_), np.zeros(count))
+    for index in range(count):
+        downdate(posterior, index)
+        moved = points[index].copy()
+        fit = move_line(moved, precisions[index], rest, posterior)
+        if fit.inverse_rho > MIN_SCHUR * columns.noise_precision:
+            new.ratios[index] = fit.power / fit.inverse_rho
+        if new.ratios[index] <= threshold:
+            new.kept[index] = False
+            continue
+        new.points[index] = moved
+        # gamma = 1 / (omega^2 - rho), the fixed point (77) with the antennas' mean omega^2
+        new.precisions[index] = fit.inverse_rho / (new.ratios[index] / num_antennas - 1.0)
+        update_inverse(posterior, index, new.precisions[index], fit.inverse_rho)
+    return new

@@ -1,0 +1,97 @@
+"""The scenes of Table I as several antennas receive them; what is in a scene has directions."""
+
+from typing import Unpack
+
+import numpy as np
+
+from vsep._typing import FloatArray
+from vsep._validation import require_range
+from vsep.presets.scenes import PresetOptions, Scenario, preset
+from vsep.signal.linear_array import AntennaScene, UniformLinearArray
+from vsep.signal.scene import Observation
+from vsep.signal.simulate import simulate_antennas
+
+MAX_DEG = 60.0
+"""To both sides of broadside: directions that are drawn, as far as the line tells them apart."""
+
+
+def simulate_preset_antennas(
+    name: str,
+    antennas: UniformLinearArray,
+    *,
+    snr_db: float,
+    sir_db: float,
+    seed: int,
+    object_angles_deg: FloatArray | None = None,
+    interferer_angles_deg: FloatArray | None = None,
+    **options: Unpack[PresetOptions],
+) -> tuple[Scenario, Observation]:
+    """Draw a scene of Table I with directions and simulate what all antennas receive.
+
+    The first antenna receives the objects and bursts of `simulate_preset` with the same seed; the
+    noise is another one. Directions come from a child of the seed of their own: giving some of them
+    leaves all others as they are.
+
+    Parameters
+    ----------
+    name : str
+        One of `PRESET_NAMES`.
+    antennas : UniformLinearArray
+        Who receives it.
+    snr_db, sir_db : float
+        (25) and (26) of one antenna.
+    seed : int
+        Not negative.
+    object_angles_deg : (L,) float, optional
+        Directions of the objects; drawn by default.
+    interferer_angles_deg : (I,) float, optional
+        Directions of the interferers; drawn by default.
+    **options : PresetOptions
+        As for `preset`.
+
+    Returns
+    -------
+    Scenario
+        With the preset's filter.
+    Observation
+        Signals are (A, P, N).
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, a number out of its range, or the directions are not as many as
+        there are objects or interferers.
+
+    Examples
+    --------
+    >>> line = UniformLinearArray(num_antennas=4)
+    >>> _, seen = simulate_preset_antennas("simulation-1", line, snr_db=30, sir_db=-20, seed=1,
+    ...                                    object_angles_deg=[20.0])
+    >>> seen.received.shape, seen.truth.angles_deg.tolist()
+    ((4, 1, 256), [20.0])
+    """
+    require_range("seed", seed, 0, 2**63 - 1)
+    # The first two children are those of `simulate_preset`.
+    scene_seed, noise_seed, object_seed, interferer_seed = np.random.SeedSequence(seed).spawn(4)
+    rng = np.random.default_rng(scene_seed)
+    drawn = preset(name, snr_db=snr_db, sir_db=sir_db, rng=rng, **options)
+    widest = min(MAX_DEG, antennas.unambiguous_angle_deg)
+    given = object_angles_deg, interferer_angles_deg
+    counts = drawn.scene.objects.num_paths, len(drawn.scene.interferers)
+    angles = [
+        np.random.default_rng(own_seed).uniform(-widest, widest, count) if own is None else own
+        for own, own_seed, count in zip(given, (object_seed, interferer_seed), counts, strict=True)
+    ]
+    antenna_scene = AntennaScene(
+        scene=drawn.scene,
+        antennas=antennas,
+        object_angles_deg=angles[0],
+        interferer_angles_deg=angles[1],
+    )
+    observation = simulate_antennas(
+        drawn.radar,
+        antenna_scene,
+        anti_aliasing_filter=drawn.anti_aliasing_filter,
+        rng=np.random.default_rng(noise_seed),
+    )
+    return drawn, observation

@@ -1,0 +1,308 @@
+"""The scenes of Table I: Simulation I and the three parameter sets of Simulation II.
+
+Left open by the paper and chosen here: the anti-aliasing filter of Simulation II (that of
+Simulation I, a raised cosine of half amplitude at a quarter of the sampling rate and roll-off
+0.25), the time offset of the interferer (zero, with which every burst crosses the band near the
+middle of its ramp) and the Doppler frequencies of the interference paths (zero).
+"""
+
+from dataclasses import dataclass, replace
+from typing import TypedDict, Unpack
+
+import numpy as np
+
+from vsep._validation import require_range
+from vsep.errors import InputError
+from vsep.presets.channels import (
+    interference_paths,
+    many_objects,
+    one_object,
+    single_path,
+    with_first_delay,
+)
+from vsep.presets.names import PRESET_NAMES
+from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
+from vsep.signal.motion import CYCLE_S, moved_paths
+from vsep.signal.radar import ChirpSequence, InterfererSequence
+from vsep.signal.scene import Interferer, Observation, Scene
+from vsep.signal.simulate import InterferenceModel, simulate
+
+_SIMULATION_1_RADAR = ChirpSequence(
+    start_frequency_hz=79e9,
+    slope_hz_per_s=1e13,
+    sample_rate_hz=10.2e6,
+    ramp_period_s=25e-6,
+    num_samples=256,
+    num_ramps=1,
+)
+_SIMULATION_2_RADAR = ChirpSequence(
+    start_frequency_hz=79e9,
+    slope_hz_per_s=1e13,
+    sample_rate_hz=5.1e6,
+    ramp_period_s=25e-6,
+    num_samples=128,
+    num_ramps=16,
+)
+_INTERFERERS = {
+    "simulation-1": InterfererSequence(
+        start_frequency_hz=79.01e9,
+        slope_hz_per_s=9.2e12,
+        ramp_duration_s=25e-6,
+        ramp_period_s=25e-6,
+        num_ramps=1,
+    ),
+    "simulation-2-a": InterfererSequence(
+        start_frequency_hz=79.002e9,
+        slope_hz_per_s=9.8321e12,
+        ramp_duration_s=25.02e-6,
+        ramp_period_s=75.01e-6,
+        num_ramps=2,
+    ),
+    "simulation-2-b": InterfererSequence(
+        start_frequency_hz=79.004e9,
+        slope_hz_per_s=9.7122e12,
+        ramp_duration_s=25.02e-6,
+        ramp_period_s=50.01e-6,
+        num_ramps=4,
+    ),
+    "simulation-2-c": InterfererSequence(
+        start_frequency_hz=79.008e9,
+        slope_hz_per_s=9.3925e12,
+        ramp_duration_s=25.02e-6,
+        ramp_period_s=25.02e-6,
+        num_ramps=8,
+    ),
+}
+_PERIOD_DIFFERENCE_S = 10e-9  # of an interferer in every ramp; that of set a in one of its ramps
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Scenario:
+    """A radar, what is in front of it, and its anti-aliasing filter."""
+
+    radar: ChirpSequence
+    scene: Scene
+    anti_aliasing_filter: AntiAliasingFilter
+
+
+class PresetOptions(TypedDict, total=False):
+    """Optional keywords of `preset`, which explains them; `simulate_preset` hands them on."""
+
+    interference: bool
+    interferer_slope_hz_per_s: float | None
+    time_offset_s: float
+    num_interfered_ramps: int | None
+    num_objects: int | None
+    object_delay_s: float | None
+
+
+def preset(
+    name: str,
+    *,
+    snr_db: float,
+    sir_db: float,
+    rng: np.random.Generator,
+    **options: Unpack[PresetOptions],
+) -> Scenario:
+    """Draw a scene of Table I.
+
+    Objects and interference come from two children of `rng`, so that the same objects appear with
+    and without interference.
+
+    Parameters
+    ----------
+    name : str
+        One of `PRESET_NAMES`.
+    snr_db, sir_db : float
+        (25) and (26), ratios of total energies.
+    rng : numpy.random.Generator
+        Spawns the two streams.
+    interference : bool
+        Whether there is an interferer.
+    interferer_slope_hz_per_s : float, optional
+        Another slope k_I. The interferer's start frequency follows, so that its first ramp crosses
+        the band at the same time as with the slope of Table I.
+    time_offset_s : float
+        T-bar; a microsecond shifts the course by k_I times a microsecond, some 10 MHz.
+    num_interfered_ramps : int, optional
+        That many ramps in a row, from the first on, are interfered.
+    num_objects : int, optional
+        From 1 to `MAX_OBJECTS`; a scene of more objects has those of one with less.
+    object_delay_s : float, optional
+        Delay of the first object, within the radar's unambiguous interval. A burst lies around
+        delay zero, as far as the cut-off frequency over the victim's slope.
+
+    Returns
+    -------
+    Scenario
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or a number out of its range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(1)
+    >>> scenario = preset("simulation-2-a", snr_db=60.0, sir_db=-20.0, rng=rng)
+    >>> scenario.radar.shape, scenario.scene.objects.num_paths
+    ((16, 128), 10)
+    """
+    sequence = interferer_sequence(
+        name,
+        slope_hz_per_s=options.get("interferer_slope_hz_per_s"),
+        time_offset_s=options.get("time_offset_s", 0.0),
+        num_interfered_ramps=options.get("num_interfered_ramps"),
+    )
+    radar = preset_radar(name)
+    object_rng, channel_rng = rng.spawn(2)
+    single, count = name == "simulation-1", options.get("num_objects")
+    objects = one_object(object_rng, count) if single else many_objects(object_rng, count)
+    objects = with_first_delay(objects, radar, options.get("object_delay_s"))
+    channel = single_path(channel_rng, 0.0) if single else interference_paths(channel_rng)
+    present = options.get("interference", True)
+    interferers = (Interferer(sequence=sequence, channel=channel),) if present else ()
+    return Scenario(
+        radar=radar,
+        scene=Scene(objects=objects, interferers=interferers, snr_db=snr_db, sir_db=sir_db),
+        anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=radar.sample_rate_hz / 4.0, rolloff=0.25),
+    )
+
+
+def simulate_preset(
+    name: str,
+    *,
+    snr_db: float,
+    sir_db: float,
+    seed: int | np.random.SeedSequence,
+    anti_aliasing_filter: AntiAliasingFilter | None = None,
+    interference_model: InterferenceModel = "multiplicative",
+    frame_number: int = 0,
+    **options: Unpack[PresetOptions],
+) -> tuple[Scenario, Observation]:
+    """Draw a scene of Table I and simulate its frame, both from one seed.
+
+    Scene and noise come from two children of the seed: the noise is the same with and without
+    interference, whatever the levels.
+
+    Parameters
+    ----------
+    name, snr_db, sir_db
+        As for `preset`.
+    seed : int or numpy.random.SeedSequence
+        Not negative.
+    anti_aliasing_filter : AntiAliasingFilter, optional
+        Shapes the bursts in the place of the preset's filter.
+    interference_model : str
+        As for `simulate`.
+    frame_number : int
+        Which frame of a sequence with one every `CYCLE_S`: objects have moved on, the noise is
+        another one, the bursts stay where they are.
+    **options : PresetOptions
+        As for `preset`.
+
+    Returns
+    -------
+    Scenario
+        With the filter that was used.
+    Observation
+        The frame and its truth.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or a number out of its range.
+    """
+    if isinstance(seed, np.random.SeedSequence):
+        # A fresh copy: spawning counts children, and the same seed must give the same frame.
+        sequence = np.random.SeedSequence(seed.entropy, spawn_key=seed.spawn_key)
+    else:
+        require_range("seed", seed, 0, 2**63 - 1)
+        sequence = np.random.SeedSequence(seed)
+    require_range("frame_number", frame_number, 0, 1_000_000)
+    scene_seed, *noise_seeds = sequence.spawn(2 + frame_number)
+    drawn = preset(
+        name,
+        snr_db=snr_db,
+        sir_db=sir_db,
+        rng=np.random.default_rng(scene_seed),
+        **options,
+    )
+    used = drawn.anti_aliasing_filter if anti_aliasing_filter is None else anti_aliasing_filter
+    objects = moved_paths(drawn.radar, drawn.scene.objects, frame_number * CYCLE_S)
+    scene = replace(drawn.scene, objects=objects)
+    scenario = Scenario(radar=drawn.radar, scene=scene, anti_aliasing_filter=used)
+    observation = simulate(
+        scenario.radar,
+        scenario.scene,
+        anti_aliasing_filter=used,
+        interference_model=interference_model,
+        rng=np.random.default_rng(noise_seeds[-1]),
+    )
+    return scenario, observation
+
+
+def preset_radar(name: str) -> ChirpSequence:
+    """Return the victim radar of a preset; `InputError` for an unknown name."""
+    _require_name(name)
+    return _SIMULATION_1_RADAR if name == "simulation-1" else _SIMULATION_2_RADAR
+
+
+def interferer_sequence(
+    name: str,
+    *,
+    slope_hz_per_s: float | None = None,
+    time_offset_s: float = 0.0,
+    num_interfered_ramps: int | None = None,
+) -> InterfererSequence:
+    """Return the interferer of a preset, with another slope or time offset if wanted.
+
+    Parameters
+    ----------
+    name : str
+        One of `PRESET_NAMES`.
+    slope_hz_per_s : float, optional
+        k_I, not that of the victim; the start frequency follows so that the first ramp crosses
+        zero intermediate frequency at the same fast time as with the preset's own slope.
+    time_offset_s : float
+        T-bar, start of the interferer's first ramp.
+    num_interfered_ramps : int, optional
+        P_I, with a ramp period so near the victim's that every ramp meets one of the victim's; its
+        crossing moves by at most 0.6 us from ramp to ramp, as the slopes of Table I are.
+
+    Returns
+    -------
+    InterfererSequence
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or a number out of its range.
+    """
+    _require_name(name)
+    own = _INTERFERERS[name]
+    slope = own.slope_hz_per_s if slope_hz_per_s is None else slope_hz_per_s
+    radar = preset_radar(name)
+    carrier = own.start_frequency_hz - radar.start_frequency_hz
+    crossing_s = -carrier / (own.slope_hz_per_s - radar.slope_hz_per_s)
+    moved = (own.slope_hz_per_s - slope) * crossing_s
+    sequence = replace(
+        own,
+        start_frequency_hz=own.start_frequency_hz + moved,
+        slope_hz_per_s=slope,
+        time_offset_s=time_offset_s,
+    )
+    if num_interfered_ramps is None:
+        return sequence
+    require_range("num_interfered_ramps", num_interfered_ramps, 1, radar.num_ramps)
+    period_s = radar.ramp_period_s + _PERIOD_DIFFERENCE_S
+    return replace(
+        sequence, ramp_duration_s=period_s, ramp_period_s=period_s, num_ramps=num_interfered_ramps
+    )
+
+
+def _require_name(name: str) -> None:
+    if name not in PRESET_NAMES:
+        allowed = ", ".join(PRESET_NAMES)
+        raise InputError(f"The preset is {name!r}; it must be one of {allowed}.")

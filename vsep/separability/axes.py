@@ -1,0 +1,223 @@
+"""The parameters a map can have as its axes: their names, ranges and units."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vsep._typing import FloatArray
+from vsep._validation import require_range
+from vsep.errors import InputError
+
+MAX_VALUES = 129
+_MIN_SLOPE_HZ_PER_S = 1e9  # of a slope difference: the burst lasts for hundreds of ramps
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AxisKind:
+    """What can stand on an axis.
+
+    Attributes
+    ----------
+    label : str
+        For a reader, with the unit of `scale`.
+    lowest, highest : float
+        Allowed range, in SI units.
+    start, stop : float
+        A range to begin with.
+    scale : float
+        How many SI units the label's unit is.
+    whole : bool
+        Whether values are whole numbers.
+    """
+
+    label: str
+    lowest: float
+    highest: float
+    start: float
+    stop: float
+    scale: float = 1.0
+    whole: bool = False
+
+
+AXES: dict[str, AxisKind] = {
+    "sir_db": AxisKind(label="SIR [dB]", lowest=-100.0, highest=100.0, start=-40.0, stop=40.0),
+    "snr_db": AxisKind(label="SNR [dB]", lowest=-50.0, highest=120.0, start=5.0, stop=60.0),
+    "slope_difference_hz_per_s": AxisKind(
+        label="slope difference [MHz/µs]",
+        lowest=-5e12,
+        highest=5e12,
+        start=-2e12,
+        stop=-1e11,
+        scale=1e12,
+    ),
+    "object_delay_s": AxisKind(
+        label="object delay from the burst's middle [ns]",
+        lowest=-1e-6,
+        highest=1e-6,
+        start=-2.5e-7,
+        stop=2.5e-7,
+        scale=1e-9,
+    ),
+    "num_objects": AxisKind(label="objects", lowest=1, highest=40, start=1, stop=20, whole=True),
+    "interfered_share": AxisKind(
+        label="share of interfered ramps", lowest=0.0, highest=1.0, start=0.0625, stop=1.0
+    ),
+    "filter_cutoff_hz": AxisKind(
+        label="filter cutoff [MHz]", lowest=1e4, highest=1e7, start=4e5, stop=2.4e6, scale=1e6
+    ),
+    "filter_mismatch": AxisKind(
+        label="assumed over true cutoff - 1", lowest=-0.9, highest=2.0, start=-0.3, stop=0.3
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Axis:
+    """An axis of a map: equally spaced values of one parameter.
+
+    Parameters
+    ----------
+    name : str
+        One of `AXES`.
+    start, stop : float
+        First and last value, in SI units.
+    count : int
+        Number of values, 2 to `MAX_VALUES`.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or a value not allowed.
+
+    Examples
+    --------
+    >>> Axis(name="sir_db", start=-10.0, stop=10.0, count=3).values
+    array([-10.,   0.,  10.])
+    """
+
+    name: str
+    start: float
+    stop: float
+    count: int
+
+    def __post_init__(self) -> None:
+        """Check name, ends and number of values."""
+        require_known(self.name)
+        require_range(f"Number of values of {self.name}", self.count, 2, MAX_VALUES)
+        for value in (self.start, self.stop):
+            require_allowed(self.name, value)
+        if self.start >= self.stop:
+            raise InputError(
+                f"{self.name} goes from {self.start:g} to {self.stop:g}; the first must be smaller."
+            )
+        for value in self.values.tolist():
+            require_allowed(self.name, value)
+
+    @property
+    def kind(self) -> AxisKind:
+        """Label, range and unit."""
+        return AXES[self.name]
+
+    @property
+    def values(self) -> FloatArray:
+        """(count,) values; twelve digits, so that 0.1 steps read as such."""
+        values = np.linspace(self.start, self.stop, self.count).tolist()
+        return np.array([float(f"{value:.12g}") for value in values])
+
+    @property
+    def text(self) -> str:
+        """The axis as `parse_axis` reads it."""
+        return f"{self.name}={self.start:.12g}:{self.stop:.12g}:{self.count}"
+
+
+def parse_axis(text: str) -> Axis:
+    """Read an axis such as ``sir_db=-40:40:33``; a name may lack its unit.
+
+    Raises
+    ------
+    InputError
+        If it does not read so, or a value is not allowed.
+
+    Examples
+    --------
+    >>> parse_axis("slope_difference=-2e12:-1e11:20").name
+    'slope_difference_hz_per_s'
+    """
+    name, _, span = text.partition("=")
+    parts = span.split(":")
+    try:
+        start, stop = float(parts[0]), float(parts[1])
+        count = int(parts[2])
+        whole = len(parts) == 3
+    except (ValueError, IndexError):
+        whole = False
+    if not whole:
+        raise InputError(f"The axis is {text!r}; it must read name=start:stop:count.")
+    return Axis(name=full_name(name.strip()), start=start, stop=stop, count=count)
+
+
+def parse_value(text: str) -> tuple[str, float]:
+    """Read a fixed value such as ``snr_db=40``; a name may lack its unit.
+
+    Raises
+    ------
+    InputError
+        If it does not read so, or the value is not allowed.
+    """
+    name, _, number = text.partition("=")
+    try:
+        value = float(number)
+    except ValueError:
+        raise InputError(f"The value is {text!r}; it must read name=number.") from None
+    name = full_name(name.strip())
+    require_allowed(name, value)
+    return name, value
+
+
+def full_name(name: str) -> str:
+    """Return the name of a parameter, its unit added if it lacks.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    found = [known for known in AXES if known == name or _without_unit(known) == name]
+    return require_known(found[0] if found else name)
+
+
+def require_known(name: str) -> str:
+    """Return the name of a parameter; `InputError` if there is none of that name."""
+    if name not in AXES:
+        raise InputError(f"The parameter is {name!r}; it must be one of {', '.join(AXES)}.")
+    return name
+
+
+def require_allowed(name: str, value: float) -> None:
+    """Raise `InputError` unless a parameter may have a value."""
+    kind = AXES[name]
+    require_range(name, value, kind.lowest, kind.highest)
+    if kind.whole and not float(value).is_integer():
+        raise InputError(f"{name} is {value:g}; its values must be whole numbers.")
+    if name == "slope_difference_hz_per_s" and abs(value) < _MIN_SLOPE_HZ_PER_S:
+        raise InputError(
+            f"{name} is {value:g}; it must be at least {_MIN_SLOPE_HZ_PER_S:g} away from 0, "
+            "where chirps are parallel and there is no burst."
+        )
+    if name == "interfered_share" and not math.copysign(1.0, value) * value > 0.0:
+        raise InputError(f"{name} is {value:g}; it must be above 0.")
+
+
+def _without_unit(name: str) -> str:
+    """Return a name without its unit.
+
+    Examples
+    --------
+    >>> _without_unit("slope_difference_hz_per_s"), _without_unit("num_objects")
+    ('slope_difference', 'num_objects')
+    """
+    for unit in ("_hz_per_s", "_db", "_hz", "_s"):
+        if name.endswith(unit) and name != "num_objects":
+            return name.removesuffix(unit)
+    return name

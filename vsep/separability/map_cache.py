@@ -1,0 +1,43 @@
+"""What was found in the cells of the last questions, so that a question asked again goes on."""
+
+import threading
+from collections import OrderedDict
+
+from vsep._validation import require_range
+from vsep.separability.cells import CellResult
+from vsep.separability.map_spec import Cell, MapSpec
+
+_MAX_QUESTIONS = 32
+
+
+class MapCache:
+    """Findings by question; those longest not asked for are forgotten. Threads may share it.
+
+    Parameters
+    ----------
+    most : int
+        Number of questions kept.
+    """
+
+    def __init__(self, most: int = _MAX_QUESTIONS) -> None:
+        require_range("Number of questions", most, 1, 10**6)
+        self._most = most
+        self._lock = threading.Lock()
+        self._cell_results: OrderedDict[MapSpec, dict[Cell, CellResult]] = OrderedDict()
+
+    def of(self, spec: MapSpec) -> dict[Cell, CellResult]:
+        """Return what is known of a question, and count it as asked."""
+        with self._lock:
+            return dict(self._asked(spec))
+
+    def add(self, spec: MapSpec, cell_result: CellResult) -> None:
+        """Keep what was found in one cell."""
+        with self._lock:
+            self._asked(spec)[cell_result.cell] = cell_result
+
+    def _asked(self, spec: MapSpec) -> dict[Cell, CellResult]:
+        found = self._cell_results.setdefault(spec, {})
+        self._cell_results.move_to_end(spec)
+        while len(self._cell_results) > self._most:
+            self._cell_results.popitem(last=False)
+        return found

@@ -1,0 +1,236 @@
+"""The scene of a trial: one frame with interference, the same frame without, and the bounds.
+
+Chosen here where the paper is open: the parameter sets of Simulation II are taken in turn, which
+is as random as drawing them and balances the points; the second interferer of a scene with two
+has a channel of its own, a slope difference 1.2 to 2 times that of the first, and crosses the band
+15 to 35 % of a ramp earlier or later.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vsep.analysis.burst_model import model_bursts
+from vsep.analysis.crlb import DispersionBound, dispersion_bound
+from vsep.presets.scenes import (
+    PresetOptions,
+    Scenario,
+    interferer_sequence,
+    preset,
+    simulate_preset,
+)
+from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter, RaisedCosineFilter
+from vsep.signal.scene import Channel, GroundTruth, Interferer, Observation, Scene
+from vsep.signal.simulate import simulate
+from vsep.signal.template import SignalModel
+from vsep.studies.study import Point, Trial
+
+_SETS = ("simulation-2-a", "simulation-2-b", "simulation-2-c")
+_SLOPE_FACTORS = (1.2, 2.0)
+_CROSSING_SHIFTS = (0.15, 0.35)  # in ramps
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Bench:
+    """What the methods of a trial are compared on.
+
+    Attributes
+    ----------
+    preset : str
+        Which scene of Table I, or the noise scene's name.
+    scenario : Scenario
+        Radar, scene and the *true* filter.
+    model : SignalModel
+        What the estimators assume: a raised cosine with the roll-off of the preset's, and the
+        point's cut-off frequency give or take its mismatch.
+    interfered, clean : Observation
+        The frame with and without interference, on the same objects and noise.
+    """
+
+    preset: str
+    scenario: Scenario
+    model: SignalModel
+    interfered: Observation
+    clean: Observation
+
+    @property
+    def truth(self) -> GroundTruth:
+        """What the interfered frame is made of."""
+        truth = self.interfered.truth
+        assert truth is not None  # simulated
+        return truth
+
+    def bounds(self) -> tuple[DispersionBound, DispersionBound]:
+        """Cramer-Rao bounds with everything unknown, and with the interference known."""
+        true_model = replace(self.model, anti_aliasing_filter=self.scenario.anti_aliasing_filter)
+        bursts = model_bursts(
+            self.scenario.radar,
+            self.scenario.scene.interferers,
+            true_model,
+            self.truth.interference_signal,
+        )
+        known = dispersion_bound(self.truth, true_model)
+        unknown = dispersion_bound(self.truth, true_model, bursts) if bursts else known
+        return unknown, known
+
+
+def simulate_trial(trial: Trial) -> Bench:
+    """Draw the scene of a trial and simulate its two frames.
+
+    Parameters
+    ----------
+    trial : Trial
+        Its randomness is `Trial.seed_sequence` alone: the first child draws the scene, the second
+        the noise, as `vsep.simulate_preset` does, the third a second interferer.
+
+    Returns
+    -------
+    Bench
+
+    Raises
+    ------
+    InputError
+        If a number of the point is out of range.
+    """
+    point = trial.point
+    if point.scene.startswith("noise"):
+        return _noise_bench(trial)
+    name = preset_name(point, trial.realization)
+    filtered = _true_filter(name, point)
+    options: PresetOptions = {
+        "interferer_slope_hz_per_s": point.interferer_slope_hz_per_s,
+        "num_interfered_ramps": point.num_interfered_ramps,
+        "num_objects": point.num_objects,
+        "object_delay_s": point.object_delay_s,
+    }
+    no_bursts: PresetOptions = {**options, "interference": False}
+    scenario, interfered = simulate_preset(
+        name,
+        snr_db=point.snr_db,
+        sir_db=point.sir_db,
+        seed=trial.seed_sequence,
+        anti_aliasing_filter=filtered,
+        interference_model=point.interference_model,
+        **options,
+    )
+    _, clean = simulate_preset(
+        name,
+        snr_db=point.snr_db,
+        sir_db=point.sir_db,
+        seed=trial.seed_sequence,
+        **no_bursts,
+    )
+    if point.num_interferers == 2:
+        scenario, interfered = _with_second_interferer(name, scenario, trial)
+    return Bench(
+        preset=name,
+        scenario=scenario,
+        model=_assumed_model(name, scenario, point),
+        interfered=interfered,
+        clean=clean,
+    )
+
+
+def preset_name(point: Point, realization: int) -> str:
+    """Name the scene of Table I that a realisation shows.
+
+    Examples
+    --------
+    >>> point = Point(panel="5d-f", scene="simulation-2", snr_db=60.0, sir_db=0.0)
+    >>> preset_name(point, 4)
+    'simulation-2-b'
+    """
+    if point.scene == "simulation-2":
+        return _SETS[realization % len(_SETS)]
+    return point.scene
+
+
+def _true_filter(name: str, point: Point) -> AntiAliasingFilter:
+    """Return the raised cosine, or a Butterworth filter with its half-amplitude frequency."""
+    if point.butterworth_order == 0:
+        return _raised_cosine(name, point)
+    cutoff_hz = _raised_cosine(name, point).cutoff_hz
+    return ButterworthFilter(cutoff_hz=cutoff_hz, order=point.butterworth_order)
+
+
+def _raised_cosine(name: str, point: Point, mismatch: float = 0.0) -> RaisedCosineFilter:
+    """Filter of the preset with the cut-off of the point, larger by a share of it."""
+    own = _preset_scenario(name).anti_aliasing_filter
+    assert isinstance(own, RaisedCosineFilter)  # those of all presets are
+    cutoff_hz = own.cutoff_hz if point.filter_cutoff_hz is None else point.filter_cutoff_hz
+    return replace(own, cutoff_hz=cutoff_hz * (1.0 + mismatch))
+
+
+def _assumed_model(name: str, scenario: Scenario, point: Point) -> SignalModel:
+    return SignalModel.of_radar(scenario.radar, _raised_cosine(name, point, point.filter_mismatch))
+
+
+def _preset_scenario(name: str) -> Scenario:
+    """Return some scene of a preset, whose radar and filter are the same in all."""
+    return preset(name, snr_db=0.0, sir_db=0.0, rng=np.random.default_rng(0))
+
+
+def _noise_bench(trial: Trial) -> Bench:
+    """Noise alone, of the size of a preset's frame."""
+    name = "simulation-1" if trial.point.scene == "noise-1" else _SETS[0]
+    drawn = _preset_scenario(name)
+    none = np.zeros(0)
+    nothing = Channel(delays_s=none, dopplers_hz=none, weights=none.astype(np.complex128))
+    scenario = replace(
+        drawn, scene=Scene(objects=nothing, snr_db=trial.point.snr_db, sir_db=trial.point.sir_db)
+    )
+    observation = simulate(
+        scenario.radar,
+        scenario.scene,
+        anti_aliasing_filter=scenario.anti_aliasing_filter,
+        rng=np.random.default_rng(trial.seed_sequence.spawn(2)[1]),
+    )
+    return Bench(
+        preset=trial.point.scene,
+        scenario=scenario,
+        model=_assumed_model(name, scenario, trial.point),
+        interfered=observation,
+        clean=observation,
+    )
+
+
+def _with_second_interferer(
+    name: str, scenario: Scenario, trial: Trial
+) -> tuple[Scenario, Observation]:
+    """Put one or two more bursts into every interfered ramp; objects, first burst, noise stay."""
+    _, noise_seed, other_seed = trial.seed_sequence.spawn(3)
+    rng = np.random.default_rng(other_seed)
+    radar = scenario.radar
+    first = scenario.scene.interferers[0]
+    difference = first.sequence.slope_hz_per_s - radar.slope_hz_per_s
+    slope = radar.slope_hz_per_s + difference * rng.uniform(*_SLOPE_FACTORS)
+    ramp_s = radar.num_samples / radar.sample_rate_hz
+    side = rng.choice([-1.0, 1.0])
+    shift_s = side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s
+    other = preset(name, snr_db=0.0, sir_db=0.0, rng=rng).scene.interferers[0]
+    shifts_s = [shift_s]
+    if trial.point.num_second_crossings == 2:
+        # The other chirp crosses on the other side of the first interferer's burst.
+        shifts_s.append(-side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s)
+    # The course is k_I (T_p p - offset) + (k_I - k) t' + const.: this offset moves its crossing of
+    # zero by the wanted time.
+    more = tuple(
+        Interferer(
+            sequence=interferer_sequence(
+                name,
+                slope_hz_per_s=slope,
+                time_offset_s=wanted_s * (slope - radar.slope_hz_per_s) / slope,
+            ),
+            channel=other.channel,
+        )
+        for wanted_s in shifts_s
+    )
+    moved = replace(scenario, scene=replace(scenario.scene, interferers=(first, *more)))
+    observation = simulate(
+        radar,
+        moved.scene,
+        anti_aliasing_filter=scenario.anti_aliasing_filter,
+        interference_model=trial.point.interference_model,
+        rng=np.random.default_rng(noise_seed),
+    )
+    return moved, observation
