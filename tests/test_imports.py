@@ -25,6 +25,9 @@ FLOORS = {
     "vsep.inference": 4,
     "vsep.analysis": 4,
     "vsep.presets": 4,
+    # The algorithms as printed, for tests; nothing of the estimator may know of them.
+    "vsep.reference_costs": 5,
+    "vsep.reference": 6,
     # A detector of interfered samples fits objects.
     "vsep.mitigation": 5,
     # Objects under a burst are filled in by a method of mitigation.
