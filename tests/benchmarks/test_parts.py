@@ -21,7 +21,7 @@ from vsep.inference.core.run import run
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.newton_ascent import climb
+from vsep.kernels.newton_ascent import ascend
 from vsep.kernels.object_cost import cost_jet
 from vsep.kernels.ramps import FlatRamps
 from vsep.reference_costs import (
@@ -122,7 +122,7 @@ def test_refinement_of_an_object(timed, line, way):
         return refine_object(start, precisions[0], fixed, residual, others.noise_precision)
 
     def fast():
-        end = climb(start, precisions[0], rest, columns, 1)
+        end = ascend(start, precisions[0], rest, columns, 1)
         return np.array([end.beat, end.doppler])
 
     moved = timed(fast if way == "fast" else slow, part="one refinement of (70)", way=way)

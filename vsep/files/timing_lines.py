@@ -1,4 +1,4 @@
-"""From result lines to the lattices of the interferers, and lines about them."""
+"""Interferer timings of result files, and their output as JSON and CSV."""
 
 import csv
 import json
@@ -27,7 +27,7 @@ class FrameTimings:
         The frame.
     crossings : Crossings
         All bursts that a separation found.
-    lattices : tuple of InterfererTiming
+    timings : tuple of InterfererTiming
         Those of the interferers.
     parallel_ramps : tuple of int
         Ramps with a tone that others lack.
@@ -40,7 +40,7 @@ class FrameTimings:
 
 
 def read_timings(path: str) -> Iterator[FrameTimings]:
-    """Fit the lattices of every frame of a file of results; frames with an error are left out.
+    """Fit the timings of every frame of a file of results; frames with an error are left out.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def read_timings(path: str) -> Iterator[FrameTimings]:
 
 
 def fitted_timings(line: Mapping[str, Any]) -> tuple[InterfererTiming, ...]:
-    """Fit the lattices of the interferers to the bursts of a result line.
+    """Fit the timings of the interferers to the bursts of a result line.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def timing_line(frame: FrameTimings) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``file``; ``interferers`` with the lattice of each; ``bursts``, how many there are; with
+        ``file``; ``interferers`` with the timing of each; ``bursts``, how many there are; with
         ``remark`` what cannot be separated.
     """
     line: dict[str, Any] = {
@@ -95,7 +95,7 @@ def timing_line(frame: FrameTimings) -> dict[str, Any]:
 
 
 def write_timing_table(path: str, frames: list[FrameTimings]) -> None:
-    """Write every burst with its place on a lattice as CSV; without one the places are empty."""
+    """Write every burst with its place in a timing as CSV; without one the places are empty."""
     with open(path, "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(_COLUMNS)

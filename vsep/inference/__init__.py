@@ -1,1 +1,1 @@
-"""How a received frame is taken apart."""
+"""Variational inference of the object and interference signals of a received frame."""

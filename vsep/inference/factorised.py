@@ -1,4 +1,4 @@
-"""Algorithm 1: the factorised separator, one burst and its channel per ramp beside the objects.
+"""Algorithm 1: the estimator with the factorised posterior q(alpha) q(beta).
 
 Estimators are frozen bags of settings with ``init``, ``step`` and ``terminate``; everything that
 changes is in the state, so a run can be paused, resumed and stepped back exactly.
@@ -105,7 +105,7 @@ class FactorisedSeparator:
         if searched:
             with part(SEARCH):
                 self.search(interference, received, state)
-        used, num_used = self.set_aside(received, state)
+        used, num_used = self.censor_outliers(received, state)
         residual = used - state.object_signal
         with part(BURSTS):
             interference.update(residual, state.noise_precision)
@@ -155,10 +155,10 @@ class FactorisedSeparator:
     def search(
         self, interference: InterferenceWorkspace, received: ComplexArray, state: SeparationState
     ) -> None:
-        """Look for bursts; late in a run only in what is not set aside."""
+        """Look for bursts; late in a run only in samples that are not censored."""
         schedule = interference.schedule
         if schedule.search_is_late(state.iteration):
-            received, _ = self.set_aside(received, state)
+            received, _ = self.censor_outliers(received, state)
         BurstSearch(
             interference,
             received - state.object_signal,
@@ -167,7 +167,9 @@ class FactorisedSeparator:
             expected=self.expected_bursts,
         ).run()
 
-    def set_aside(self, received: ComplexArray, state: SeparationState) -> tuple[ComplexArray, int]:
+    def censor_outliers(
+        self, received: ComplexArray, state: SeparationState
+    ) -> tuple[ComplexArray, int]:
         """Replace samples that neither source explains, see `vsep.inference.bursts.outliers`.
 
         Returns
@@ -243,7 +245,7 @@ class FactorisedSeparator:
         with part(SEARCH):
             self.search(interference, received, state)
         if not interference.events and self.correction_due(state, searched=True):
-            used, _ = self.set_aside(received, state)
+            used, _ = self.censor_outliers(received, state)
             residual = used - state.object_signal
             with part(BURSTS):
                 interference.recompute(residual, state.noise_precision)

@@ -1,4 +1,4 @@
-"""The joint-posterior variant (footnote 4): one dictionary, one covariance of all weights.
+"""Estimator with the joint posterior q(alpha, beta) of all weights (footnote 4).
 
 Objects and interference share ``q(alpha, beta)``, so that their posterior correlation is kept. The
 updates are those of the factorised algorithm, on the received signal itself: the other source is
@@ -43,7 +43,7 @@ class JointSeparator(FactorisedSeparator):
         if searched:
             with part(SEARCH):
                 self.search(interference, received, state)
-        used, num_used = self.set_aside(received, state)
+        used, num_used = self.censor_outliers(received, state)
         with part(BURSTS):
             columns = JointColumns(used, state.objects, interference, state.noise_precision)
             columns.update()

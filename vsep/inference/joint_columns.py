@@ -1,4 +1,4 @@
-"""All columns of the joint dictionary ``[Phi, U Psi]``, and how a ramp's part of it changes.
+"""Joint dictionary ``[Phi, U Psi]`` and the update of one ramp's part of it.
 
 Every column is separable: an object atom is a line over the samples times a line over the ramps, a
 channel atom of ramp p is ``template * psi_k`` over the samples times the unit vector of p over the
@@ -109,8 +109,8 @@ class JointColumns:
 
     def expected_error(self) -> float:
         """Denominator of (65) with the joint posterior."""
-        rest = self.received - synthesize(self.active.amplitudes, *self.factors)
-        return expected_error(rest, self.active.trace())
+        noise_residual = self.received - synthesize(self.active.amplitudes, *self.factors)
+        return expected_error(noise_residual, self.active.trace())
 
     def take_over(self) -> None:
         """Hand every ramp its block of the posterior."""

@@ -1,4 +1,4 @@
-"""Inverses of information matrices that grow by one parameter, or by one object, after another.
+"""Bordered Cholesky inverses of information matrices that grow by a parameter or an object.
 
 With the inverse Cholesky factor R of the leading block, a next row a with corner c adds the row
 ``[-(R a)^T R, 1] / sqrt(c - |R a|^2)``. The first rows of R belong to the leading block whatever
@@ -50,7 +50,7 @@ def inverse_triangles(matrices: FloatArray) -> FloatArray:
 
 
 @compiled
-def _take_out(row: FloatArray, left: FloatArray) -> None:
+def _downdate(row: FloatArray, left: FloatArray) -> None:
     """Subtract the squares of a (Q, D) row of ``R a`` from (Q, Q, D) matrices."""
     for i in range(row.shape[0]):
         for j in range(i + 1):
@@ -117,7 +117,7 @@ def last_variances(
     for b in range(num_matrices):
         left[:] = within[b]
         for m in range(size):
-            _take_out(reduced[b, m], left)
+            _downdate(reduced[b, m], left)
         for d in range(num_last):
             _invert_triangle(left, factor, d)
         for i in range(num_own):

@@ -1,4 +1,4 @@
-"""Where a new object might be: peaks of a periodogram, refined beside the components there are."""
+"""New object candidates: refined peaks of a periodogram."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from vsep._typing import ComplexArray, IntArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.newton_ascent import climb
+from vsep.kernels.newton_ascent import ascend
 from vsep.kernels.object_cost import MIN_SCHUR, CostJet
 
 NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
@@ -35,7 +35,7 @@ class Candidate(NamedTuple):
 def candidate_at(
     beat: float, doppler: float, jet: CostJet, num_antennas: int, noise_precision: float
 ) -> Candidate:
-    """Weigh a point where the cost of a component without prior is `jet`."""
+    """Evaluate a point where the cost of a component without prior is `jet`."""
     beat, doppler = (beat + 0.5) % 1.0 - 0.5, (doppler + 0.5) % 1.0 - 0.5
     if jet.inverse_rho <= MIN_SCHUR * noise_precision:
         return Candidate(beat, doppler, 0.0, np.inf, True)
@@ -111,7 +111,7 @@ def best_candidate(
     threshold : float
         T, linear; the sum of the antennas' ratios is compared with it.
     """
-    rest, others = split(residual), columns_as_parts(columns)
+    parts, others = split(residual), columns_as_parts(columns)
     power = grid_power(transforms)
     num_rows, num_columns = power.shape
     num_antennas, noise_precision = len(transforms), columns.noise_precision
@@ -120,7 +120,7 @@ def best_candidate(
     for _ in range(CANDIDATE_PEAKS):
         row, column = next_peak(power, highest)
         peak = np.array([column / num_columns, row / num_rows])
-        top = climb(peak, 0.0, rest, others, NEW_COMPONENT_STEPS)
+        top = ascend(peak, 0.0, parts, others, NEW_COMPONENT_STEPS)
         for beat, doppler, jet in (
             (top.beat, top.doppler, top.end),
             (peak[0], peak[1], top.start),

@@ -1,4 +1,4 @@
-"""The channel of one ramp: weight posterior (60)-(62), and the slopes of (71).
+"""Channel of one ramp: weight posterior (60)-(62), and the slopes of (71).
 
 A column is ``template * psi_k``, the template of one of the ramp's B bursts times the atom
 ``psi_k = exp(-j 2 pi k n / M) / sqrt(N)`` of a grid of M bins. All columns share one posterior.
@@ -35,12 +35,12 @@ def grid_atoms(num_samples: int, bins: IntArray, twiddle: ComplexArray) -> Compl
     """(K, N) atoms Psi of some bins."""
     atoms = np.empty((len(bins), num_samples), dtype=np.complex128)
     for k in range(len(bins)):
-        turns = 0
+        place = 0
         for n in range(num_samples):
-            atoms[k, n] = twiddle[turns]
-            turns += bins[k]
-            if turns >= len(twiddle):
-                turns -= len(twiddle)
+            atoms[k, n] = twiddle[place]
+            place += bins[k]
+            if place >= len(twiddle):
+                place -= len(twiddle)
     return atoms
 
 
@@ -175,9 +175,9 @@ def template_slopes(
     """
     covariance, amplitudes = fit
     size = len(columns.real)
-    rest = ComplexParts(residual.real.copy(), residual.imag.copy())
+    noise_residual = ComplexParts(residual.real.copy(), residual.imag.copy())
     for m in range(size):
-        add_scaled(-amplitudes[m], columns, m, rest, 0)
+        add_scaled(-amplitudes[m], columns, m, noise_residual, 0)
     line, spread = _line_and_spread(atoms, columns, fit, moving)
     slopes = split(derivatives)
     moved = channel_columns(slopes, ComplexParts(_twice(line.real), _twice(line.imag)), _both())
@@ -185,7 +185,7 @@ def template_slopes(
     crossed = np.empty((2, size), dtype=np.complex128)
     for i in range(2):
         # Re(da (r* y - c*)): the moved template on what is left, less the spread.
-        gradient[i] = 2.0 * noise_precision * (inner(rest, 0, moved, i).real)
+        gradient[i] = 2.0 * noise_precision * (inner(noise_residual, 0, moved, i).real)
         gradient[i] -= 2.0 * noise_precision * inner(spread, 0, slopes, i).real
         for m in range(size):
             crossed[i, m] = inner(columns, m, moved, i)

@@ -1,4 +1,4 @@
-"""All bins that could become columns of a burst's channel, and which of them is the best.
+"""Activation ratios of all passive bins of a burst's channel, (23)-(24).
 
 With the inverse Cholesky factor R of the active columns' precision matrix the moments (23)-(24) of
 a candidate c are ``1/rho = lambda |c|^2 - lambda^2 |R A^H c|^2`` and the innovation ``c^H r -

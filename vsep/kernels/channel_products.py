@@ -1,4 +1,4 @@
-"""Inner products of all possible columns of a ramp, which one FFT a row gives at once."""
+"""Inner products of all possible columns of a ramp by one FFT a row."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Algorithm 4 on the channel of one ramp: which columns are active, and their prior precisions."""
+"""Algorithm 4 on the channel of one ramp: active columns and their prior precisions."""
 
 import numpy as np
 
@@ -96,7 +96,7 @@ def with_best_bins(
 def reestimate_precisions(
     fit: Posterior, precisions: FloatArray, threshold: float
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Re-weigh or prune every column in turn, by rank-one updates of the posterior.
+    """Re-estimate or prune every column in turn, by rank-one updates of the posterior.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def revised_channel(
     thresholds: tuple[float, float],
     max_additions: int,
 ) -> tuple[Channel, FloatArray, BoolArray, FloatArray]:
-    """Algorithm 4 on the channel of one ramp: add the best bins, then re-weigh or prune each.
+    """Algorithm 4 on the channel of one ramp: add the best bins, then re-estimate or prune each.
 
     Parameters
     ----------

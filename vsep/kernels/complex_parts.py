@@ -1,4 +1,4 @@
-"""Complex arrays as two real ones, and inner products with a line over them.
+"""Complex arrays as separate real and imaginary parts, and products of them.
 
 Loops over interleaved real and imaginary parts hardly use vector registers; over parts that lie
 apart they do. Kernels split what they are given once and keep it split.

@@ -1,4 +1,4 @@
-"""How far objects have moved, measured by how well their places are known."""
+"""Largest change of the objects' frequencies in standard deviations."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ from vsep.kernels.line_spectra import Columns
 
 
 @compiled
-def largest_move(
+def largest_change(
     before: FloatArray, after: FloatArray, precisions: FloatArray, columns: Columns
 ) -> float:
-    """Largest of the objects' moves, in standard deviations of isolated lines.
+    """Largest change of the objects' frequencies, in standard deviations of isolated lines.
 
     ``sqrt(6 / (omega^2 / rho)) / (2 pi)`` cells is such a deviation, with the moments (23)-(24) of
     the weight; its ratio is 1 at least, also where the others explain a weight.

@@ -1,6 +1,6 @@
-"""Fresnel integrals as a phase times a smooth function, and the raised cosine's response in them.
+"""Fresnel integrals, and the modified response of a raised cosine in terms of them.
 
-With ``F(x) = C(x) + j S(x)`` and x >= 0 the rest is
+With ``F(x) = C(x) + j S(x)`` and x >= 0 the tail is
 
     F(inf) - F(x) = exp(j pi x^2 / 2) W(x),   W(x) = (1 + j)/2 w(sqrt(pi)/2 (1 + j) x),
 
@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import wofz
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 
 PIECES = 512
@@ -34,7 +34,7 @@ SMOOTH = _smooth_table()
 
 
 @compiled
-def fresnel_rest(distance: float, table: FloatArray) -> complex:
+def fresnel_tail(distance: float, table: FloatArray) -> complex:
     """Smooth part W of the Fresnel integral, for a distance of at least zero; `table` is SMOOTH."""
     place = PIECES / (1.0 + distance)
     piece = min(int(place), PIECES - 1)
@@ -47,10 +47,10 @@ def fresnel_rest(distance: float, table: FloatArray) -> complex:
 
 
 @compiled
-def signed_rest(position: float, table: FloatArray) -> complex:
-    """Rest of the integral beyond a place on either side of zero, with the sign of that side."""
-    rest = fresnel_rest(abs(position), table)
-    return rest if position >= 0.0 else -rest
+def signed_tail(position: float, table: FloatArray) -> complex:
+    """Tail of the integral beyond a place on either side of zero, with the sign of that side."""
+    tail = fresnel_tail(abs(position), table)
+    return tail if position >= 0.0 else -tail
 
 
 @compiled
@@ -60,7 +60,7 @@ def side(distance: float) -> float:
 
 
 @compiled
-def _edge_rests(
+def _edge_tails(
     frequency: float, rate: float, inner: float, outer: float, table: FloatArray
 ) -> tuple[complex, complex, complex]:
     """Sum what the edges add to the flat part and to the taper's two exponentials."""
@@ -71,10 +71,10 @@ def _edge_rests(
     for edge in range(4):
         outward = 1.0 if edge < 2 else -1.0
         distance = outward * (inner if edge % 2 else outer) - frequency
-        phase = outward * turn(0.5 * distance * distance * inverse)
-        flat += phase * signed_rest(distance * scale, table)
-        rising += phase * signed_rest((distance - shift) * scale, table)
-        falling += phase * signed_rest((distance + shift) * scale, table)
+        phase = outward * cis(0.5 * distance * distance * inverse)
+        flat += phase * signed_tail(distance * scale, table)
+        rising += phase * signed_tail((distance - shift) * scale, table)
+        falling += phase * signed_tail((distance + shift) * scale, table)
     if rate > 0.0:
         return flat.conjugate(), rising.conjugate(), falling.conjugate()
     return flat, rising, falling
@@ -85,7 +85,7 @@ def _taper_steps(frequency: float, shift: float, inner: float, outer: float) -> 
     """Phase of the rising exponential within the shifted tapers, and zero elsewhere."""
     right = side(outer - frequency - shift) - side(inner - frequency - shift)
     left = side(-inner - frequency - shift) - side(-outer - frequency - shift)
-    at_inner = turn(-0.5 * inner / (outer - inner))
+    at_inner = cis(-0.5 * inner / (outer - inner))
     return right * at_inner + left * at_inner.conjugate()
 
 
@@ -123,13 +123,13 @@ def raised_cosine_terms(
         rate = slope[b, 0]
         shift = rate * per_cycle
         kernel = complex(0.25, 0.25 * side(rate))
-        common = 0.125 * turn(0.5 * per_cycle * shift)
+        common = 0.125 * cis(0.5 * per_cycle * shift)
         for m in range(frequency.shape[1]):
             f = frequency[b, m]
-            flat, rising, falling = _edge_rests(f, rate, inner, outer, table)
+            flat, rising, falling = _edge_tails(f, rate, inner, outer, table)
             steps = side(outer - f) + side(inner - f) - side(-inner - f) - side(-outer - f)
             value = 0.25 * steps - kernel * flat
-            taper = turn(per_cycle * f)
+            taper = cis(per_cycle * f)
             rising *= 0.5 * kernel
             rising += common * taper * _taper_steps(f, shift, inner, outer)
             falling *= 0.5 * kernel

@@ -1,4 +1,4 @@
-"""Gauss-Newton steps of bursts in their two parameters, no longer than allowed."""
+"""Damped Gauss-Newton steps in the two parameters of bursts."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Slopes of the joint cost (67) of all objects."""
+"""Gradient and curvature of the joint cost (67) of all objects."""
 
 import numpy as np
 
@@ -40,13 +40,13 @@ def joint_information(
             for s in range(axes):
                 for t in range(axes):
                     # The lines move with their middle at rest: dphi_i^H dphi_k = -d^2 phi_i^H phi_k
-                    rest_real, rest_imag = -rows.real[i, 3 + s + t, k], -rows.imag[i, 3 + s + t, k]
+                    kept_real, kept_imag = -rows.real[i, 3 + s + t, k], -rows.imag[i, 3 + s + t, k]
                     for j in range(size):
                         b, c = rows.real[i, s + 1, j], rows.imag[i, s + 1, j]
                         d, e = explained.real[k, t + 1, j], explained.imag[k, t + 1, j]
-                        rest_real -= b * d - c * e
-                        rest_imag -= b * e + c * d
-                    value = 2.0 * noise_precision * (real * rest_real - imag * rest_imag)
+                        kept_real -= b * d - c * e
+                        kept_imag -= b * e + c * d
+                    value = 2.0 * noise_precision * (real * kept_real - imag * kept_imag)
                     information[s * count + i, t * count + k] = value
     return information
 
@@ -76,7 +76,7 @@ def joint_slopes(
     gradient : (2 L,) float, of a single ramp (L,)
     curvature : (2 L, 2 L) float, of a single ramp (L, L)
     """
-    rest, posterior = split(residual), columns_as_parts(columns)
+    parts, posterior = split(residual), columns_as_parts(columns)
     covariance, amplitudes, noise_precision, _ = posterior[2:]
     size, num_antennas = amplitudes.real.shape
     axes = 2 if columns.doppler_factors.shape[1] > 1 else 1
@@ -85,7 +85,10 @@ def joint_slopes(
     gradient = np.empty(axes * num_objects)
     for i in range(num_objects):
         jet = atom_jet(
-            row_of(posterior.beat_factors, i), row_of(posterior.doppler_factors, i), rest, posterior
+            row_of(posterior.beat_factors, i),
+            row_of(posterior.doppler_factors, i),
+            parts,
+            posterior,
         )
         for j in range(size):
             for s in range(6):

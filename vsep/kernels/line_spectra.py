@@ -1,9 +1,9 @@
-"""Unit-norm exponentials, the object atoms made of them, and what an atom has to do with the rest.
+"""Object atoms and their inner products with the residual and other columns.
 
 An atom is a Kronecker product phi of a line over the samples and one over the ramps. The columns,
 all or all but one of the components, are such products too: matrix Phi, with weights of mean mu and
-covariance C at each of A antennas. A component that is taken out leaves zeros in C and mu behind
-and drops out of all sums.
+covariance C at each of A antennas. A downdated component leaves zeros in C and mu behind and
+drops out of all sums.
 """
 
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import (
     ComplexParts,
@@ -22,7 +22,7 @@ from vsep.kernels.complex_parts import (
     split,
 )
 
-EXACT = 4  # samples of an exponential set one by one; the others are these, turned on
+EXACT = 4  # samples of an exponential set one by one; the others are these, rotated
 
 # Which derivatives, by the beat and by the Doppler frequency, stand in the six rows of a jet.
 BEAT_ORDERS = (0, 1, 0, 2, 1, 0)
@@ -125,10 +125,10 @@ def fill_line(frequency: float, line: ComplexParts) -> None:
     scale = 1.0 / np.sqrt(size)
     known = min(EXACT, size)
     for m in range(known):
-        value = turn(-frequency * m)
+        value = cis(-frequency * m)
         real[m], imag[m] = scale * value.real, scale * value.imag
     while known < size:
-        step = turn(-frequency * known)
+        step = cis(-frequency * known)
         for m in range(min(known, size - known)):
             real[known + m] = real[m] * step.real - imag[m] * step.imag
             imag[known + m] = real[m] * step.imag + imag[m] * step.real
@@ -146,7 +146,7 @@ def fill_lines(frequencies: FloatArray, lines: ComplexArray) -> None:
 
 
 @compiled
-def weigh(
+def apply_covariance(
     rows: ComplexParts, covariance: ComplexParts, weighted: ComplexParts, num_rows: int
 ) -> None:
     """Write ``C v`` of the first rows ``v^*``, each (L,)."""
@@ -209,5 +209,5 @@ def atom_jet(
             jet.innovations.real[s, a] = whole.real[j, i * num_antennas + a]
             jet.innovations.imag[s, a] = whole.imag[j, i * num_antennas + a]
     subtract_fit(jet.rows, columns.amplitudes, jet.innovations, 6)
-    weigh(jet.rows, columns.covariance, jet.weighted, 3)
+    apply_covariance(jet.rows, columns.covariance, jet.weighted, 3)
     return jet

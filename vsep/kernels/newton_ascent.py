@@ -1,4 +1,4 @@
-"""Newton's method on the cost (70), and the loop of Algorithm 3 over all components."""
+"""Newton ascent on the cost (70), and the loop of Algorithm 3 over all components."""
 
 from typing import NamedTuple
 
@@ -41,8 +41,8 @@ def newton_or_gradient_step(jet: CostJet, num_samples: int, num_ramps: int) -> t
     return beat, doppler
 
 
-class Climb(NamedTuple):
-    """Where a climb ended, the cost there, and the cost where it began."""
+class AscentResult(NamedTuple):
+    """Where an ascent ended, the cost there, and the cost where it began."""
 
     beat: float
     doppler: float
@@ -64,14 +64,14 @@ class Updated(NamedTuple):
 
 
 @compiled
-def climb(
+def ascend(
     point: FloatArray,
     precision: float,
     residual: ComplexParts,
     others: ComplexPartColumns,
     max_steps: int,
-) -> Climb:
-    """Climb (70) from a point (2,) by safeguarded Newton steps; the cost never falls.
+) -> AscentResult:
+    """Maximise (70) from a point (2,) by safeguarded Newton steps; the cost never falls.
 
     Where the Hessian is not negative definite the step follows the gradient, scaled by the
     curvature of an isolated line. Arguments as for `cost_jet`.
@@ -93,7 +93,7 @@ def climb(
         by_beat, by_doppler = newton_or_gradient_step(current, num_samples, num_ramps)
         if current.by_beat * by_beat + current.by_doppler * by_doppler < 2.0 * NO_GAIN:
             break
-    return Climb(beat, doppler, current, start)
+    return AscentResult(beat, doppler, current, start)
 
 
 @compiled
@@ -165,10 +165,10 @@ def update_inverse(
 
 
 @compiled
-def move_line(
+def refine_line(
     point: FloatArray, precision: float, residual: ComplexParts, others: ComplexPartColumns
 ) -> AtomFit:
-    """One step of `climb`, in place; the trials, and what the atom ends as, need no derivatives."""
+    """One step of `ascend`, in place; trials and the final atom need no derivatives."""
     num_samples = others.beat_factors.real.shape[1]
     num_ramps = others.doppler_factors.real.shape[1]
     start = cost_jet(point[0], point[1], precision, residual, others)
@@ -196,7 +196,7 @@ def update_lines(
     columns: Columns,
     threshold: float,
 ) -> Updated:
-    """Loop of Algorithm 3: move, test and re-weigh or prune every component in turn.
+    """Loop of Algorithm 3: move, test and re-estimate or prune every component in turn.
 
     Parameters
     ----------
@@ -212,12 +212,12 @@ def update_lines(
         T, linear; the sum of the antennas' ratios is compared with it.
     """
     count, num_antennas = len(points), columns.amplitudes.shape[1]
-    rest, posterior = split(residual), columns_as_parts(columns)
+    parts, posterior = split(residual), columns_as_parts(columns)
     new = Updated(points.copy(), precisions.copy(), np.ones(count, np.bool_), np.zeros(count))
     for index in range(count):
         downdate(posterior, index)
         moved = points[index].copy()
-        fit = move_line(moved, precisions[index], rest, posterior)
+        fit = refine_line(moved, precisions[index], parts, posterior)
         if fit.inverse_rho > MIN_SCHUR * columns.noise_precision:
             new.ratios[index] = fit.power / fit.inverse_rho
         if new.ratios[index] <= threshold:

@@ -1,4 +1,4 @@
-"""The cost (70) of moving one object, seen by one antenna or by several.
+"""Cost (70) of one object's frequencies, for one antenna or several.
 
 The cost is ``J(zeta) = sum_a lambda^2 |q_a|^2 / D - A log D``, ``D = lambda + gamma - lambda^2 v^H
 C v``, with ``v = Phi^H phi(zeta)`` and ``q_a = phi^H r_a - v^H mu_a``, where Phi, C and mu belong
@@ -15,10 +15,10 @@ from vsep.kernels.complex_parts import ComplexParts, line_products, multiply, ro
 from vsep.kernels.line_spectra import (
     AtomJet,
     ComplexPartColumns,
+    apply_covariance,
     atom_jet,
     fill_line,
     subtract_fit,
-    weigh,
 )
 
 MIN_SCHUR = 1e-12  # of lambda: what D is at least
@@ -146,7 +146,7 @@ def atom_fit(
     line_products(others.doppler_factors, doppler_line, dopplers)
     multiply(beats, 0, dopplers, 0, jet.rows, 0)
     subtract_fit(jet.rows, others.amplitudes, jet.innovations, 1)
-    weigh(jet.rows, others.covariance, jet.weighted, 1)
+    apply_covariance(jet.rows, others.covariance, jet.weighted, 1)
     power = overlap = 0.0
     for a in range(num_antennas):
         power += jet.innovations.real[0, a] ** 2 + jet.innovations.imag[0, a] ** 2

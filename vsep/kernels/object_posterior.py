@@ -1,4 +1,4 @@
-"""Objects at their places: posterior of the weights, and the signal."""
+"""Posterior of the object weights at given frequencies, and the object signal."""
 
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from vsep.kernels.line_spectra import Columns, by_ramps, fill_lines
 from vsep.kernels.posterior import weight_posterior
 
 
-class Placement(NamedTuple):
+class ObjectPosterior(NamedTuple):
     """Columns at A antennas and the posterior of their K weights.
 
     ``beat_factors`` (K, N), ``doppler_factors`` (K, P), ``gram`` (K, K), ``projections`` (K, A),
@@ -102,7 +102,7 @@ def place_columns(
     precisions: FloatArray,
     residual: ComplexArray,
     noise_precision: float,
-) -> Placement:
+) -> ObjectPosterior:
     """Posterior (58)-(59) of all columns with the objects at the given points.
 
     Parameters
@@ -137,7 +137,7 @@ def place_columns(
         for i in range(size):
             for a in range(projections.shape[1]):
                 amplitudes[k, a] += noise_precision * fit.covariance[k, i] * projections[i, a]
-    return Placement(
+    return ObjectPosterior(
         beat_factors,
         doppler_factors,
         gram,
@@ -184,16 +184,16 @@ def object_signals(
 
 
 @compiled
-def unexplained(residual: ComplexArray, columns: Columns) -> NDArray[np.complex64]:
+def subtract_columns(residual: ComplexArray, columns: Columns) -> NDArray[np.complex64]:
     """Residual (A P, N) without the columns, (A, P, N).
 
-    In single precision: the peaks of its transform are starting points of a climb.
+    In single precision: the peaks of its transform are starting points of Newton's method.
     """
-    rest = split(residual)
-    add_signals(columns.beat_factors, columns.doppler_factors, -columns.amplitudes, rest)
+    parts = split(residual)
+    add_signals(columns.beat_factors, columns.doppler_factors, -columns.amplitudes, parts)
     num_rows, num_samples = residual.shape
     signals = np.empty((num_rows, num_samples), dtype=np.complex64)
     for row in range(num_rows):
         for n in range(num_samples):
-            signals[row, n] = complex(rest.real[row, n], rest.imag[row, n])
+            signals[row, n] = complex(parts.real[row, n], parts.imag[row, n])
     return signals.reshape((columns.amplitudes.shape[1], -1, num_samples))

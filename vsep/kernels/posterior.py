@@ -1,4 +1,4 @@
-"""Gaussian posterior of a few weights from their Gram matrix and projections, (60)-(62).
+"""Gaussian posterior of the weights from their Gram matrix and projections, (58)-(62).
 
 Everything comes from the inverse R of the Cholesky factor of the precision matrix
 ``lambda A^H A + diag gamma``: the covariance is ``R^H R``, its logarithmic determinant twice the
@@ -48,10 +48,10 @@ def inverse_factor(
     for i in range(size):
         pivot = noise_precision * gram[i, i].real + precisions[i]
         for j in range(i):
-            rest = noise_precision * gram[i, j] - _conjugate_product(factor[j], factor[i], j)
-            rest = complex(rest.real * inverse[j, j].real, rest.imag * inverse[j, j].real)
-            factor[i, j] = rest
-            pivot -= rest.real * rest.real + rest.imag * rest.imag
+            entry = noise_precision * gram[i, j] - _conjugate_product(factor[j], factor[i], j)
+            entry = complex(entry.real * inverse[j, j].real, entry.imag * inverse[j, j].real)
+            factor[i, j] = entry
+            pivot -= entry.real * entry.real + entry.imag * entry.imag
         log_determinant -= np.log(pivot) if pivot > 0.0 else np.nan
         scale = 1.0 / np.sqrt(pivot)
         for k in range(i):

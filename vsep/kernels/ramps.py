@@ -1,4 +1,4 @@
-"""All interfered ramps of a frame in one call: posteriors, costs, slopes and channel selection.
+"""All interfered ramps in one call: posteriors, costs, slopes and channel selection.
 
 A call of a kernel costs more than most kernels need for one ramp. The columns of all ramps
 therefore stand in flat arrays, one ramp after the other, and the loops over the ramps are here.
@@ -237,7 +237,7 @@ class Revision(NamedTuple):
     """Columns of all ramps after Algorithm 4, those pruned among them.
 
     ``first_column`` (R + 1,), the others (K,): `added_ratios` are the activation ratios with which
-    columns were added, zero for those that were there; `ratios` those when they were weighed again.
+    columns were added, zero for those that were there; `ratios` those when they were re-estimated.
     """
 
     first_column: IntArray

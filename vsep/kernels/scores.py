@@ -1,4 +1,4 @@
-"""Scores ``|a^H r|^2 / ||a||^2`` of single chirps: the best of a correlation, and around it."""
+"""Scores ``|a^H r|^2 / ||a||^2`` of single chirps from correlations."""
 
 from typing import NamedTuple
 

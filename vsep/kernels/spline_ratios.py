@@ -1,4 +1,4 @@
-"""What the splines of the filter's correction could explain while none is active.
+"""Activation ratios of the filter correction's splines while none is active.
 
 A spline s of a ramp has the column ``a_s``: its modified response along the course of every burst,
 times the burst's chirp and channel. With the channel columns X and their posterior covariance C the
@@ -13,7 +13,7 @@ import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.channel import ramp_columns
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import ComplexParts, add_scaled, inner, split_row
 from vsep.kernels.ramps import FlatRamps, channel_of, templates_of
@@ -50,7 +50,7 @@ def add_spline_columns(
     height = 1.0 / (grid.knots[1] - grid.knots[0]) ** 3
     for n in range(num_samples):
         course[n] = start + slope * n
-        value = height * turn(n * (start + 0.5 * slope * n))
+        value = height * cis(n * (start + 0.5 * slope * n))
         value *= complex(line.real[0, n], line.imag[0, n])
         chirp[0, n], chirp[1, n] = value.real, value.imag
     for k in range(len(grid.knots)):
@@ -123,7 +123,7 @@ def first_ratios(
     ramps: FlatRamps,
     courses: tuple[FloatArray, FloatArray],
     weights: tuple[ComplexArray, ComplexArray],
-    rest: ComplexArray,
+    noise_residual: ComplexArray,
     noise_precision: float,
     grid: SplineGrid,
     unseen: float,
@@ -138,7 +138,7 @@ def first_ratios(
         Start frequencies and slopes of the bursts, cycles per sample (squared).
     weights : tuple of (sum of K^2,) and (K,) complex
         Covariances and means of the channel weights.
-    rest : (R, N) complex
+    noise_residual : (R, N) complex
         What the channels leave of the residual.
     noise_precision : float
         lambda.
@@ -150,7 +150,7 @@ def first_ratios(
     innovations = np.zeros(num_splines, dtype=np.complex128)
     energies = np.zeros(num_splines)
     place = 0
-    for r in range(len(rest)):
+    for r in range(len(noise_residual)):
         columns, channels = _ramp_columns(ramps, r, courses, weights[1], grid)
         size = len(channels.real)
         crossed = np.empty((2, size, num_splines))
@@ -160,7 +160,7 @@ def first_ratios(
                 crossed[0, k, s], crossed[1, k, s] = product.real, product.imag
         explained = _explained(crossed, weights[0][place:], size)
         place += size * size
-        row = split_row(rest[r])
+        row = split_row(noise_residual[r])
         for s in range(num_splines):
             innovations[s] += inner(row, 0, columns, s)
             own = inner(columns, s, columns, s).real

@@ -1,4 +1,4 @@
-"""What a chirp makes of cubic B-splines of the frequency: their modified responses.
+"""Modified responses of cubic B-splines of the frequency.
 
 A spline is a sum of truncated cubics ``max(f - knot, 0)^3 / 6``, whose modified responses are
 iterated integrals of the kernel K: from the Fresnel integral H_0 on, integration by parts gives
@@ -8,9 +8,9 @@ iterated integrals of the kernel K: from the Fresnel integral H_0 on, integratio
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
-from vsep.kernels.fresnel import fresnel_rest, side
+from vsep.kernels.fresnel import fresnel_tail, side
 
 
 @compiled
@@ -24,13 +24,13 @@ def integrals(distances: FloatArray, rate: float, table: FloatArray, rows: Float
     scale, direction = np.sqrt(2.0 / abs(rate)), side(rate)
     kernel_real, kernel_imag, flat_real, flat_imag = rows[0, 0], rows[0, 1], rows[1, 0], rows[1, 1]
     for m in range(len(distances)):
-        phase = turn(-0.25 * (distances[m] * scale) ** 2)
+        phase = cis(-0.25 * (distances[m] * scale) ** 2)
         # Times exp(j pi/4) / sqrt(2), for a positive rate; for a negative one all is conjugate.
         kernel_real[m] = 0.5 * (phase.real - phase.imag)
         kernel_imag[m] = 0.5 * (phase.real + phase.imag)
     for m in range(len(distances)):
-        rest = fresnel_rest(abs(distances[m]) * scale, table)
-        flat_real[m], flat_imag[m] = rest.real, rest.imag
+        tail = fresnel_tail(abs(distances[m]) * scale, table)
+        flat_real[m], flat_imag[m] = tail.real, tail.imag
     for m in range(len(distances)):
         real, imag, way = flat_real[m], flat_imag[m], side(distances[m])
         flat_real[m] = way * (0.5 - kernel_real[m] * real - kernel_imag[m] * imag)

@@ -1,9 +1,9 @@
-"""Burst templates (12) and their derivatives, from the modified response along their course."""
+"""Burst templates (12) and their derivatives from the modified response."""
 
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray, IntArray
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 
 
@@ -53,7 +53,7 @@ def template_jets(
     for b in range(len(slope)):
         f, s = start_frequency[b], slope[b]
         for n in range(value.shape[1]):
-            carrier = turn(n * (f + 0.5 * s * n))
+            carrier = cis(n * (f + 0.5 * s * n))
             offset = n - reference[b]
             template = carrier * value[b, n]
             moved = carrier * (sample_rate_hz * first[b, n])

@@ -1,4 +1,4 @@
-"""A filter of which only the rough form is known: an assumed one plus a complex spline.
+"""Assumed anti-aliasing filter plus a complex spline.
 
 The modified response is linear in the response, so the correction of a burst is the modified
 response of the spline, in closed form for every slope difference.

@@ -1,4 +1,4 @@
-"""Anti-aliasing filters: their response G(f) and what a chirp makes of it, Gbar(f; Delta k).
+"""Anti-aliasing filters: response G(f) and modified response Gbar(f; Delta k).
 
 Every filter states the frequency at which its magnitude is one half (-6 dB), whatever its kind, so
 that filters of different kinds with one cut-off are comparable. G is the complex response of the
@@ -162,7 +162,7 @@ class ButterworthFilter:
         require_range("filter cutoff", self.cutoff_hz, _MIN_CUTOFF_HZ, _MAX_CUTOFF_HZ, "Hz")
         require_range("filter order", self.order, 1, 16)
         if self.order != int(self.order):
-            raise InputError(f"filter order is {self.order:g}; it must be a whole number, 1 to 16.")
+            raise InputError(f"filter order is {self.order:g}; it must be an integer, 1 to 16.")
 
     @property
     def kind(self) -> FilterKind:

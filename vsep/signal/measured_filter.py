@@ -1,4 +1,4 @@
-"""The measured anti-aliasing filter: complex samples over frequency.
+"""Measured anti-aliasing filter: complex samples over frequency.
 
 Between the samples the response is a cubic spline. Beyond the outermost samples their value fades
 to zero smoothly over one eighth of the measured band on either side, so that a response which
@@ -204,9 +204,9 @@ def _kernel(position: FloatArray) -> FloatArray:
 
 
 def _nonuniform_inverse_dft(
-    coefficients: ComplexArray, row: IntArray, turns: FloatArray
+    coefficients: ComplexArray, row: IntArray, cycles: FloatArray
 ) -> ComplexArray:
-    """Sum over m coefficients[:, row, m] exp(j 2 pi turns (m - M/2)), M even.
+    """Sum over m coefficients[:, row, m] exp(j 2 pi cycles (m - M/2)), M even.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def _nonuniform_inverse_dft(
         A quantities for S rows.
     row : (Q,) int
         The row of every query.
-    turns : (Q,) float
+    cycles : (Q,) float
         Cycles per mode of every query.
 
     Returns
@@ -228,9 +228,9 @@ def _nonuniform_inverse_dft(
     padded[..., : num_modes // 2] = scaled[..., num_modes // 2 :]
     padded[..., -(num_modes // 2) :] = scaled[..., : num_modes // 2]
     bins = ifft(padded, axis=-1, norm="forward")
-    position = turns * num_bins
+    position = cycles * num_bins
     first = np.ceil(position - 0.5 * _KERNEL_POINTS).astype(np.int64)
-    total = np.zeros((coefficients.shape[0], len(turns)), dtype=np.complex128)
+    total = np.zeros((coefficients.shape[0], len(cycles)), dtype=np.complex128)
     for point in range(_KERNEL_POINTS):
         index = first + point
         weight = _kernel((position - index) * (2.0 / _KERNEL_POINTS))

@@ -1,4 +1,4 @@
-"""The interference channel of one ramp: line spectra on a fixed grid, seen through its bursts.
+"""Interference channel of one ramp: line spectra on a grid, multiplied by burst templates.
 
 A column of a ramp is ``template * psi_k``: the template of one of its bursts and an atom of the
 grid. All columns of a ramp share one posterior, for bursts that cross each other correlate.

@@ -1,4 +1,4 @@
-"""Where the bursts are: exhaustive search for one chirp per ramp.
+"""Exhaustive search for one chirp per ramp.
 
 With one channel component the cost (71) is the single-component SNR
 ``lambda |a^H r|^2 / ||a||^2``. For a fixed slope the template is a shifted kernel, so all burst

@@ -1,4 +1,4 @@
-"""Bursts that are expected at known places: weaker ones are told from noise than anywhere else.
+"""Detection of weak bursts at expected places with a lower threshold.
 
 The exhaustive search looks at every slope and centre, so that noise alone reaches its threshold
 somewhere in some ramp. Where the interferer is known, one slope and a stretch of centres remain,

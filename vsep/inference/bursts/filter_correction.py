@@ -1,4 +1,4 @@
-"""What the assumed anti-aliasing filter is wrong by, estimated from the bursts themselves.
+"""Estimation of the anti-aliasing filter's error from the bursts themselves.
 
 One complex spline, shared by all bursts of a frame, is added to the assumed response. Its
 coefficients are a third sparse source beside objects and channels: each has its own prior
@@ -42,7 +42,7 @@ UNSEEN: Final = 1e-9  # share of a spline's energy that the channels must leave 
 def update_correction(
     work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
 ) -> None:
-    """Activate, weigh and prune the splines of the filter's correction; the bursts follow.
+    """Activate, estimate and prune the splines of the filter's correction; the bursts follow.
 
     Parameters
     ----------
@@ -101,13 +101,13 @@ def passive_spline_ratios(
         lambda.
     """
     table = work.table
-    rest = (residual - work.signal)[table.interfered]
+    noise_residual = (residual - work.signal)[table.interfered]
     knots = knots_hz(work.assumed.anti_aliasing_filter.cutoff_hz) / work.assumed.sample_rate_hz
     return first_ratios(
         work.flat(),
         (table.chirps.start_frequency, table.chirps.slope),
         (table.covariances, table.amplitudes),
-        rest,
+        noise_residual,
         noise_precision,
         SplineGrid(knots, SMOOTH),
         UNSEEN,
@@ -274,7 +274,7 @@ def _add_splines(
 def _update_splines(
     work: InterferenceWorkspace, splines: IntArray, active: ActiveSet, least_precision: float
 ) -> tuple[IntArray, ActiveSet]:
-    """Re-weigh or prune every active spline."""
+    """Re-estimate or prune every active spline."""
     active.refresh()
     index = 0
     while index < len(active):

@@ -1,4 +1,4 @@
-"""The bursts of a state in the flat arrays of the kernels, and one by one for who looks at them."""
+"""Bursts of a state: flat arrays for the kernels, records for everybody else."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""All bursts of a frame and the columns of their channels while a step changes them.
+"""Working copy of all bursts of a frame and of their channel columns.
 
 What belongs to all bursts stands in flat arrays, ramp after ramp, which is how the kernels take it:
 a step then costs a few calls, not a few for every ramp.
@@ -132,7 +132,7 @@ class BurstTable:
             twiddle,
         )
 
-    def by_turns(self) -> Iterator[IntArray]:
+    def in_rounds(self) -> Iterator[IntArray]:
         """Yield the places of the first burst of every ramp, then of the second."""
         if len(self.interfered) == len(self.rows):
             if len(self.rows):

@@ -1,4 +1,4 @@
-"""Algorithm 2: the interference estimate of a frame, all ramps at once, while a step changes it."""
+"""Algorithm 2: interference estimate of all ramps of a frame during one step."""
 
 import math
 from collections.abc import Sequence
@@ -148,7 +148,7 @@ class InterferenceWorkspace:
             self.recompute(residual, noise_precision)
 
     def drop_empty(self) -> None:
-        """Drop bursts that lost all their components; the literal schedule keeps the template."""
+        """Drop bursts that lost all their components; the paper's schedule keeps the template."""
         if self.schedule.first_threshold_db is None or self.table.num_columns.all():
             return
         columns = self.table.num_columns.reshape(-1, self.num_shared).sum(axis=0)
@@ -194,15 +194,15 @@ class InterferenceWorkspace:
         return channel_posterior(held.templates, residual[held.ramp], channel, noise_precision)
 
     def refine_bursts(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Climb (71) in the parameters of all bursts: the first of every ramp, then the second."""
+        """Maximise (71) for all bursts: the first of every ramp, then the second."""
         steps = self.schedule.refinement_steps
-        for places in self.table.by_turns():
+        for places in self.table.in_rounds():
             self.refine_burst(places, residual, noise_precision, max_steps=steps)
 
     def refine_burst(
         self, places: IntArray, residual: ComplexArray, noise_precision: float, *, max_steps: int
     ) -> None:
-        """Climb (71) in the parameters of one burst of each of some ramps.
+        """Maximise (71) in the parameters of one burst of each of some ramps.
 
         Parameters
         ----------
@@ -219,7 +219,7 @@ class InterferenceWorkspace:
         places = places[table.num_columns[places] > 0]
         if len(places) == 0:
             return
-        # A burst has one place at all antennas: the sum over them is climbed.
+        # A burst has one place at all antennas: the sum over them is maximised.
         ramps, own, numbers = table.ramps_of_bursts[places], places, np.arange(len(places))
         if self.model.num_antennas > 1:
             own, numbers = np.unique(places % self.num_shared, return_inverse=True)
@@ -238,7 +238,7 @@ class InterferenceWorkspace:
             table.chirps = table.chirps.replaced(same, refined)
 
     def _revise(self, residual: ComplexArray, noise_precision: float) -> None:
-        """Add, re-weigh and prune the columns of all ramps, Algorithm 4."""
+        """Add, re-estimate and prune the columns of all ramps, Algorithm 4."""
         table = self.table
         if len(table) == 0:
             return

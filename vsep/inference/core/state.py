@@ -1,4 +1,4 @@
-"""Everything an estimator hands from one iteration to the next.
+"""State that an estimator hands from one iteration to the next.
 
 A state holds all the next step needs and nothing else; what is said about the step stands in
 `vsep.inference.core.progress`. All arrays are read-only.

@@ -1,4 +1,4 @@
-"""Thresholds of activation ratios: how often noise alone exceeds them."""
+"""Thresholds of activation ratios from false-alarm rates."""
 
 from functools import lru_cache
 

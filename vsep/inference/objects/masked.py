@@ -1,4 +1,4 @@
-"""The masked estimator: objects alone, from the samples that no interference hit.
+"""Masked estimator: objects alone, from the samples that are not interfered.
 
 It is `ObjectOnlySeparator` told which samples to ignore; nothing is put in their place. With the
 diagonal mask M of the used samples the mean of the weights solves

@@ -1,4 +1,4 @@
-"""Objects that several antennas see: one place and one prior for all, a weight for each.
+"""Active set of multiple measurement vectors (MMV): one place and prior, a weight per antenna.
 
 The columns and their prior precisions are the same at every antenna, so that the weights of all
 have one covariance; antennas multiply what is learnt of places and precisions. Nothing is assumed

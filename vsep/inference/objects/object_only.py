@@ -1,4 +1,4 @@
-"""Object estimation alone: Algorithm 3 on the received signal, interference neglected."""
+"""Object-only estimator: Algorithm 3 on the received signal, interference neglected."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""How object components move: their posterior at given places, and a joint step of all, (67)."""
+"""Posterior of the object weights at given frequencies, and a joint refinement by (67)."""
 
 from dataclasses import dataclass
 
@@ -98,15 +98,15 @@ def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedCompon
     *_, step, failed = dgesv(curvature, gradient)
     if failed or gradient @ step < 2.0 * NO_GAIN:
         return placed  # nothing to gain, as always where components coincide
-    moves = np.zeros((count, 2))
-    moves[:, : len(step) // count] = step.reshape(-1, count).T
+    steps = np.zeros((count, 2))
+    steps[:, : len(step) // count] = step.reshape(-1, count).T
     cells = placed.factors[0].shape[1], placed.factors[1].shape[1]
-    longest = float((abs(moves) * cells).max())
-    moves *= min(1.0, MAX_STEP_CELLS / max(longest, 1e-300))
+    longest = float((abs(steps) * cells).max())
+    steps *= min(1.0, MAX_STEP_CELLS / max(longest, 1e-300))
     cost = active.cost()
     for _ in range(3):
         trial = place_components(
-            placed.points + moves,
+            placed.points + steps,
             active.precisions,
             residual,
             active.noise_precision,
@@ -114,5 +114,5 @@ def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedCompon
         )
         if trial.active.cost() >= cost:
             return trial
-        moves = 0.25 * moves
+        steps = 0.25 * steps
     return placed

@@ -1,4 +1,4 @@
-"""How well the dispersion parameters are known: posterior standard deviations of zeta.
+"""Posterior standard deviations of the dispersion parameters zeta.
 
 Around its maximum the joint cost (67) is quadratic; its curvature is the Fisher information of all
 frequencies with the complex weights as nuisance parameters,

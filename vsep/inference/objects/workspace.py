@@ -1,4 +1,4 @@
-"""Algorithm 3: find, refine, add, update and prune the grid-less object components."""
+"""Algorithm 3: addition, refinement, update and pruning of grid-less object components."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,9 @@ from vsep.inference.core.state import ObjectComponents
 from vsep.inference.objects.refinement import PlacedComponents, joint_step, place_components
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels.candidates import Candidate, best_candidate
-from vsep.kernels.convergence import largest_move
+from vsep.kernels.convergence import largest_change
 from vsep.kernels.newton_ascent import Updated, update_lines
-from vsep.kernels.object_posterior import lines_trace, object_signals, unexplained
+from vsep.kernels.object_posterior import lines_trace, object_signals, subtract_columns
 from vsep.signal.atoms import Factors
 from vsep.units import to_db, wrap_frequency
 
@@ -127,12 +127,12 @@ class ObjectWorkspace:
     def _best_candidate(self) -> Candidate:
         """Look for one more component in what the columns leave unexplained."""
         columns = self.placed.columns
-        rest = unexplained(self.residual, columns)
-        num_ramps, num_samples = rest.shape[1:]
+        transforms = subtract_columns(self.residual, columns)
+        num_ramps, num_samples = transforms.shape[1:]
         # Axis after axis: a transform of both would run over the added rows of zeros as well.
         if num_ramps > 1:
-            rest = fft.ifft(rest, 2 * num_ramps, axis=1)
-        transforms = fft.ifft(rest, 2 * num_samples, axis=2)
+            transforms = fft.ifft(transforms, 2 * num_ramps, axis=1)
+        transforms = fft.ifft(transforms, 2 * num_samples, axis=2)
         return best_candidate(transforms, self.residual, columns, self.threshold)
 
     def _insert(self, candidate: Candidate) -> None:
@@ -147,7 +147,7 @@ class ObjectWorkspace:
         )
 
     def update_components(self) -> None:
-        """Refine, re-weigh or prune every component in turn (the loop of Algorithm 3).
+        """Refine, re-estimate or prune every component in turn (the loop of Algorithm 3).
 
         Deviation: a joint step of all components follows, which the paper does not have; it takes
         the place of tens of rounds where components share a resolution cell.
@@ -167,7 +167,7 @@ class ObjectWorkspace:
             points, precisions, self.residual, noise_precision, before.background
         )
         placed = joint_step(placed, self.residual)
-        self.max_frequency_change = largest_move(
+        self.max_frequency_change = largest_change(
             start, placed.points, placed.active.precisions, placed.columns
         )
         points = wrap_frequency(placed.points)
