@@ -67,6 +67,32 @@ class Crossings:
             values = np.array(getattr(self, name), dtype=np.float64)
             object.__setattr__(self, name, frozen(values))
 
+    @classmethod
+    def of_chirps(
+        cls,
+        ramps: IntArray | FloatArray,
+        start_frequencies_hz: FloatArray,
+        slopes_hz_per_s: FloatArray,
+        sample_rate_hz: float,
+    ) -> "Crossings":
+        """Crossings of bursts (B,) with these frequencies at their ramp's first sample.
+
+        One without a slope crosses nothing and is left out.
+
+        Examples
+        --------
+        >>> Crossings.of_chirps(np.array([0, 1]), np.array([-4e6, 1e6]), np.array([2e12, 0.0]),
+        ...                     5e6).samples
+        array([10.])
+        """
+        crossing = np.asarray(slopes_hz_per_s) != 0.0
+        slopes = np.asarray(slopes_hz_per_s)[crossing]
+        return cls(
+            ramps=np.asarray(ramps, dtype=np.int64)[crossing],
+            samples=-np.asarray(start_frequencies_hz)[crossing] / slopes * sample_rate_hz,
+            slopes_hz_per_s=slopes,
+        )
+
     def select(self, chosen: BoolArray) -> "Crossings":
         """Return the crossings that a (B,) mask chooses."""
         return Crossings(

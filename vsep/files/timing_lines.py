@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -57,17 +57,6 @@ def read_timings(path: str) -> Iterator[FrameTimings]:
                     yield _timings(path, number, stored)
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is no text; the results of vsep separate are needed.") from error
-
-
-def fitted_timings(line: Mapping[str, Any]) -> tuple[InterfererTiming, ...]:
-    """Fit the timings of the interferers to the bursts of a result line.
-
-    Raises
-    ------
-    InputError
-        If it is no result line.
-    """
-    return _timings(str(line.get("file")), 1, dict(line)).timings
 
 
 def timing_line(frame: FrameTimings) -> dict[str, Any]:
@@ -145,15 +134,12 @@ def _timings(path: str, number: int, stored: dict[str, Any]) -> FrameTimings:
             [
                 (burst["ramp"], burst["start_frequency_hz"], burst["slope_hz_per_s"])
                 for burst in stored["interference"]
-                if burst["num_components"] > 0 and burst["slope_hz_per_s"] != 0.0
+                if burst["num_components"] > 0
             ],
             dtype=np.float64,
         ).reshape(-1, 3)
-        crossings = Crossings(
-            ramps=bursts[:, 0].astype(np.int64),
-            samples=-bursts[:, 1] / bursts[:, 2] * radar.sample_rate_hz,
-            slopes_hz_per_s=bursts[:, 2],
-        )
+        ramps, starts, slopes = bursts.T
+        crossings = Crossings.of_chirps(ramps, starts, slopes, radar.sample_rate_hz)
         parallel = tuple(int(ramp) for ramp in stored.get("parallel_ramps", ()))
         file = str(stored["file"])
     except (KeyError, TypeError, ValueError) as error:

@@ -51,7 +51,7 @@ class FactorisedSeparator:
     max_iterations : int
         Where a run stops at the latest.
     expected_bursts : ExpectedBursts or None
-        Where weak bursts are looked for as well, see `vsep.files.two_pass`.
+        Where weak bursts are looked for as well, see `vsep.two_pass`.
 
     Examples
     --------
