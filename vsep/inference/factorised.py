@@ -100,35 +100,40 @@ class FactorisedSeparator:
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
         with part(BURSTS):
+            # Working copy of q(beta), theta and the filter's correction
             interference = self.interference_workspace(state)
+        # Coarse grid of (71): bursts start, restart and end
         searched = self.search_due(state)
         if searched:
             with part(SEARCH):
                 self.search(interference, received, state)
+        # Samples that neither source explains count as missing from here on.
         used, num_used = self.censor_outliers(received, state)
-        residual = used - state.object_signal
+        residual = used - state.object_signal  # r_beta = r - Phi alpha
         with part(BURSTS):
-            interference.update(residual, state.noise_precision)
+            interference.update(residual, state.noise_precision)  # Algorithm 2 on every ramp
             if self.correction_due(state, searched=searched):
                 update_correction(interference, residual, state.noise_precision)
 
+        # tr(Phi C Phi^H) + tr(U Psi C Psi^H U^H)
         traces = self._object_trace(state) + interference.trace
-        bursts = interference.signal
-        error = expected_error(residual - bursts, traces)
+        bursts = interference.signal  # U Psi beta
+        error = expected_error(residual - bursts, traces)  # denominator of (65)
         with part(OBJECTS):
-            objects = update_objects(
-                used - bursts,
-                replace(state, noise_precision=num_used / error),
+            objects = update_objects(  # Algorithm 3
+                used - bursts,  # r_alpha
+                replace(state, noise_precision=num_used / error),  # lambda from (65)
                 self.threshold_db,
                 interference.schedule.object_additions(state.iteration),
                 self.model.num_antennas,
             )
-        residual = used - objects.signal
+        residual = used - objects.signal  # r_beta
         traces = objects.active.trace() + interference.trace
         error = expected_error(residual - bursts, traces)
-        noise_precision = num_used / error
+        noise_precision = num_used / error  # lambda from (65)
         with part(BURSTS):
-            interference.recompute(residual, noise_precision)
+            interference.recompute(residual, noise_precision)  # C_beta from (62), beta from (61)
+        # (19)
         bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
         end = self.conclude(state, objects, interference, noise_precision, bound, searched)
         return self.confirmed(received, *end)
@@ -157,6 +162,7 @@ class FactorisedSeparator:
     ) -> None:
         """Look for bursts; late in a run only in samples that are not censored."""
         schedule = interference.schedule
+        # Early on a burst that is not modelled yet looks like outliers itself.
         if schedule.search_is_late(state.iteration):
             received, _ = self.censor_outliers(received, state)
         BurstSearch(
@@ -186,6 +192,7 @@ class FactorisedSeparator:
 
     def correction_due(self, state: SeparationState, *, searched: bool) -> bool:
         """Whether the next step estimates the filter's correction: a first one with a search."""
+        # Without a correction the test is made where a search renews the bursts anyway.
         wanted = searched or state.filter_correction.num_splines > 0
         return wanted and schedule_by_name(self.schedule).correction_due(state.iteration)
 
@@ -214,6 +221,7 @@ class FactorisedSeparator:
             searched=searched,
             separability_ratio_db=_separability_ratio_db(objects, signal),
         )
+        # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
         new_state = replace(
             state,
@@ -238,6 +246,7 @@ class FactorisedSeparator:
         That is, where it would move nothing either: the objects stand still and the filter is the
         assumed one, whose correction would go on changing.
         """
+        # The next step would repeat this one: only its search can tell something new.
         moved = info.max_frequency_change > STILL_DEVIATIONS
         if not state.search_pending or moved or state.filter_correction.num_splines:
             return state, info
@@ -271,28 +280,29 @@ def _separation_bound(
     traces = objects.active.trace() + interference.trace
     error = expected_error(residual - interference.signal, traces)
     active, filtered = objects.active, interference.correction
+    # Terms of q(beta) and q(gamma_beta), then of q(alpha) and q(gamma_alpha)
     bound = interference.weights_bound + weights_bound(
         active.amplitudes,
         np.diagonal(active.covariance).real,
         active.precisions,
         active.log_determinant,
     )
-    if filtered.num_splines:
+    if filtered.num_splines:  # of the filter's coefficients
         bound += weights_bound(
             filtered.amplitudes,
             np.diagonal(filtered.covariance).real,
             filtered.precisions,
             float(np.linalg.slogdet(filtered.covariance)[1]),
         )
-    return bound + noise_bound(num_used, noise_precision, error)
+    return bound + noise_bound(num_used, noise_precision, error)  # likelihood and q(lambda)
 
 
 def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray) -> float:
     """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
     count = len(objects.ids)
     active = objects.active
-    own = active.gram[:count, :count] @ active.amplitudes[:count]
-    other = separable_projections(interference, *objects.factors)
+    own = active.gram[:count, :count] @ active.amplitudes[:count]  # Phi^H Phi alpha
+    other = separable_projections(interference, *objects.factors)  # Phi^H U Psi beta
     energies = float(np.vdot(own, own).real), float(np.vdot(other, other).real)
     if 0.0 in energies:
         return float("nan")

@@ -45,10 +45,14 @@ class JointSeparator(FactorisedSeparator):
                 self.search(interference, received, state)
         used, num_used = self.censor_outliers(received, state)
         with part(BURSTS):
+            # One posterior of alpha and beta: C and mean of [Phi, U Psi]
             columns = JointColumns(used, state.objects, interference, state.noise_precision)
-            columns.update()
+            columns.update()  # Algorithm 2, the objects among the columns
 
+        # lambda from (65), one trace for both sources
         noise_precision = num_used / columns.expected_error()
+        # Algorithm 3 on r itself: the channel columns are not subtracted but stand beside the
+        # objects.
         objects = ObjectWorkspace(
             state.objects,
             used,
@@ -60,13 +64,15 @@ class JointSeparator(FactorisedSeparator):
         with part(OBJECTS):
             objects.add_components(interference.schedule.object_additions(state.iteration))
             objects.update_components()
+        # The posterior once more, with the objects where they are now and the next lambda
         columns = JointColumns(used, objects.components(), interference, noise_precision)
         columns.noise_precision = num_used / columns.expected_error()
         columns.rebuild()
-        columns.take_over()
+        columns.take_over()  # each ramp's block of beta and C_beta
         objects.placed = replace(objects.placed, active=columns.active)
 
         active, noise_precision = columns.active, columns.noise_precision
+        # (19) with one factor q(alpha, beta)
         bound = weights_bound(
             active.amplitudes,
             np.diagonal(active.covariance).real,

@@ -24,10 +24,10 @@ def _project_out(real: FloatArray, imag: FloatArray, row: int, known: int) -> fl
     for other in range(known):
         along = across = 0.0
         for n in range(num_samples):
-            along += real[other, n] * real[row, n] + imag[other, n] * imag[row, n]
+            along += real[other, n] * real[row, n] + imag[other, n] * imag[row, n]  # e^H a
             across += real[other, n] * imag[row, n] - imag[other, n] * real[row, n]
         for n in range(num_samples):
-            real[row, n] -= along * real[other, n] - across * imag[other, n]
+            real[row, n] -= along * real[other, n] - across * imag[other, n]  # a - e (e^H a)
             imag[row, n] -= along * imag[other, n] + across * real[other, n]
     energy = 0.0
     for n in range(num_samples):
@@ -39,6 +39,7 @@ def _project_out(real: FloatArray, imag: FloatArray, row: int, known: int) -> fl
 def _make_orthogonal(real: FloatArray, imag: FloatArray, row: int, known: int) -> float:
     """Make a row orthogonal to the first ones; its length now over that before."""
     first = before = _project_out(real, imag, row, 0)
+    # Twice is enough (Kahan, Parlett): the second pass removes the rounding of the first.
     left = _project_out(real, imag, row, known)
     if left < _ENOUGH * before:
         left = _project_out(real, imag, row, known)
@@ -75,11 +76,12 @@ def _fill_rows(
     for n in range(num_samples):
         real[signal, n] = imag[signal, n] = 0.0
     for k in range(num_paths):
+        # psi_k by rotation, set anew where rounding would add up
         step = cis(-frequencies[k])
         line = 0.0j
         for n in range(num_samples):
             line = cis(-frequencies[k] * n) if n % _EXACT_EVERY == 0 else line * step
-            column = line * template[n]
+            column = line * template[n]  # U psi_k
             real[k, n], imag[k, n] = column.real, column.imag
             response = line * weights[k]
             real[signal, n] += response.real
@@ -87,7 +89,7 @@ def _fill_rows(
     for n in range(num_samples):
         response = complex(real[signal, n], imag[signal, n])
         for number in range(2):
-            derivative = derivatives[number, n] * response
+            derivative = derivatives[number, n] * response  # dU Psi beta
             real[num_paths + number, n] = derivative.real
             imag[num_paths + number, n] = derivative.imag
         whole = template[n] * response
@@ -102,6 +104,7 @@ def _straighten_tangents(real: FloatArray, imag: FloatArray, first: int) -> None
     for _ in range(2):
         along = 0.0
         for n in range(real.shape[1]):
+            # real inner product: theta is real
             along += real[first, n] * real[second, n] + imag[first, n] * imag[second, n]
         for n in range(real.shape[1]):
             real[second, n] -= along * real[first, n]
@@ -144,12 +147,14 @@ def burst_bases(
     for b in range(num_bursts):
         _fill_rows(templates[b], derivatives[b], frequencies[b], weights[b], real, imag)
         for k in range(num_paths):
+            # Basis of the span of U Psi
             share = _make_orthogonal(real, imag, k, k)
             _make_unit(real, imag, k, share)
         for k in range(num_paths, num_paths + 2):
             # What is rounding here is told where the two tangents are compared.
             _make_orthogonal(real, imag, k, num_paths)
         _make_unit(real, imag, num_paths, 1.0)
+        # Tangents, orthogonal to each other as real vectors
         _straighten_tangents(real, imag, num_paths)
         for k in range(num_paths + 3):
             for n in range(num_samples):

@@ -24,15 +24,19 @@ def cis(cycles: float) -> complex:
     >>> abs(cis(0.25) - 1j) < 1e-15
     True
     """
+    # Argument reduction to |x| <= 1/8 of a cycle around the nearest quarter.
     quarter = np.rint(4.0 * cycles)
     remainder = cycles - 0.25 * quarter
     square = remainder * remainder
+    # Horner's scheme in x^2 for sin(2 pi x) = x (S0 + S1 x^2 + ...)
     sine = _S6 + square * _S7
     sine = _S3 + square * (_S4 + square * (_S5 + square * sine))
     sine = remainder * (_S0 + square * (_S1 + square * (_S2 + square * sine)))
+    # and for cos(2 pi x) = 1 + C1 x^2 + ...
     cosine = _C6 + square * (_C7 + square * _C8)
     cosine = _C3 + square * (_C4 + square * (_C5 + square * cosine))
     cosine = 1.0 + square * (_C1 + square * (_C2 + square * cosine))
+    # Rotation back by the quarters: exchange of the parts, then signs.
     quadrant = int(quarter - 4.0 * np.floor(0.25 * quarter))
     swapped = quadrant % 2 == 1
     real = sine if swapped else cosine

@@ -123,6 +123,7 @@ def fill_line(frequency: float, line: ComplexParts) -> None:
     real, imag = line
     size = len(real)
     scale = 1.0 / np.sqrt(size)
+    # The first samples exactly; then the known ones, rotated, double their number each time.
     known = min(EXACT, size)
     for m in range(known):
         value = cis(-frequency * m)
@@ -157,6 +158,7 @@ def apply_covariance(
             for other in range(size):
                 a, b = covariance.real[k, other], covariance.imag[k, other]
                 c, d = rows.real[s, other], rows.imag[s, other]
+                # rows are v^*: C v needs their conjugate
                 real += a * c + b * d
                 imag += b * c - a * d
             weighted.real[s, k], weighted.imag[s, k] = real, imag
@@ -174,7 +176,7 @@ def subtract_fit(
                 c, d = amplitudes.real[k, a], amplitudes.imag[k, a]
                 real += rows.real[s, k] * c - rows.imag[s, k] * d
                 imag += rows.real[s, k] * d + rows.imag[s, k] * c
-            innovations.real[s, a] -= real
+            innovations.real[s, a] -= real  # phi^H r - phi^H Phi mu
             innovations.imag[s, a] -= imag
 
 
@@ -197,17 +199,21 @@ def atom_jet(
         All columns, or all others.
     """
     along, along_ramps, whole, beat, doppler, jet = columns.scratch[2:]
+    # phi^H r by derivative of the beat line, (3, A P), then of the Doppler line
     line_moments(residual, beat_line, along)
     line_moments(along_ramps, doppler_line, whole)
+    # phi^H Phi is the product of both factors' inner products.
     line_moments(columns.beat_factors, beat_line, beat)
     line_moments(columns.doppler_factors, doppler_line, doppler)
     num_antennas = columns.amplitudes.real.shape[1]
     for s in range(6):
+        # Derivatives 1, b, d, bb, bd, dd as products of those of the lines
         i, j = BEAT_ORDERS[s], DOPPLER_ORDERS[s]
         multiply(beat, i, doppler, j, jet.rows, s)
         for a in range(num_antennas):
             jet.innovations.real[s, a] = whole.real[j, i * num_antennas + a]
             jet.innovations.imag[s, a] = whole.imag[j, i * num_antennas + a]
-    subtract_fit(jet.rows, columns.amplitudes, jet.innovations, 6)
+    subtract_fit(jet.rows, columns.amplitudes, jet.innovations, 6)  # q and its derivatives
+    # C v; second derivatives meet it only from the left
     apply_covariance(jet.rows, columns.covariance, jet.weighted, 3)
     return jet

@@ -159,6 +159,7 @@ def place_chirps(
 ) -> PlacedChirps:
     """Templates of several pairs of parameters, (B,) each."""
     last = model.num_samples - 1.0
+    # At the burst's centre frequency and slope are least correlated.
     reference = np.minimum(np.maximum(-start_frequency / slope, 0.0), last)
     jets = model.template_jets(start_frequency, slope, reference)
     return PlacedChirps(start_frequency, slope, reference, *jets)
@@ -186,25 +187,30 @@ def refine_chirps(
         No cost falls.
     """
     refined, moving = chirps, np.arange(len(chirps.slope))
+    # Trust region: a tenth of the burst's length, a tenth of the slope
     longest = 2.0 * MAX_SHIFT * model.normalised_cutoff, MAX_STRETCH
     for _ in range(max_steps):
         present = refined.some(moving)
+        # (71), its gradient and Fisher information
         values, gradients, curvatures = costs.slopes(moving, present.templates, present.derivatives)
         if not math.isfinite(values.sum()):
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
         steps, promises = gauss_newton_steps(gradients, curvatures, present.slope, longest)
+        # Bursts whose quadratic model promises a gain try their step, a quarter of it, and so on.
         trying = (promises >= NO_GAIN).nonzero()[0]
         still = np.zeros(len(moving), dtype=bool)
         for _ in range(HALVINGS):
             if len(trying) == 0:
                 break
             trials = _moved(present.some(trying), steps[trying], model)
+            # the log evidence never falls
             better = costs.values(moving[trying], trials.templates) >= values[trying]
             winners = better.nonzero()[0]
             still[trying[winners]] = True
             refined = refined.replaced(moving[trying[winners]], trials.some(winners))
             trying = trying[~better]
             steps *= 0.25
+        # Bursts that gained go on.
         moving = moving[still]
         if len(moving) == 0:
             break
@@ -214,5 +220,6 @@ def refine_chirps(
 def _moved(chirps: PlacedChirps, steps: FloatArray, model: SignalModel) -> PlacedChirps:
     """Place chirps after steps (T, 2) of the frequency at the reference, and of the slope."""
     stretch = steps[:, 1]
+    # Frequency at sample 0 from that at the reference
     start = chirps.start_frequency + steps[:, 0] - stretch * chirps.reference
     return place_chirps(start, chirps.slope + stretch, model)

@@ -44,9 +44,11 @@ def drop_outliers(received: ComplexArray, explained: ComplexArray) -> tuple[Comp
     noise_residual = received - explained
     power = noise_residual.real**2 + noise_residual.imag**2
     noise = _median(power) / math.log(2.0)  # the median of an exponential law is ln 2 its mean
+    # Seeds, then neighbours whose local mean is raised as well
     certain = power > UNEXPLAINED * noise
     if not certain.any():
         return received, received.size
+    # without the seeds themselves
     around = ndimage.uniform_filter1d(np.where(certain, 0.0, power), RAISED_SAMPLES, axis=1)
     counted = ndimage.uniform_filter1d(np.where(certain, 0.0, 1.0), RAISED_SAMPLES, axis=1)
     raised = around > RAISED * noise * counted

@@ -75,7 +75,7 @@ class BurstSearch:
     def run(self) -> None:
         """Check every burst on what the others leave, then look for one more in the quiet ramps."""
         self.work.synthesize()
-        noise_residual = self.residual - self.work.signal
+        noise_residual = self.residual - self.work.signal  # r_beta - U Psi beta
         changed = self._check_bursts(noise_residual)
         self._start_bursts(self.residual - self.work.signal if changed else noise_residual, changed)
         if self.expected is not None:
@@ -94,6 +94,7 @@ class BurstSearch:
         work, table = self.work, self.work.table
         if len(table) == 0:
             return set()
+        # Each burst on what all others leave of its ramp
         row_residuals = noise_residual[table.rows]
         rows = self._by_antenna(row_residuals + table.signals)
         energies = row_energies(rows)
@@ -127,7 +128,7 @@ class BurstSearch:
         templates = self.work.table.chirps.templates
         num_bins = self.work.grid.num_bins
         seen = self._by_antenna(templates.conj()) * rows
-        products = fft.ifft(seen, num_bins, axis=-1, norm="forward")
+        products = fft.ifft(seen, num_bins, axis=-1, norm="forward")  # psi_k^H u^* r of all bins
         power = sum_of_antennas(products.real**2 + products.imag**2)
         single = power.max(axis=1) / squared_norms(templates[: len(power)])
         return np.array([single, explained])
@@ -139,6 +140,7 @@ class BurstSearch:
         to the modelled one at least.
         """
         single, explained = scores
+        # A search can only drop a burst that is weak, or replace one that explains too little.
         needed = np.maximum(tone_scores(rows), self.threshold / self.noise_precision)
         certain = (CLEARLY_BETTER * explained > energies) & (SURE * single > needed)
         return np.asarray(~certain | self.keeps_every_template)
@@ -164,7 +166,7 @@ class BurstSearch:
         """
         if self.keeps_every_template:
             return EventKind.CHIRP_RESTARTED
-        if not self._confirmed(found, number):
+        if not self._confirmed(found, number):  # no chirp above threshold, or a tone is stronger
             return EventKind.CHIRP_DROPPED
         better = found.score[number] > CLEARLY_BETTER * score
         return EventKind.CHIRP_RESTARTED if better else None
@@ -175,12 +177,14 @@ class BurstSearch:
         last = (
             empty_search_cache(noise_residual) if work.search_cache is None else work.search_cache
         )
+        # Further bursts of a ramp must not be what the fit of its first has not reached yet.
         least = self._least_scores()
         # No chirp scores more than the energy there is, or what is known from the last search.
         candidates = row_energies(noise_residual) >= least
         candidates &= self._num_bursts() < work.schedule.bursts_per_ramp
         if not self.keeps_every_template:
             needed = np.maximum(least, self.threshold / self.noise_precision)
+            # Cauchy-Schwarz: sqrt(score) changes by ||change|| at most
             candidates &= last.limits_of(noise_residual) >= needed
         candidates[list(changed)] = False
         ramps = candidates.nonzero()[0]
@@ -276,6 +280,7 @@ class BurstSearch:
         """Give new bursts one component at zero delay, refined from the search grid."""
         work, table = self.work, self.work.table
         columns = table.add_columns(places, np.zeros_like(places), np.zeros(len(places)))
+        # theta from (71), several steps from the grid
         work.refine_burst(places, self.residual, self.noise_precision, max_steps=START_STEPS)
         lost = [
             last
@@ -295,10 +300,10 @@ class BurstSearch:
         work, table = self.work, self.work.table
         active = work.posterior(ramp, self.residual, self.noise_precision)
         columns, last = table.columns_of(ramp), len(active) - 1
-        rho, omega_sq = active.flat_prior_moments(last)
+        rho, omega_sq = active.flat_prior_moments(last)  # (23)-(24)
         if work.model.num_antennas > 1 and activation_ratio(rho, omega_sq) <= work.threshold:
             table.amplitudes[columns] = np.append(active.without(last).amplitudes, 0.0)
             return False
-        active.set_precision(last, converged_precision(rho, omega_sq))
+        active.set_precision(last, converged_precision(rho, omega_sq))  # gamma from (77)
         table.amplitudes[columns], table.precisions[columns] = active.amplitudes, active.precisions
         return True

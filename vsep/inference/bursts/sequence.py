@@ -106,6 +106,7 @@ class BurstSequence(Sequence[BurstComponents]):
         """Yield the columns of every burst and their covariance, read-only."""
         flat, place = self.flat, 0
         covariances = frozen(flat.covariances.copy())
+        # Interfered rows hold one covariance matrix each.
         begins = np.flatnonzero(np.diff(flat.rows, prepend=-1, append=-1)).tolist()
         ends = np.searchsorted(flat.owners, begins).tolist()
         for (begin, end), (first, last) in zip(pairwise(begins), pairwise(ends), strict=True):
@@ -116,6 +117,7 @@ class BurstSequence(Sequence[BurstComponents]):
                 yield slice(first, last), covariance
                 continue
             for burst in range(begin, end):
+                # Several bursts share a row: each gets its block.
                 inside = np.flatnonzero(flat.owners[first:last] == burst)
                 yield first + inside, covariance[np.ix_(inside, inside)]
 

@@ -42,8 +42,8 @@ class SearchCache:
         >>> float(seen.limits_of(np.array([[0.0, 4.0j]]))[0])
         49.0
         """
-        change = np.sqrt(row_energies(residuals - self.residuals))
-        return np.asarray((np.sqrt(self.limits) + change) ** 2)
+        change = np.sqrt(row_energies(residuals - self.residuals))  # ||d||
+        return np.asarray((np.sqrt(self.limits) + change) ** 2)  # (sqrt(score) + ||d||)^2
 
     def searched(
         self, ramps: IntArray, residuals: ComplexArray, limits: FloatArray

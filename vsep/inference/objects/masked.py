@@ -117,18 +117,19 @@ class MaskedSeparator:
         """One iteration of Algorithm 3 on a whole frame with the gradient of the used samples."""
         used = self.used
         num_used = int(np.count_nonzero(used))
-        length = min(used.size / num_used, MAX_STEP)
-        unexplained = np.where(used, received - state.object_signal, 0.0)
+        length = min(used.size / num_used, MAX_STEP)  # w
+        used_residual = np.where(used, received - state.object_signal, 0.0)  # M (r - Phi alpha)
         with part(OBJECTS):
             objects = update_objects(
-                state.object_signal + length * unexplained,
-                replace(state, noise_precision=state.noise_precision / length),
+                state.object_signal + length * used_residual,  # r'
+                replace(state, noise_precision=state.noise_precision / length),  # lambda / w
                 self.threshold_db,
                 ROBUST.object_additions(state.iteration),
             )
         object_signal = objects.signal
         difference = received - object_signal
         share = num_used / used.size
+        # (65) over the used samples, which see their share of tr(Phi C Phi^H)
         error = expected_error(difference[used], share * objects.active.trace())
         new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
         return replace(new_state, interference_signal=np.where(used, 0.0, difference)), info

@@ -32,6 +32,7 @@ class MultipleVectorActiveSet(ActiveSet):
     def cost(self) -> float:
         """Log evidence of the non-linear parameters, (67) summed over the antennas."""
         fit = np.vdot(self.projections, self.amplitudes).real
+        # A log|C| + lambda sum_a h_a^H mu_a
         return self.num_antennas * self.log_determinant + self.noise_precision * float(fit)
 
     def trace(self) -> float:
