@@ -22,17 +22,16 @@ from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
-from vsep.inference.objects.object_only import ObjectOnlySeparator, expected_error, update_objects
+from vsep.inference.objects.object_only import ObjectSettings, expected_error, update_objects
 from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace
 from vsep.kernels.object_posterior import separable_projections
-from vsep.signal.template import SignalModel
 from vsep.units import from_db
 
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class FactorisedSeparator:
+class FactorisedSeparator(ObjectSettings):
     """Algorithm 1, the factorised posterior q(alpha) q(beta).
 
     Parameters
@@ -56,59 +55,30 @@ class FactorisedSeparator:
     Examples
     --------
     >>> from vsep.signal.filters import RaisedCosineFilter
+    >>> from vsep.signal.template import SignalModel
     >>> model = SignalModel(num_ramps=16, num_samples=128, sample_rate_hz=5.1e6,
     ...                     anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=1e6, rolloff=0.25))
     >>> round(FactorisedSeparator(model=model, false_alarm_rate=0.05).threshold_db, 1)
     11.2
     """
 
-    model: SignalModel
-    false_alarm_rate: float = 0.05
-    object_threshold_db: float | None = None
     interference_threshold_db: float | None = None
     schedule: str = "robust"
-    max_iterations: int = 100
     expected_bursts: ExpectedBursts | None = None
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        self._object_only()
+        ObjectSettings.__post_init__(self)
         schedule_by_name(self.schedule)
         if self.interference_threshold_db is not None:
             name = "interference_threshold_db"
             require_range(name, self.interference_threshold_db, 0.0, 100.0, "dB")
 
-    def _object_only(self) -> ObjectOnlySeparator:
-        return ObjectOnlySeparator(
-            model=self.model,
-            false_alarm_rate=self.false_alarm_rate,
-            object_threshold_db=self.object_threshold_db,
-            max_iterations=self.max_iterations,
-        )
-
-    @property
-    def threshold_db(self) -> float:
-        """Object threshold T_alpha in force, dB."""
-        return self._object_only().threshold_db
-
-    def init(self, received: ComplexArray) -> SeparationState:
-        """State before the first step; see `ObjectOnlySeparator.init`."""
-        return self._object_only().init(received)
-
     def step(
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
-        with part(BURSTS):
-            # Working copy of q(beta), theta and the filter's correction
-            interference = self.interference_workspace(state)
-        # Coarse grid of (71): bursts start, restart and end
-        searched = self.search_due(state)
-        if searched:
-            with part(SEARCH):
-                self.search(interference, received, state)
-        # Samples that neither source explains count as missing from here on.
-        used, num_used = self.censor_outliers(received, state)
+        interference, searched, (used, num_used) = self.prepare(received, state)
         residual = used - state.object_signal  # r_beta = r - Phi alpha
         with part(BURSTS):
             interference.update(residual, state.noise_precision)  # Algorithm 2 on every ramp
@@ -137,6 +107,29 @@ class FactorisedSeparator:
         bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
         end = self.conclude(state, objects, interference, noise_precision, bound, searched)
         return self.confirmed(received, *end)
+
+    def prepare(
+        self, received: ComplexArray, state: SeparationState
+    ) -> tuple[InterferenceWorkspace, bool, tuple[ComplexArray, int]]:
+        """Begin a step: search for bursts where one is due, then censor outliers.
+
+        Returns
+        -------
+        interference : InterferenceWorkspace
+            Working copy of q(beta), theta and the filter's correction.
+        searched : bool
+        used : tuple
+            The frame to fit and how many of its samples count, see `censor_outliers`.
+        """
+        with part(BURSTS):
+            interference = self.interference_workspace(state)
+        searched = self.search_due(state)
+        if searched:
+            # Coarse grid of (71): bursts start, restart and end.
+            with part(SEARCH):
+                self.search(interference, received, state)
+        # Samples that neither source explains count as missing from here on.
+        return interference, searched, self.censor_outliers(received, state)
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""

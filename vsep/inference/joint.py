@@ -14,7 +14,7 @@ from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import require_one_antenna
 from vsep.inference.core.progress import IterationInfo
 from vsep.inference.core.state import SeparationState
-from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
+from vsep.inference.core.stopwatch import BURSTS, OBJECTS, part
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.joint_columns import JointColumns
 from vsep.inference.objects.workspace import ObjectWorkspace
@@ -37,13 +37,7 @@ class JointSeparator(FactorisedSeparator):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration: interference, lambda, objects, lambda, all on one posterior."""
-        with part(BURSTS):
-            interference = self.interference_workspace(state)
-        searched = self.search_due(state)
-        if searched:
-            with part(SEARCH):
-                self.search(interference, received, state)
-        used, num_used = self.censor_outliers(received, state)
+        interference, searched, (used, num_used) = self.prepare(received, state)
         with part(BURSTS):
             # One posterior of alpha and beta: C and mean of [Phi, U Psi]
             columns = JointColumns(used, state.objects, interference, state.noise_precision)

@@ -24,7 +24,7 @@ from scipy.fft import ifft, next_fast_len
 from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
 from vsep.errors import InputError
 from vsep.signal.cubic_spline import CubicSpline
-from vsep.signal.modified_response import ResponseJet, nonparallel
+from vsep.signal.modified_response import ModifiedResponse, ResponseJet, nonparallel
 
 _FADE_SHARE = 0.125
 # Nearly parallel chirps would need more points than this; Gbar = G - (j Delta k / 4 pi) G'' then
@@ -38,7 +38,7 @@ _KERNEL_POINTS = 12
 _KERNEL_BETA = 2.3 * _KERNEL_POINTS
 
 
-class MeasuredFilter:
+class MeasuredFilter(ModifiedResponse):
     """Filter given by complex samples of its response; equal to itself only.
 
     Parameters
@@ -103,12 +103,6 @@ class MeasuredFilter:
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
         """Complex response G(f), zero beyond the fades."""
         return self._spline.jet(np.asarray(frequency_hz, dtype=np.float64))[0]
-
-    def modified_response(
-        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
-    ) -> ComplexArray:
-        """Return the modified response Gbar; `InputError` for a slope difference of zero."""
-        return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
 
     def modified_response_jet(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float

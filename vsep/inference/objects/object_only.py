@@ -18,14 +18,14 @@ from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ObjectOnlySeparator:
-    """Algorithm 3 alone: interference is neglected.
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class ObjectSettings:
+    """Settings of the object part, and the first state: what all estimators share.
 
     Parameters
     ----------
     model : SignalModel
-        Size, sampling and assumed filter (which plays no part here).
+        Size, sampling and assumed filter.
     false_alarm_rate : float
         Expected false alarms in a noise-only frame; sets the object threshold.
     object_threshold_db : float or None
@@ -73,6 +73,14 @@ class ObjectOnlySeparator:
             interference_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
             next_component_id=0,
         )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ObjectOnlySeparator(ObjectSettings):
+    """Algorithm 3 alone: interference and the assumed filter play no part.
+
+    Settings as `ObjectSettings`.
+    """
 
     def step(
         self, received: ComplexArray, state: SeparationState
