@@ -1,6 +1,6 @@
 # make demo   the running dashboard, in the browser
 # make test   everything that is checked: format, rules, types, tests
-# make bench  how long everything takes, with ratios to a literal version
+# make bench  how long everything takes, with ratios to the reference
 PYTHON ?= python3
 BIN := .venv/bin
 # The matrices are small: a second thread of the linear algebra only costs time.

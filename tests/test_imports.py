@@ -25,6 +25,11 @@ FLOORS = {
     "vsep.inference": 4,
     "vsep.analysis": 4,
     "vsep.presets": 4,
+    # The algorithms as printed, for tests; nothing of the estimator may know of them.
+    "vsep.reference_costs": 5,
+    "vsep.reference": 6,
+    # Interferer timings are of the analysis, the search that they guide of the inference.
+    "vsep.two_pass": 5,
     # A detector of interfered samples fits objects.
     "vsep.mitigation": 5,
     # Objects under a burst are filled in by a method of mitigation.

@@ -1,4 +1,4 @@
-"""What `make bench` prints at its end: every part with its ratio to the literal one, and growth."""
+"""What `make bench` prints at its end: every part with its ratio to the reference, and growth."""
 
 from collections import defaultdict
 
@@ -33,12 +33,12 @@ def least(bench):
 def table(parts):
     """Lines of the table: the least time tells what the program needs, the median the machine."""
     row = "{:46s} {:>11s} {:>11s} {:>13s} {:>6s}".format
-    lines = [row("part", "median", "least", "literal", "ratio")]
+    lines = [row("part", "median", "least", "reference", "ratio")]
     for part, ways in parts.items():
-        fast, slow = ways["fast"].stats, ways.get("literal")
-        literal = slow.stats.median if slow else None
-        ratio = f"{literal / fast.median:.1f}" if slow else ""
-        times = [milliseconds(each) for each in (fast.median, least(ways["fast"]), literal)]
+        fast, slow = ways["fast"].stats, ways.get("reference")
+        reference = slow.stats.median if slow else None
+        ratio = f"{reference / fast.median:.1f}" if slow else ""
+        times = [milliseconds(each) for each in (fast.median, least(ways["fast"]), reference)]
         lines.append(row(part, *times, ratio))
     return lines
 

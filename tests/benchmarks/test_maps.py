@@ -47,7 +47,7 @@ def test_cells_one_by_one(timed):
     scene, x, y = MAPS["map of Simulation I over SIR and slope"]
     maps = MapSpec(scene=scene, x=parse_axis(x), y=parse_axis(y))
 
-    def literally():
+    def one_by_one():
         for cell in range(SAMPLED):
             bench = simulate_trial(maps.trial((cell, cell)))
             truth = bench.truth
@@ -57,4 +57,4 @@ def test_cells_one_by_one(timed):
         return ratio
 
     part = f"{SAMPLED} of the 4096 cells one by one: frame, (27), bounds"
-    assert np.isfinite(timed(literally, part=part, rounds=5).whole_db)
+    assert np.isfinite(timed(one_by_one, part=part, rounds=5).whole_db)

@@ -7,7 +7,7 @@ from tests.app.test_model_defaults import as_bokeh_has_it, opened  # noqa: F401
 
 
 @pytest.mark.benchmark(group="page")
-@pytest.mark.parametrize("way", ["fast", "literal"])
+@pytest.mark.parametrize("way", ["fast", "reference"])
 @pytest.mark.parametrize("route", ["/", "/studies"])
 def test_page(timed, route, way):
     """Against Bokeh as it is."""

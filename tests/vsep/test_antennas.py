@@ -16,7 +16,7 @@ from vsep.inference.registry import make_estimator
 from vsep.kernels.complex_parts import split
 from vsep.kernels.joint_slopes import joint_slopes
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.newton_ascent import climb, update_lines
+from vsep.kernels.newton_ascent import ascend, update_lines
 from vsep.kernels.object_cost import cost_jet
 from vsep.kernels.object_posterior import object_signals, place_columns
 from vsep.signal.atoms import gram, line_factors, project, synthesize
@@ -154,7 +154,7 @@ def test_climbing_never_lowers_the_cost_and_ends_at_a_peak(crowded):
     start = points[0] + [0.4 / SHAPE[1], -0.4 / SHAPE[0]]
     before = shared_cost_jet(*start, 0.0, residual, columns).value
     for steps in (1, 12):
-        end = climb(start, 0.0, split(flat(residual)), columns_as_parts(columns), steps)
+        end = ascend(start, 0.0, split(flat(residual)), columns_as_parts(columns), steps)
         jet = end.end
         assert jet.value >= before
     again = shared_cost_jet(end.beat, end.doppler, 0.0, residual, columns)

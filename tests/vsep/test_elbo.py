@@ -8,7 +8,7 @@ from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.objects.sbl import ActiveSet, converged_precision
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.newton_ascent import climb
+from vsep.kernels.newton_ascent import ascend
 from vsep.signal.atoms import gram, line_factors, project, synthesize
 
 SHAPE = (4, 16)
@@ -91,7 +91,7 @@ def test_bound_does_not_fall_over_any_sub_update():
             posterior_of_others = others.covariance, others.amplitudes[:, None], noise_precision
             columns = columns_as_parts(Columns(*other_factors, *posterior_of_others))
             precision = float(active.precisions[index])
-            points[index] = climb(points[index], precision, split(received), columns, 1)[:2]
+            points[index] = ascend(points[index], precision, split(received), columns, 1)[:2]
             factors = line_factors(points[:, 0], SHAPE[1]), line_factors(points[:, 1], SHAPE[0])
             active = posterior(received, factors, active.precisions, noise_precision)
             now = bound(received, factors, active, noise_precision)

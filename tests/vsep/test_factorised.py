@@ -240,11 +240,11 @@ def clicked_frame(level_db):
 
 def test_exactly_the_samples_that_nothing_explains_are_set_aside(solution):
     clicked, places = clicked_frame(40.0)
-    kept, num_used = ESTIMATORS["robust"].set_aside(clicked, solution.state)
+    kept, num_used = ESTIMATORS["robust"].censor_outliers(clicked, solution.state)
     np.testing.assert_array_equal(np.flatnonzero(kept.ravel() != clicked.ravel()), places)
     assert num_used == clicked.size - len(places)
     early = dataclasses.replace(solution.state, iteration=5)
-    untouched, num_used = ESTIMATORS["robust"].set_aside(clicked, early)
+    untouched, num_used = ESTIMATORS["robust"].censor_outliers(clicked, early)
     assert untouched is clicked
     assert num_used == clicked.size
 

@@ -271,7 +271,7 @@ def test_equal_settings_make_equal_filters():
         (RaisedCosineFilter, {"cutoff_hz": 1e6, "rolloff": 0.0}, "rolloff is 0; .* 0.01 and 1"),
         (ButterworthFilter, {"cutoff_hz": 1e6, "order": 0}, "order is 0"),
         (ButterworthFilter, {"cutoff_hz": 1e6, "order": 17}, "order is 17; .* 1 and 16"),
-        (ButterworthFilter, {"cutoff_hz": 1e6, "order": 2.5}, "order is 2.5; .* whole number"),
+        (ButterworthFilter, {"cutoff_hz": 1e6, "order": 2.5}, "order is 2.5; .* integer"),
         (ButterworthFilter, {"cutoff_hz": math.inf}, "filter cutoff is inf"),
     ],
 )

@@ -5,17 +5,17 @@ import pytest
 
 from vsep.kernels.candidates import best_candidate, grid_power, next_peak
 from vsep.kernels.complex_parts import ComplexParts, line_moments, split
-from vsep.kernels.convergence import largest_move
+from vsep.kernels.convergence import largest_change
 from vsep.kernels.joint_slopes import joint_slopes
 from vsep.kernels.line_spectra import Columns, columns_as_parts, fill_line
-from vsep.kernels.newton_ascent import downdate, move_line, update_inverse
+from vsep.kernels.newton_ascent import downdate, refine_line, update_inverse
 from vsep.kernels.object_cost import atom_fit, cost_jet
 from vsep.kernels.object_posterior import (
     lines_trace,
     object_signals,
     place_columns,
     separable_projections,
-    unexplained,
+    subtract_columns,
 )
 
 SHAPE = (5, 24)
@@ -111,7 +111,7 @@ def test_signals_and_projections_are_those_of_dense_atoms(posterior):
     signals = object_signals(*columns[:2], columns.amplitudes)
     frames = (atoms @ columns.amplitudes).T.reshape(residual.shape)
     np.testing.assert_allclose(signals, frames, atol=1e-13)
-    rest = unexplained(residual, columns)
+    rest = subtract_columns(residual, columns)
     assert rest.dtype == np.complex64
     # Single precision rounds values of up to ten to 1e-6.
     np.testing.assert_allclose(rest.reshape(residual.shape), residual - frames, atol=2e-6)
@@ -155,7 +155,7 @@ def test_a_move_never_lowers_the_cost(posterior):
     rest, parts = split(residual), columns_as_parts(columns)
     for start in np.random.default_rng(2).uniform(-0.5, 0.5, (40, 2)):
         point = start.copy()
-        fit = move_line(point, 0.3, rest, parts)
+        fit = refine_line(point, 0.3, rest, parts)
         before = cost_jet(*start, 0.3, rest, parts).value
         # Where nothing is gained the two costs are the same to rounding.
         assert fit.value >= before - 1e-12 * abs(before)
@@ -196,7 +196,7 @@ def test_a_strong_line_is_the_best_candidate(posterior):
     strong = residual + object_signals(*dense_factors(point), np.full((1, NUM_ANTENNAS), 60.0 + 0j))
     columns = dense_columns(POINTS, PRECISIONS, strong)
     size = 2 * SHAPE[0], 2 * SHAPE[1]
-    grid = np.fft.ifft2(unexplained(strong, columns), s=size).astype(np.complex64)
+    grid = np.fft.ifft2(subtract_columns(strong, columns), s=size).astype(np.complex64)
     found = best_candidate(grid, strong, columns, 10.0)
     # The root bound at an amplitude of 60 in noise of 2.8 is below a hundredth of a cell.
     assert abs(found.beat - 0.31) < 0.02 / SHAPE[1]
@@ -223,5 +223,5 @@ def test_moves_are_counted_in_deviations(posterior):
     power = np.sum(np.abs(columns.amplitudes[1]) ** 2)
     ratio = max(power / variance**2 / (1.0 / variance - PRECISIONS[1]), 1.0)
     expected = 0.02 * SHAPE[1] * 2.0 * np.pi / np.sqrt(6.0 / ratio)
-    found = largest_move(before, POINTS, PRECISIONS, columns)
+    found = largest_change(before, POINTS, PRECISIONS, columns)
     assert found == pytest.approx(expected, rel=1e-9)

@@ -50,7 +50,7 @@ def cost_jet(point, precision, residual, others, factors):
 
 def refine_point(point, precision, residual, others, factors, max_steps):
     columns = as_columns(others, factors)
-    end = climbing.climb(point, precision, split(residual), columns, max_steps)
+    end = climbing.ascend(point, precision, split(residual), columns, max_steps)
     return np.array([end.beat, end.doppler])
 
 

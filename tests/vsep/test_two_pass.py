@@ -10,10 +10,10 @@ from vsep_app.cli import main as cli
 from tests.vsep.timing_scenes import MODEL, RADAR, drawn_frame, judged
 from vsep.errors import InputError
 from vsep.files.frame import Frame, write_frame
-from vsep.files.two_pass import require_timing_support, run_twice
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.two_pass import require_timing_support, run_twice
 
 SEPARATOR = FactorisedSeparator(model=MODEL)
 WEAK_DB = 12.0

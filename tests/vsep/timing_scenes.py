@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from vsep.analysis.intervals import binomial_interval, poisson_interval
-from vsep.files.two_pass import run_twice
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.template import SignalModel
+from vsep.two_pass import run_twice
 
 RADAR = ChirpSequence(
     start_frequency_hz=77e9,

@@ -1,1 +1,1 @@
-"""Yardsticks: bounds, multi-object metrics, separability and intervals of what was measured."""
+"""Error bounds, multi-object metrics, separability and confidence intervals."""

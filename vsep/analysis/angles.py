@@ -1,4 +1,4 @@
-"""Angles of arrival: from the weights that a uniform line of antennas has of one object.
+"""Angles of arrival from the weights of one object at a uniform linear array.
 
 The weights of one object are a line spectrum over the antennas with one line, seen in white noise:
 ``alpha_a = alpha exp(j 2 pi a u) + noise``, ``u = d sin(theta)`` with the spacing d in wavelengths.
@@ -14,7 +14,7 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError
 
-GRID_POINTS_PER_ANTENNA = 8  # of the periodogram; the climb from its best point is quadratic there
+GRID_POINTS_PER_ANTENNA = 8  # of the periodogram; Newton's method converges from its best point
 CLIMB_STEPS = 5
 
 

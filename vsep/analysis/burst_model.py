@@ -1,4 +1,4 @@
-"""Simulated interference written as model (9) has it: bursts, channel lines, weights.
+"""Simulated interference in the form of model (9): bursts, channel lines and weights.
 
 The simulator works with delays in seconds and with crossings of the band; (9) with chirp
 parameters theta, lines of the interference channel and their weights beta. A path of delay tau is
@@ -41,8 +41,8 @@ class Burst:
 
     def lines(self, num_samples: int) -> ComplexArray:
         """(K, N) channel lines, not normalised."""
-        turns = np.outer(self.channel_frequencies, np.arange(num_samples))
-        return np.asarray(np.exp(-2j * np.pi * turns))
+        cycles = np.outer(self.channel_frequencies, np.arange(num_samples))
+        return np.asarray(np.exp(-2j * np.pi * cycles))
 
 
 def model_bursts(

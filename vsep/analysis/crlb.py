@@ -143,9 +143,9 @@ def shared_dispersion_bound(truth: GroundTruth, model: SignalModel) -> Dispersio
     bare = replace(truth, amplitudes=np.ones(num_objects, dtype=np.complex128))
     atoms, moved = (each.reshape(len(each), -1) for each in _object_columns(bare, model))
     basis = qr(atoms.T, mode="economic", check_finite=False)[0]
-    rest = moved.T - basis @ (basis.conj().T @ moved.T)
+    projected = moved.T - basis @ (basis.conj().T @ moved.T)
     weights = np.tile(truth.amplitudes, (len(moved) // num_objects, 1))
-    together = (rest.conj().T @ rest) * (weights.conj() @ weights.T)
+    together = (projected.conj().T @ projected) * (weights.conj() @ weights.T)
     fisher = 2.0 * truth.noise_precision * together.real
     deviations = np.sqrt(np.diagonal(np.linalg.inv(fisher)))
     return DispersionBound(
@@ -218,8 +218,8 @@ def _marginal_deviations(nuisance: ComplexArray, wanted: ComplexArray) -> FloatA
     """
     scaled, lengths = _unit_length(_as_real(np.concatenate([nuisance, wanted])))
     triangle = qr(scaled.T, mode="r", check_finite=False)[0]
-    rest = triangle[len(nuisance) : len(scaled), len(nuisance) :]
-    _, strengths, directions = np.linalg.svd(rest)
+    block = triangle[len(nuisance) : len(scaled), len(nuisance) :]
+    _, strengths, directions = np.linalg.svd(block)
     seen = strengths > _UNOBSERVABLE
     # An unobservable direction costs only the parameters that have a share in it.
     hidden = np.any(np.abs(directions[~seen]) > _UNOBSERVABLE, axis=0)

@@ -1,4 +1,4 @@
-"""GOSPA, the distance between a set of estimated and a set of true lines, with its parts.
+"""GOSPA metric between sets of estimated and true lines, with its components.
 
 Rahmathullah, Garcia-Fernandez and Svensson, "Generalized optimal sub-pattern assignment metric",
 FUSION 2017, with alpha = 2: over all partial assignments gamma of estimates to truths

@@ -1,4 +1,4 @@
-"""The interferer as a whole: the two radars' lattice, fitted to the crossing times of its bursts.
+"""Interferer timing fitted to the crossing times of its bursts.
 
 Chirp j of an interferer with slope k_I and interval T_I reaches the mixer during the victim's ramp
 i at the intermediate frequency ``f_I - f_0 + k_I (T_V i + t - T_I j - offset) - k t``. It is zero
@@ -6,9 +6,9 @@ at the crossing time
 
     t = drift i + step j + first,   drift = -k_I T_V / (k_I - k),   step = k_I T_I / (k_I - k).
 
-So all bursts of one interferer lie on a lattice with three unknowns. The drift tells k_I and the
-step then T_I, both in the victim's clock and much more exactly than the bursts' own slopes do;
-these choose among the drifts that differ by a whole step. The integers j follow by rounding.
+This timing of an interferer has three unknowns. The drift tells k_I and the step then T_I, both in
+the victim's clock and much more exactly than the bursts' own slopes do; these choose among the
+drifts that differ by a whole step. The integers j follow by rounding.
 """
 
 import math
@@ -27,14 +27,14 @@ SLOPE_SPREAD = 0.1  # relative, within which bursts count as of one slope
 NEAR_BEST = 0.7  # of the best agreement: what a place must reach to be refined
 CANDIDATES = 12  # places refined, of the strongest and of those with the longest steps
 REFINEMENTS = 12
-START_SHARE = 0.02  # of a step, from the lattice, within which a burst counts at first
+START_SHARE = 0.02  # of a step, from the timing, within which a burst counts at first
 GRID = 6  # points of the search per resolution cell
 TOLERANCE = 2.0  # samples, and at least these
 MIN_TOLERANCE = 0.1  # samples
-DEVIATIONS = 5.0  # by which a burst may miss the lattice in the end
+DEVIATIONS = 5.0  # by which a burst may miss the timing in the end
 MIN_BURSTS = 5
 _AT_A_TIME = 256  # steps searched by one transform
-CHANCE = 1e-2  # lattices expected to fit as many bursts by chance
+CHANCE = 1e-2  # timings expected to fit as many bursts by chance
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -66,6 +66,32 @@ class Crossings:
         for name in ("samples", "slopes_hz_per_s"):
             values = np.array(getattr(self, name), dtype=np.float64)
             object.__setattr__(self, name, frozen(values))
+
+    @classmethod
+    def of_chirps(
+        cls,
+        ramps: IntArray | FloatArray,
+        start_frequencies_hz: FloatArray,
+        slopes_hz_per_s: FloatArray,
+        sample_rate_hz: float,
+    ) -> "Crossings":
+        """Crossings of bursts (B,) with these frequencies at their ramp's first sample.
+
+        One without a slope crosses nothing and is left out.
+
+        Examples
+        --------
+        >>> Crossings.of_chirps(np.array([0, 1]), np.array([-4e6, 1e6]), np.array([2e12, 0.0]),
+        ...                     5e6).samples
+        array([10.])
+        """
+        crossing = np.asarray(slopes_hz_per_s) != 0.0
+        slopes = np.asarray(slopes_hz_per_s)[crossing]
+        return cls(
+            ramps=np.asarray(ramps, dtype=np.int64)[crossing],
+            samples=-np.asarray(start_frequencies_hz)[crossing] / slopes * sample_rate_hz,
+            slopes_hz_per_s=slopes,
+        )
 
     def select(self, chosen: BoolArray) -> "Crossings":
         """Return the crossings that a (B,) mask chooses."""
@@ -113,7 +139,7 @@ class InterfererTiming:
 
     @property
     def residuals(self) -> FloatArray:
-        """(B,) samples by which the bursts lie off the lattice."""
+        """(B,) samples by which the bursts lie off the timing."""
         predicted = self.drift * self.crossings.ramps + self.step * self.chirps + self.first
         return np.asarray(self.crossings.samples - predicted)
 
@@ -123,7 +149,7 @@ class InterfererTiming:
         return float(np.median(np.abs(self.residuals)))
 
     def predicted(self, margin: float = 0.0) -> Crossings:
-        """Where the lattice puts bursts, whether found or not.
+        """Where the timing puts bursts, whether found or not.
 
         Parameters
         ----------
@@ -152,7 +178,7 @@ class InterfererTiming:
         )
 
     def explains(self, crossings: Crossings) -> BoolArray:
-        """(B,) whether a burst is one of the lattice, or what a fit left of one of them.
+        """(B,) whether a burst is one of this timing, or what a fit left of one of them.
 
         That is any burst within the time for which the interferer sweeps across the sampled band,
         where this is short beside the step.
@@ -195,7 +221,7 @@ class InterfererTiming:
 def fit_interferer_timings(
     crossings: Crossings, radar: ChirpSequence
 ) -> tuple[InterfererTiming, ...]:
-    """Fit a lattice to bursts, then others to those which do not lie on it.
+    """Fit a timing to bursts, then others to those that it does not explain.
 
     Parameters
     ----------
@@ -229,7 +255,7 @@ def _commonest_slope(crossings: Crossings) -> BoolArray:
 
 
 def _fit_one(crossings: Crossings, radar: ChirpSequence) -> InterfererTiming | None:
-    """Fit the lattice on which most bursts of one slope lie; None if it may be chance."""
+    """Fit the timing that most bursts of one slope follow; None if it may be chance."""
     if len(crossings.ramps) < MIN_BURSTS:
         return None
     slope = float(np.median(crossings.slopes_hz_per_s))
@@ -256,11 +282,11 @@ def _refined(
     crossings: Crossings, radar: ChirpSequence, drift: float, step: float
 ) -> tuple[InterfererTiming, float] | None:
     """Least squares on the bursts that lie close enough; closer and closer ones count."""
-    turns = (crossings.samples - drift * crossings.ramps) / step
-    first = step * float(np.angle(np.sum(np.exp(2j * np.pi * turns)))) / (2.0 * np.pi)
+    cycles = (crossings.samples - drift * crossings.ramps) / step
+    first = step * float(np.angle(np.sum(np.exp(2j * np.pi * cycles)))) / (2.0 * np.pi)
     tolerance = max(TOLERANCE, START_SHARE * abs(step))
-    chosen = np.ones(len(turns), dtype=bool)
-    chirps = np.zeros(len(turns))
+    chosen = np.ones(len(cycles), dtype=bool)
+    chirps = np.zeros(len(cycles))
     for _ in range(REFINEMENTS):
         offset = crossings.samples - drift * crossings.ramps - first
         chirps = np.round(offset / step)
@@ -289,7 +315,7 @@ def _search(
 ) -> tuple[list[tuple[float, float]], int]:
     """Search drift and magnitude of the step; the best places, and how many were tried.
 
-    A lattice turns the crossings into equal phases ``(t - drift i) / step``. Whole fractions of the
+    A timing turns the crossings into equal phases ``(t - drift i) / step``. Whole fractions of the
     right step do so as well, so that places with a long step are among the best.
     """
     rate, ramps = radar.sample_rate_hz, crossings.ramps
@@ -335,8 +361,8 @@ def _best_drifts(
     """
     ramps = crossings.ramps - crossings.ramps.min()
     sums = np.zeros((len(inverse_steps), int(ramps.max()) + 1), dtype=np.complex128)
-    turns = np.exp(2j * np.pi * inverse_steps[:, None] * crossings.samples)
-    np.add.at(sums.T, ramps, turns.T)
+    cis = np.exp(2j * np.pi * inverse_steps[:, None] * crossings.samples)
+    np.add.at(sums.T, ramps, cis.T)
     num_bins = fft.next_fast_len(GRID * sums.shape[1])
     found = np.abs(fft.fft(sums, num_bins, axis=1)) / len(ramps)
     away = np.arange(num_bins) / num_bins - (middle * inverse_steps)[:, None]
@@ -350,6 +376,6 @@ def _best_drifts(
 
 
 def _chance(fitted: int, total: int, share: float, trials: int) -> float:
-    """Log of the lattices expected to hold as many of bursts that lie anywhere; 3 always fit."""
+    """Log of the timings expected to hold as many of bursts that lie anywhere; 3 always fit."""
     choices = math.lgamma(total + 1) - math.lgamma(fitted + 1) - math.lgamma(total - fitted + 1)
     return math.log(trials) + choices + (fitted - 3) * math.log(min(share, 1.0))

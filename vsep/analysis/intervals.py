@@ -1,4 +1,4 @@
-"""Intervals of what a study measured: bootstrap for averages, exact ones for counts.
+"""Confidence intervals: bootstrap for averages, exact ones for counts.
 
 Every interval names its method, so that a table or a figure can state it.
 """

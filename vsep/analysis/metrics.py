@@ -1,4 +1,4 @@
-"""What one frame's estimate is worth: assigned errors, misses, false alarms, SINR and EVM.
+"""Accuracy of one frame's estimate: assigned errors, misses, false alarms, SINR and EVM.
 
 The assignment is that of GOSPA. The paper's localisation error is the mean over the assigned pairs
 of the Euclidean distance in *normalised frequency* (Sec. IV-C), its "mean assigned RMSE".

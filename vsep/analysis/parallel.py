@@ -1,4 +1,4 @@
-"""Interference with the victim's own slope, which no separation by chirps can tell from objects.
+"""Detection of interference with the victim's own slope.
 
 It crosses nothing: in a ramp it is a tone, like an object. Only from ramp to ramp does it differ.
 If both radars repeat their ramps at different intervals it is there in some ramps and not in

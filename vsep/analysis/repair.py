@@ -1,4 +1,4 @@
-"""What a repaired frame is worth, and what a mask of interfered samples is worth.
+"""Accuracy of repaired frames and of masks of interfered samples.
 
 The error is weighted by the two-dimensional Hann window of range-Doppler processing. That of the
 whole frame is bounded by the noise of its clean samples; inside the gaps the methods differ.

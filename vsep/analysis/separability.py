@@ -1,6 +1,6 @@
-"""Condition (27): how alike the object and the interference signal look to the object atoms.
+"""Condition (27): energies of the object and interference signals as the object atoms see them.
 
-Two readings. Taken literally it compares two norms over all objects,
+Two readings. As printed it compares two norms over all objects,
 
     ||Phi^H Phi alpha||  =  ||Phi^H U Psi beta||,
 

@@ -1,1 +1,1 @@
-"""What a receiver's own bursts tell about it: its complex response, estimated from recordings."""
+"""Calibration of a receiver's complex response from bursts in recordings."""

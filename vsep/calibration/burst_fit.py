@@ -1,6 +1,6 @@
-"""One burst against a response: crossing time, slope and gains by least squares.
+"""Least-squares fit of one burst: crossing time, slope and gains for a given response.
 
-The gains of all antennas are linear and projected out; what is left is climbed by Gauss-Newton
+The gains of all antennas are linear and projected out; what is left is fitted by Gauss-Newton
 steps in the crossing time, and in the slope where that is free.
 """
 
@@ -61,8 +61,8 @@ def evaluate(
     templates = grid.synthesize(values, _first(window), window.signals.shape[1])
     energy = np.sum(np.abs(templates) ** 2, axis=1)
     gains = np.sum(templates.conj() * window.signals, axis=1) / np.where(energy > 0.0, energy, 1.0)
-    rest = np.abs(window.signals - gains[:, None] * templates) ** 2
-    errors = np.sum(rest, axis=1) / np.sum(np.abs(window.signals) ** 2, axis=1)
+    residual = np.abs(window.signals - gains[:, None] * templates) ** 2
+    errors = np.sum(residual, axis=1) / np.sum(np.abs(window.signals) ** 2, axis=1)
     return BurstFit(crossing, slope_hz_per_s, gains, errors)
 
 
@@ -75,7 +75,7 @@ def refine_fit(
     free_slope: bool,
     steps: int,
 ) -> BurstFit:
-    """Climb in the crossing time, and in the slope if it is free; the error never grows."""
+    """Least squares in the crossing time, and in the slope if it is free; the error never grows."""
     for _ in range(steps):
         move = _step(window, response, grid, fit)[: 2 if free_slope else 1]
         limits = np.array([MAX_MOVE, MAX_STRETCH * abs(fit.slope_hz_per_s)])[: len(move)]
@@ -113,9 +113,9 @@ def _step(window: BurstWindow, response: ComplexArray, grid: LineGrid, fit: Burs
         moved = fit.gains[:, None] * derivative
         inside = np.sum(templates.conj() * moved, axis=1, keepdims=True) / energy
         columns.append((weight * (moved - inside * templates)).ravel())
-    rest = (weight * (window.signals - fit.gains[:, None] * templates)).ravel()
+    residual = (weight * (window.signals - fit.gains[:, None] * templates)).ravel()
     normal = np.array([[np.vdot(a, b).real for b in columns] for a in columns])
-    gradient = np.array([np.vdot(column, rest).real for column in columns])
+    gradient = np.array([np.vdot(column, residual).real for column in columns])
     scale = np.sqrt(np.diagonal(normal))
     normal = normal / np.outer(scale, scale) + 1e-9 * np.eye(2)
     return np.asarray(np.linalg.solve(normal, gradient / scale) / scale)

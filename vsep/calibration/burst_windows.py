@@ -1,7 +1,7 @@
-"""Bursts of a recording, cut out: found, and freed of the objects behind them.
+"""Detection of bursts in a recording, and windows around them without the objects.
 
 What stands still (clutter, leakage, the settling transient at the start of a ramp) is the median
-over the ramps. A search for single chirps finds the bursts in the rest; moving objects under a
+over the ramps. A search for single chirps finds the bursts in the residual; moving objects under a
 burst are filled in from the samples around it, by sparse recovery in the two-dimensional spectrum.
 """
 
@@ -98,12 +98,12 @@ def find_crossings(moving: ComplexArray, sample_rate_hz: float) -> tuple[Crossin
             cutoff_hz=SEARCH_BAND * sample_rate_hz, rolloff=0.2
         ),
     )
-    rest = moving.copy()
+    residual = moving.copy()
     noise = float(np.median(np.abs(moving) ** 2)) / np.log(2.0)
     least = noise * float(from_db(MIN_SCORE_DB))
     crossings: list[Crossing] = []
     for _ in range(BURSTS_PER_RAMP):
-        found = find_single_chirps(rest, model, least_score=least)
+        found = find_single_chirps(residual, model, least_score=least)
         least = max(least, float(from_db(MIN_DB)) * float(found.score.max()))
         usable = (found.score > least) & (found.score > found.tone_score)
         for p in np.flatnonzero(usable):
@@ -112,7 +112,7 @@ def find_crossings(moving: ComplexArray, sample_rate_hz: float) -> tuple[Crossin
             crossings.append(Crossing(ramp=int(p), sample=sample, slope_hz_per_s=slope))
             # Whatever of this burst the generic filter does not explain is no second one.
             first, last = window_span(sample, float(found.slope[p]), moving.shape[1])
-            rest[p, first:last] = 0.0
+            residual[p, first:last] = 0.0
         if not np.any(usable):
             break
     return tuple(sorted(crossings, key=lambda each: (each.ramp, each.sample)))

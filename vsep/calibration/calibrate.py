@@ -1,4 +1,4 @@
-"""From recordings to the receiver's response: find bursts, cut them out, estimate.
+"""Calibration from recordings: burst detection, windows, response estimate.
 
 All recordings are of one receiver: the same sample rate, antennas and slope difference.
 """

@@ -1,4 +1,4 @@
-"""Bursts as sums of spectral lines: what makes the estimate of a response linear.
+"""Bursts as sums of spectral lines, which makes the response estimate linear.
 
 The spectrum of a chirp ``exp(j pi dk t^2)`` is ``exp(-j pi f^2 / dk)`` up to a constant. A burst
 with gain c that crosses zero frequency at the sample t is therefore, exactly and for any slope,

@@ -1,4 +1,4 @@
-"""A parametric stand-in of a measured response: Butterworth high-pass and low-pass.
+"""Parametric substitute of a measured response: Butterworth high-pass and low-pass.
 
     G(f) = gain * exp(-j 2 pi f delay - j pi f^2 bend) * high-pass(f) * low-pass(f)
 
@@ -75,7 +75,7 @@ def fit_parametric(
     frequency_hz = response.frequency_hz[inside]
     measured = response.response[:, inside]
     measured = measured / np.linalg.norm(measured, axis=1, keepdims=True)
-    # Everything of order one: cut-offs by their logarithm, delays in samples, the bend in turns at
+    # Everything of order one: cut-offs by their logarithm, delays in samples, the bend in cycles at
     # a quarter of the sample rate.
     bend_unit = 16.0 / sample_rate_hz**2
 
@@ -90,8 +90,8 @@ def fit_parametric(
         return np.asarray(gains * shape)
 
     def residuals(parameters: FloatArray) -> FloatArray:
-        rest = (measured - templates(parameters)).ravel()
-        return np.concatenate([rest.real, rest.imag])
+        residual = (measured - templates(parameters)).ravel()
+        return np.concatenate([residual.real, residual.imag])
 
     delays = np.zeros(len(measured))
     cut_offs = np.log([START_HIGH_PASS, START_LOW_PASS])
@@ -101,12 +101,12 @@ def fit_parametric(
     lowest = np.concatenate([[np.log(MIN_HIGH_PASS), np.log(0.02), -1.0], delays - 50.0])
     highest = np.concatenate([[np.log(0.1), 0.0, 1.0], delays + 50.0])
     best = least_squares(residuals, start, bounds=(lowest, highest))
-    rest = measured - templates(best.x)
+    residual = measured - templates(best.x)
     return ParametricResponse(
         high_pass_hz=float(np.exp(best.x[0]) * sample_rate_hz),
         low_pass_hz=float(np.exp(best.x[1]) * sample_rate_hz),
         bend_s2=float(best.x[2] * bend_unit) if free_bend else 0.0,
-        errors=np.asarray(np.sum(np.abs(rest) ** 2, axis=1)),
+        errors=np.asarray(np.sum(np.abs(residual) ** 2, axis=1)),
     )
 
 

@@ -1,4 +1,4 @@
-"""How well a response reproduces bursts that it was not estimated from."""
+"""Cross-validation of a response on bursts that it was not estimated from."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The complex response of a receiver, as the common part of many bursts.
+"""Estimation of a receiver's complex response as the common part of many bursts.
 
 Every burst is a sweep through the response. With the crossing times, slopes and gains of all bursts
 given, the response is a linear least-squares problem on the lines of `LineGrid`; with the response
@@ -165,16 +165,16 @@ def _least_squares(used: Sequence[tuple[BurstWindow, BurstFit]], grid: LineGrid)
 
 def _normalised(response: ComplexArray, grid: LineGrid) -> tuple[ComplexArray, float]:
     """No delay on average, a peak of one; and by how many samples the bursts cross later."""
-    turns = float(np.angle(np.sum(response[:, 1:] * response[:, :-1].conj())))
-    undelayed = response * np.exp(-1j * turns * grid.lines)
+    phase_step = float(np.angle(np.sum(response[:, 1:] * response[:, :-1].conj())))
+    undelayed = response * np.exp(-1j * phase_step * grid.lines)
     peak = np.max(np.abs(undelayed), axis=1, keepdims=True)
-    return np.asarray(undelayed / peak), -turns * grid.size / (2.0 * np.pi)
+    return np.asarray(undelayed / peak), -phase_step * grid.size / (2.0 * np.pi)
 
 
 def _coherence(used: Sequence[tuple[BurstWindow, BurstFit]], grid: LineGrid) -> FloatArray:
     """Squared mean over mean square of the demodulated bursts, (A, K).
 
-    What aliases turns with the fraction of a sample at which a burst crosses, and lowers it.
+    Aliases change phase with the fraction of a sample at which a burst crosses, and lower it.
     """
     demodulated = []
     for window, fit in used:

@@ -1,8 +1,8 @@
-"""From result lines to the lattices of the interferers, and lines about them."""
+"""Interferer timings of result files, and their output as JSON and CSV."""
 
 import csv
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ class FrameTimings:
         The frame.
     crossings : Crossings
         All bursts that a separation found.
-    lattices : tuple of InterfererTiming
+    timings : tuple of InterfererTiming
         Those of the interferers.
     parallel_ramps : tuple of int
         Ramps with a tone that others lack.
@@ -40,7 +40,7 @@ class FrameTimings:
 
 
 def read_timings(path: str) -> Iterator[FrameTimings]:
-    """Fit the lattices of every frame of a file of results; frames with an error are left out.
+    """Fit the timings of every frame of a file of results; frames with an error are left out.
 
     Raises
     ------
@@ -59,24 +59,13 @@ def read_timings(path: str) -> Iterator[FrameTimings]:
         raise InputError(f"{path} is no text; the results of vsep separate are needed.") from error
 
 
-def fitted_timings(line: Mapping[str, Any]) -> tuple[InterfererTiming, ...]:
-    """Fit the lattices of the interferers to the bursts of a result line.
-
-    Raises
-    ------
-    InputError
-        If it is no result line.
-    """
-    return _timings(str(line.get("file")), 1, dict(line)).timings
-
-
 def timing_line(frame: FrameTimings) -> dict[str, Any]:
     """Describe the interferers of a frame by numbers and texts.
 
     Returns
     -------
     dict
-        ``file``; ``interferers`` with the lattice of each; ``bursts``, how many there are; with
+        ``file``; ``interferers`` with the timing of each; ``bursts``, how many there are; with
         ``remark`` what cannot be separated.
     """
     line: dict[str, Any] = {
@@ -95,7 +84,7 @@ def timing_line(frame: FrameTimings) -> dict[str, Any]:
 
 
 def write_timing_table(path: str, frames: list[FrameTimings]) -> None:
-    """Write every burst with its place on a lattice as CSV; without one the places are empty."""
+    """Write every burst with its place in a timing as CSV; without one the places are empty."""
     with open(path, "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(_COLUMNS)
@@ -145,15 +134,12 @@ def _timings(path: str, number: int, stored: dict[str, Any]) -> FrameTimings:
             [
                 (burst["ramp"], burst["start_frequency_hz"], burst["slope_hz_per_s"])
                 for burst in stored["interference"]
-                if burst["num_components"] > 0 and burst["slope_hz_per_s"] != 0.0
+                if burst["num_components"] > 0
             ],
             dtype=np.float64,
         ).reshape(-1, 3)
-        crossings = Crossings(
-            ramps=bursts[:, 0].astype(np.int64),
-            samples=-bursts[:, 1] / bursts[:, 2] * radar.sample_rate_hz,
-            slopes_hz_per_s=bursts[:, 2],
-        )
+        ramps, starts, slopes = bursts.T
+        crossings = Crossings.of_chirps(ramps, starts, slopes, radar.sample_rate_hz)
         parallel = tuple(int(ramp) for ramp in stored.get("parallel_ramps", ()))
         file = str(stored["file"])
     except (KeyError, TypeError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""Algorithm 1: the factorised separator, one burst and its channel per ramp beside the objects.
+"""Algorithm 1: the estimator with the factorised posterior q(alpha) q(beta).
 
 Estimators are frozen bags of settings with ``init``, ``step`` and ``terminate``; everything that
 changes is in the state, so a run can be paused, resumed and stepped back exactly.
@@ -22,17 +22,16 @@ from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
-from vsep.inference.objects.object_only import ObjectOnlySeparator, expected_error, update_objects
+from vsep.inference.objects.object_only import ObjectSettings, expected_error, update_objects
 from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace
 from vsep.kernels.object_posterior import separable_projections
-from vsep.signal.template import SignalModel
 from vsep.units import from_db
 
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class FactorisedSeparator:
+class FactorisedSeparator(ObjectSettings):
     """Algorithm 1, the factorised posterior q(alpha) q(beta).
 
     Parameters
@@ -51,87 +50,86 @@ class FactorisedSeparator:
     max_iterations : int
         Where a run stops at the latest.
     expected_bursts : ExpectedBursts or None
-        Where weak bursts are looked for as well, see `vsep.files.two_pass`.
+        Where weak bursts are looked for as well, see `vsep.two_pass`.
 
     Examples
     --------
     >>> from vsep.signal.filters import RaisedCosineFilter
+    >>> from vsep.signal.template import SignalModel
     >>> model = SignalModel(num_ramps=16, num_samples=128, sample_rate_hz=5.1e6,
     ...                     anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=1e6, rolloff=0.25))
     >>> round(FactorisedSeparator(model=model, false_alarm_rate=0.05).threshold_db, 1)
     11.2
     """
 
-    model: SignalModel
-    false_alarm_rate: float = 0.05
-    object_threshold_db: float | None = None
     interference_threshold_db: float | None = None
     schedule: str = "robust"
-    max_iterations: int = 100
     expected_bursts: ExpectedBursts | None = None
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        self._object_only()
+        ObjectSettings.__post_init__(self)
         schedule_by_name(self.schedule)
         if self.interference_threshold_db is not None:
             name = "interference_threshold_db"
             require_range(name, self.interference_threshold_db, 0.0, 100.0, "dB")
 
-    def _object_only(self) -> ObjectOnlySeparator:
-        return ObjectOnlySeparator(
-            model=self.model,
-            false_alarm_rate=self.false_alarm_rate,
-            object_threshold_db=self.object_threshold_db,
-            max_iterations=self.max_iterations,
-        )
-
-    @property
-    def threshold_db(self) -> float:
-        """Object threshold T_alpha in force, dB."""
-        return self._object_only().threshold_db
-
-    def init(self, received: ComplexArray) -> SeparationState:
-        """State before the first step; see `ObjectOnlySeparator.init`."""
-        return self._object_only().init(received)
-
     def step(
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
+        interference, searched, (used, num_used) = self.prepare(received, state)
+        residual = used - state.object_signal  # r_beta = r - Phi alpha
         with part(BURSTS):
-            interference = self.interference_workspace(state)
-        searched = self.search_due(state)
-        if searched:
-            with part(SEARCH):
-                self.search(interference, received, state)
-        used, num_used = self.set_aside(received, state)
-        residual = used - state.object_signal
-        with part(BURSTS):
-            interference.update(residual, state.noise_precision)
+            interference.update(residual, state.noise_precision)  # Algorithm 2 on every ramp
             if self.correction_due(state, searched=searched):
                 update_correction(interference, residual, state.noise_precision)
 
+        # tr(Phi C Phi^H) + tr(U Psi C Psi^H U^H)
         traces = self._object_trace(state) + interference.trace
-        bursts = interference.signal
-        error = expected_error(residual - bursts, traces)
+        bursts = interference.signal  # U Psi beta
+        error = expected_error(residual - bursts, traces)  # denominator of (65)
         with part(OBJECTS):
-            objects = update_objects(
-                used - bursts,
-                replace(state, noise_precision=num_used / error),
+            objects = update_objects(  # Algorithm 3
+                used - bursts,  # r_alpha
+                replace(state, noise_precision=num_used / error),  # lambda from (65)
                 self.threshold_db,
                 interference.schedule.object_additions(state.iteration),
                 self.model.num_antennas,
             )
-        residual = used - objects.signal
+        residual = used - objects.signal  # r_beta
         traces = objects.active.trace() + interference.trace
         error = expected_error(residual - bursts, traces)
-        noise_precision = num_used / error
+        noise_precision = num_used / error  # lambda from (65)
         with part(BURSTS):
-            interference.recompute(residual, noise_precision)
+            interference.recompute(residual, noise_precision)  # C_beta from (62), beta from (61)
+        # (19)
         bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
         end = self.conclude(state, objects, interference, noise_precision, bound, searched)
         return self.confirmed(received, *end)
+
+    def prepare(
+        self, received: ComplexArray, state: SeparationState
+    ) -> tuple[InterferenceWorkspace, bool, tuple[ComplexArray, int]]:
+        """Begin a step: search for bursts where one is due, then censor outliers.
+
+        Returns
+        -------
+        interference : InterferenceWorkspace
+            Working copy of q(beta), theta and the filter's correction.
+        searched : bool
+        used : tuple
+            The frame to fit and how many of its samples count, see `censor_outliers`.
+        """
+        with part(BURSTS):
+            interference = self.interference_workspace(state)
+        searched = self.search_due(state)
+        if searched:
+            # Coarse grid of (71): bursts start, restart and end.
+            with part(SEARCH):
+                self.search(interference, received, state)
+        # Samples that neither source explains count as missing from here on.
+        return interference, searched, self.censor_outliers(received, state)
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
@@ -155,10 +153,11 @@ class FactorisedSeparator:
     def search(
         self, interference: InterferenceWorkspace, received: ComplexArray, state: SeparationState
     ) -> None:
-        """Look for bursts; late in a run only in what is not set aside."""
+        """Look for bursts; late in a run only in samples that are not censored."""
         schedule = interference.schedule
+        # Early on a burst that is not modelled yet looks like outliers itself.
         if schedule.search_is_late(state.iteration):
-            received, _ = self.set_aside(received, state)
+            received, _ = self.censor_outliers(received, state)
         BurstSearch(
             interference,
             received - state.object_signal,
@@ -167,7 +166,9 @@ class FactorisedSeparator:
             expected=self.expected_bursts,
         ).run()
 
-    def set_aside(self, received: ComplexArray, state: SeparationState) -> tuple[ComplexArray, int]:
+    def censor_outliers(
+        self, received: ComplexArray, state: SeparationState
+    ) -> tuple[ComplexArray, int]:
         """Replace samples that neither source explains, see `vsep.inference.bursts.outliers`.
 
         Returns
@@ -184,6 +185,7 @@ class FactorisedSeparator:
 
     def correction_due(self, state: SeparationState, *, searched: bool) -> bool:
         """Whether the next step estimates the filter's correction: a first one with a search."""
+        # Without a correction the test is made where a search renews the bursts anyway.
         wanted = searched or state.filter_correction.num_splines > 0
         return wanted and schedule_by_name(self.schedule).correction_due(state.iteration)
 
@@ -212,6 +214,7 @@ class FactorisedSeparator:
             searched=searched,
             separability_ratio_db=_separability_ratio_db(objects, signal),
         )
+        # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
         new_state = replace(
             state,
@@ -236,6 +239,7 @@ class FactorisedSeparator:
         That is, where it would move nothing either: the objects stand still and the filter is the
         assumed one, whose correction would go on changing.
         """
+        # The next step would repeat this one: only its search can tell something new.
         moved = info.max_frequency_change > STILL_DEVIATIONS
         if not state.search_pending or moved or state.filter_correction.num_splines:
             return state, info
@@ -243,7 +247,7 @@ class FactorisedSeparator:
         with part(SEARCH):
             self.search(interference, received, state)
         if not interference.events and self.correction_due(state, searched=True):
-            used, _ = self.set_aside(received, state)
+            used, _ = self.censor_outliers(received, state)
             residual = used - state.object_signal
             with part(BURSTS):
                 interference.recompute(residual, state.noise_precision)
@@ -269,28 +273,29 @@ def _separation_bound(
     traces = objects.active.trace() + interference.trace
     error = expected_error(residual - interference.signal, traces)
     active, filtered = objects.active, interference.correction
+    # Terms of q(beta) and q(gamma_beta), then of q(alpha) and q(gamma_alpha)
     bound = interference.weights_bound + weights_bound(
         active.amplitudes,
         np.diagonal(active.covariance).real,
         active.precisions,
         active.log_determinant,
     )
-    if filtered.num_splines:
+    if filtered.num_splines:  # of the filter's coefficients
         bound += weights_bound(
             filtered.amplitudes,
             np.diagonal(filtered.covariance).real,
             filtered.precisions,
             float(np.linalg.slogdet(filtered.covariance)[1]),
         )
-    return bound + noise_bound(num_used, noise_precision, error)
+    return bound + noise_bound(num_used, noise_precision, error)  # likelihood and q(lambda)
 
 
 def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray) -> float:
     """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
     count = len(objects.ids)
     active = objects.active
-    own = active.gram[:count, :count] @ active.amplitudes[:count]
-    other = separable_projections(interference, *objects.factors)
+    own = active.gram[:count, :count] @ active.amplitudes[:count]  # Phi^H Phi alpha
+    other = separable_projections(interference, *objects.factors)  # Phi^H U Psi beta
     energies = float(np.vdot(own, own).real), float(np.vdot(other, other).real)
     if 0.0 in energies:
         return float("nan")

@@ -1,4 +1,4 @@
-"""The joint-posterior variant (footnote 4): one dictionary, one covariance of all weights.
+"""Estimator with the joint posterior q(alpha, beta) of all weights (footnote 4).
 
 Objects and interference share ``q(alpha, beta)``, so that their posterior correlation is kept. The
 updates are those of the factorised algorithm, on the received signal itself: the other source is
@@ -14,7 +14,7 @@ from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import require_one_antenna
 from vsep.inference.core.progress import IterationInfo
 from vsep.inference.core.state import SeparationState
-from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
+from vsep.inference.core.stopwatch import BURSTS, OBJECTS, part
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.joint_columns import JointColumns
 from vsep.inference.objects.workspace import ObjectWorkspace
@@ -37,18 +37,16 @@ class JointSeparator(FactorisedSeparator):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration: interference, lambda, objects, lambda, all on one posterior."""
+        interference, searched, (used, num_used) = self.prepare(received, state)
         with part(BURSTS):
-            interference = self.interference_workspace(state)
-        searched = self.search_due(state)
-        if searched:
-            with part(SEARCH):
-                self.search(interference, received, state)
-        used, num_used = self.set_aside(received, state)
-        with part(BURSTS):
+            # One posterior of alpha and beta: C and mean of [Phi, U Psi]
             columns = JointColumns(used, state.objects, interference, state.noise_precision)
-            columns.update()
+            columns.update()  # Algorithm 2, the objects among the columns
 
+        # lambda from (65), one trace for both sources
         noise_precision = num_used / columns.expected_error()
+        # Algorithm 3 on r itself: the channel columns are not subtracted but stand beside the
+        # objects.
         objects = ObjectWorkspace(
             state.objects,
             used,
@@ -60,13 +58,15 @@ class JointSeparator(FactorisedSeparator):
         with part(OBJECTS):
             objects.add_components(interference.schedule.object_additions(state.iteration))
             objects.update_components()
+        # The posterior once more, with the objects where they are now and the next lambda
         columns = JointColumns(used, objects.components(), interference, noise_precision)
         columns.noise_precision = num_used / columns.expected_error()
         columns.rebuild()
-        columns.take_over()
+        columns.take_over()  # each ramp's block of beta and C_beta
         objects.placed = replace(objects.placed, active=columns.active)
 
         active, noise_precision = columns.active, columns.noise_precision
+        # (19) with one factor q(alpha, beta)
         bound = weights_bound(
             active.amplitudes,
             np.diagonal(active.covariance).real,

@@ -1,4 +1,4 @@
-"""All columns of the joint dictionary ``[Phi, U Psi]``, and how a ramp's part of it changes.
+"""Joint dictionary ``[Phi, U Psi]`` and the update of one ramp's part of it.
 
 Every column is separable: an object atom is a line over the samples times a line over the ramps, a
 channel atom of ramp p is ``template * psi_k`` over the samples times the unit vector of p over the
@@ -67,11 +67,13 @@ class JointColumns:
 
     def rebuild(self) -> None:
         """Posterior of all columns from scratch."""
+        # Objects first, then the channels ramp after ramp
         self.owners = np.concatenate(
             [np.full(len(self.points), OBJECT)]
             + [np.full(len(ramp.bins), p) for p, ramp in self._ramps()]
         ).astype(np.int64)
         background = self.background()
+        # (58)-(59) with A = [Phi, U Psi]
         placed = place_components(
             self.points,
             np.concatenate([self.object_precisions, background.precisions]),
@@ -89,6 +91,7 @@ class JointColumns:
         precisions = [np.zeros(0)]
         for p, ramp in self._ramps():
             atoms = self.interference.grid.atoms(ramp.bins)
+            # Column k of ramp p: (u psi_k) over the samples, e_p over the ramps
             beat.append(ramp.templates[ramp.owners] * atoms)
             doppler.append(np.tile(np.eye(num_ramps)[p], (len(ramp.bins), 1)))
             precisions.append(ramp.precisions)
@@ -99,23 +102,25 @@ class JointColumns:
     def update(self) -> None:
         """Run Algorithm 2 on every ramp that holds a burst, on the joint posterior."""
         for p, ramp in self._ramps():
-            self._refine(p)
+            self._refine(p)  # theta from (71)
             for index in range(len(ramp.chirps)):
                 self._add_components(p, index)
-            self._update_components(p)
+            self._update_components(p)  # Algorithm 4 on every active column
             self.rebuild()
-            self._refine(p)
+            self._refine(p)  # theta from (71) again
         self.interference.drop_empty()
 
     def expected_error(self) -> float:
         """Denominator of (65) with the joint posterior."""
-        rest = self.received - synthesize(self.active.amplitudes, *self.factors)
-        return expected_error(rest, self.active.trace())
+        # r - Phi alpha - U Psi beta
+        noise_residual = self.received - synthesize(self.active.amplitudes, *self.factors)
+        return expected_error(noise_residual, self.active.trace())
 
     def take_over(self) -> None:
         """Hand every ramp its block of the posterior."""
         table, count = self.interference.table, len(self.points)
         table.amplitudes = self.active.amplitudes[count:]
+        # Posterior blocks of the ramps, in the order in which kernels take them
         own = [np.flatnonzero(self.owners == p) for p in table.interfered]
         blocks = [self.active.covariance[np.ix_(each, each)].ravel() for each in own]
         table.covariances = np.concatenate([np.zeros(0, dtype=np.complex128), *blocks])
@@ -152,18 +157,20 @@ class JointColumns:
         work, ramp = self.interference, self._ramp(p)
         burst = int(np.searchsorted(work.table.rows, p)) + index
         template = ramp.templates[index]
+        # psi_k^H U^H U psi_l and psi_k^H U^H r of all bins, by one FFT each
         products = work.grid.products(ramp.templates, self.received[p].copy())
         lags, projections = products[:, index], products[index, len(ramp.chirps)]
         num_bins, energy = work.grid.num_bins, float(lags[index, 0].real)
         beat, doppler = self.factors
         count = len(self.points)
+        # Phi^H U psi_k of all bins, by one FFT an object
         seen = beat[:count].conj() * template * doppler[:count, p].conj()[:, None]
         with_objects = fft.fft(seen, num_bins, axis=1) / np.sqrt(work.model.num_samples)
         for _ in range(work.schedule.channel_additions):
             members, ramp = self.members(p), self._ramp(p)
             lag = (ramp.bins[:, None] - np.arange(num_bins)[None, :]) % num_bins
             correlations = np.concatenate([with_objects, lags[ramp.owners[:, None], lag]])
-            ratio, inverse_rho = passive_ratios(
+            ratio, inverse_rho = passive_ratios(  # (23)-(24)
                 correlations,
                 projections,
                 energy,
@@ -171,19 +178,19 @@ class JointColumns:
                 self.active.amplitudes[members],
                 self.noise_precision,
             )
-            ratio[ramp.bins[ramp.own(index)]] = 0.0
+            ratio[ramp.bins[ramp.own(index)]] = 0.0  # passive bins only
             best = int(np.argmax(ratio))
-            if ratio[best] <= work.threshold:
+            if ratio[best] <= work.threshold:  # Algorithm 4: added if omega^2/rho > T
                 return
             rho = 1.0 / float(inverse_rho[best])
             all_correlations = np.zeros(len(self.active), dtype=np.complex128)
             all_correlations[members] = correlations[:, best]
-            precision = converged_precision(rho, float(ratio[best]) * rho)
+            precision = converged_precision(rho, float(ratio[best]) * rho)  # (77)
             (column,) = work.table.add_columns(
                 np.array([burst]), np.array([best]), np.array([precision])
             )
             place = count + int(column)
-            self.active = self.active.inserted(
+            self.active = self.active.inserted(  # block inversion (68)
                 place, all_correlations, complex(projections[best]), energy, precision
             )
             self.owners = np.insert(self.owners, place, p)
@@ -193,14 +200,14 @@ class JointColumns:
         work, table, count = self.interference, self.interference.table, len(self.points)
         index = count + int(np.searchsorted(table.rows[table.owners], p))
         while index < len(self.owners) and self.owners[index] == p:
-            rho, omega_sq = self.active.flat_prior_moments(index)
+            rho, omega_sq = self.active.flat_prior_moments(index)  # (23)-(24) of an active column
             ratio = activation_ratio(rho, omega_sq)
-            if ratio > max(work.prune_threshold, 1.0):
+            if ratio > max(work.prune_threshold, 1.0):  # Algorithm 4: kept, with gamma from (77)
                 self.active.set_precision(index, converged_precision(rho, omega_sq))
                 table.precisions[index - count] = self.active.precisions[index]
                 index += 1
                 continue
-            self.active = self.active.without(index)
+            self.active = self.active.without(index)  # pruned
             self.owners = np.delete(self.owners, index)
             channel_bin = int(table.bins[index - count])
             work.record_component(EventKind.CHANNEL_PRUNED, p, ratio, channel_bin)

@@ -1,1 +1,1 @@
-"""Compiled inner loops: plain functions of arrays, each with its equation, called by the rooms."""
+"""Compiled inner loops: functions of arrays, each with its equation."""

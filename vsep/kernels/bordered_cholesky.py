@@ -1,4 +1,4 @@
-"""Inverses of information matrices that grow by one parameter, or by one object, after another.
+"""Bordered Cholesky inverses of information matrices that grow by a parameter or an object.
 
 With the inverse Cholesky factor R of the leading block, a next row a with corner c adds the row
 ``[-(R a)^T R, 1] / sqrt(c - |R a|^2)``. The first rows of R belong to the leading block whatever
@@ -37,24 +37,25 @@ def inverse_triangles(matrices: FloatArray) -> FloatArray:
             for j in range(i):
                 value = 0.0
                 for k in range(j + 1):
-                    value += factors[b, j, k] * matrices[b, i, k]
+                    value += factors[b, j, k] * matrices[b, i, k]  # R a, entry j
                 solved[j] = value
-                pivot -= value * value
+                pivot -= value * value  # c - |R a|^2
             scale = 1.0 / np.sqrt(max(pivot, _MIN_PIVOT))
             for j in range(i):
                 weight = scale * solved[j]
                 for k in range(j + 1):
-                    factors[b, i, k] -= weight * factors[b, j, k]
+                    factors[b, i, k] -= weight * factors[b, j, k]  # -(R a)^T R / sqrt(pivot)
             factors[b, i, i] = scale
     return factors
 
 
 @compiled
-def _take_out(row: FloatArray, left: FloatArray) -> None:
+def _downdate(row: FloatArray, left: FloatArray) -> None:
     """Subtract the squares of a (Q, D) row of ``R a`` from (Q, Q, D) matrices."""
     for i in range(row.shape[0]):
         for j in range(i + 1):
             for d in range(row.shape[1]):
+                # Schur complement of the last object's information
                 left[i, j, d] -= row[i, d] * row[j, d]
 
 
@@ -86,7 +87,7 @@ def _add_squares(factors: FloatArray, row: FloatArray, total: FloatArray) -> Non
             value = 0.0
             for j in range(i + 1):
                 value += factors[i, j, d] * row[j, d]
-            total[d] += value * value
+            total[d] += value * value  # more variance of the parameters before
 
 
 @compiled
@@ -115,14 +116,16 @@ def last_variances(
     left = np.empty((num_own, num_own, num_last))
     factor = np.zeros((num_own, num_own, num_last))
     for b in range(num_matrices):
+        # Information of the last object less what the others explain
         left[:] = within[b]
         for m in range(size):
-            _take_out(reduced[b, m], left)
+            _downdate(reduced[b, m], left)
         for d in range(num_last):
             _invert_triangle(left, factor, d)
         for i in range(num_own):
             for j in range(i + 1):
                 for d in range(num_last):
+                    # Its own variances: squared lengths of the columns of R
                     total[b, d] += weights[j, d] * factor[i, j, d] ** 2
         for m in range(moved.shape[1]):
             _add_squares(factor, moved[b, m], total[b])

@@ -1,4 +1,4 @@
-"""What bursts span: orthonormal bases of U Psi and of the tangents of U Psi beta, row by row.
+"""Orthonormal bases of U Psi and of the tangents of U Psi beta, row by row.
 
 A Gram-Schmidt process that repeats itself where a column loses most of its length: the same as a
 QR factorisation of every row. Real and imaginary parts are kept apart, for the vector registers.
@@ -7,27 +7,27 @@ QR factorisation of every row. Real and imaginary parts are kept apart, for the 
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 
 # What is left of a column beside the earlier ones is rounding below this share of its length.
 _ROUNDING = 1e-13
 # A column that keeps this share of its squared length is orthogonal to rounding after one pass.
 _ENOUGH = 0.5
-_EXACT_EVERY = 64  # samples after which a line is set anew instead of turned on
+_EXACT_EVERY = 64  # samples after which a line is set anew instead of rotated
 
 
 @compiled
-def _take_out(real: FloatArray, imag: FloatArray, row: int, known: int) -> float:
+def _project_out(real: FloatArray, imag: FloatArray, row: int, known: int) -> float:
     """Take the first rows out of a row, and return the squared length of what is left."""
     num_samples = real.shape[1]
     for other in range(known):
         along = across = 0.0
         for n in range(num_samples):
-            along += real[other, n] * real[row, n] + imag[other, n] * imag[row, n]
+            along += real[other, n] * real[row, n] + imag[other, n] * imag[row, n]  # e^H a
             across += real[other, n] * imag[row, n] - imag[other, n] * real[row, n]
         for n in range(num_samples):
-            real[row, n] -= along * real[other, n] - across * imag[other, n]
+            real[row, n] -= along * real[other, n] - across * imag[other, n]  # a - e (e^H a)
             imag[row, n] -= along * imag[other, n] + across * real[other, n]
     energy = 0.0
     for n in range(num_samples):
@@ -38,10 +38,11 @@ def _take_out(real: FloatArray, imag: FloatArray, row: int, known: int) -> float
 @compiled
 def _make_orthogonal(real: FloatArray, imag: FloatArray, row: int, known: int) -> float:
     """Make a row orthogonal to the first ones; its length now over that before."""
-    first = before = _take_out(real, imag, row, 0)
-    left = _take_out(real, imag, row, known)
+    first = before = _project_out(real, imag, row, 0)
+    # Twice is enough (Kahan, Parlett): the second pass removes the rounding of the first.
+    left = _project_out(real, imag, row, known)
     if left < _ENOUGH * before:
-        left = _take_out(real, imag, row, known)
+        left = _project_out(real, imag, row, known)
     return np.sqrt(left / first) if first > 0.0 else 0.0
 
 
@@ -55,7 +56,7 @@ def _scale(real: FloatArray, imag: FloatArray, row: int, factor: float) -> None:
 @compiled
 def _make_unit(real: FloatArray, imag: FloatArray, row: int, share: float) -> None:
     """Scale a row to length one, or to zero if its share of the length it had is rounding."""
-    energy = _take_out(real, imag, row, 0)
+    energy = _project_out(real, imag, row, 0)
     kept = share > _ROUNDING and energy > 0.0
     _scale(real, imag, row, 1.0 / np.sqrt(energy) if kept else 0.0)
 
@@ -75,11 +76,12 @@ def _fill_rows(
     for n in range(num_samples):
         real[signal, n] = imag[signal, n] = 0.0
     for k in range(num_paths):
-        step = turn(-frequencies[k])
+        # psi_k by rotation, set anew where rounding would add up
+        step = cis(-frequencies[k])
         line = 0.0j
         for n in range(num_samples):
-            line = turn(-frequencies[k] * n) if n % _EXACT_EVERY == 0 else line * step
-            column = line * template[n]
+            line = cis(-frequencies[k] * n) if n % _EXACT_EVERY == 0 else line * step
+            column = line * template[n]  # U psi_k
             real[k, n], imag[k, n] = column.real, column.imag
             response = line * weights[k]
             real[signal, n] += response.real
@@ -87,7 +89,7 @@ def _fill_rows(
     for n in range(num_samples):
         response = complex(real[signal, n], imag[signal, n])
         for number in range(2):
-            derivative = derivatives[number, n] * response
+            derivative = derivatives[number, n] * response  # dU Psi beta
             real[num_paths + number, n] = derivative.real
             imag[num_paths + number, n] = derivative.imag
         whole = template[n] * response
@@ -98,15 +100,16 @@ def _fill_rows(
 def _straighten_tangents(real: FloatArray, imag: FloatArray, first: int) -> None:
     """Make the second tangent orthogonal to the first as a real vector, and both unit."""
     second = first + 1
-    before = _take_out(real, imag, second, 0)
+    before = _project_out(real, imag, second, 0)
     for _ in range(2):
         along = 0.0
         for n in range(real.shape[1]):
+            # real inner product: theta is real
             along += real[first, n] * real[second, n] + imag[first, n] * imag[second, n]
         for n in range(real.shape[1]):
             real[second, n] -= along * real[first, n]
             imag[second, n] -= along * imag[first, n]
-    left = _take_out(real, imag, second, 0)
+    left = _project_out(real, imag, second, 0)
     _make_unit(real, imag, second, np.sqrt(left / before) if before > 0.0 else 0.0)
 
 
@@ -144,12 +147,14 @@ def burst_bases(
     for b in range(num_bursts):
         _fill_rows(templates[b], derivatives[b], frequencies[b], weights[b], real, imag)
         for k in range(num_paths):
+            # Basis of the span of U Psi
             share = _make_orthogonal(real, imag, k, k)
             _make_unit(real, imag, k, share)
         for k in range(num_paths, num_paths + 2):
             # What is rounding here is told where the two tangents are compared.
             _make_orthogonal(real, imag, k, num_paths)
         _make_unit(real, imag, num_paths, 1.0)
+        # Tangents, orthogonal to each other as real vectors
         _straighten_tangents(real, imag, num_paths)
         for k in range(num_paths + 3):
             for n in range(num_samples):

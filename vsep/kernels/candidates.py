@@ -1,4 +1,4 @@
-"""Where a new object might be: peaks of a periodogram, refined beside the components there are."""
+"""New object candidates: refined peaks of a periodogram."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from vsep._typing import ComplexArray, IntArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.newton_ascent import climb
+from vsep.kernels.newton_ascent import ascend
 from vsep.kernels.object_cost import MIN_SCHUR, CostJet
 
 NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
@@ -35,11 +35,12 @@ class Candidate(NamedTuple):
 def candidate_at(
     beat: float, doppler: float, jet: CostJet, num_antennas: int, noise_precision: float
 ) -> Candidate:
-    """Weigh a point where the cost of a component without prior is `jet`."""
+    """Evaluate a point where the cost of a component without prior is `jet`."""
     beat, doppler = (beat + 0.5) % 1.0 - 0.5, (doppler + 0.5) % 1.0 - 0.5
+    # nothing of the atom is left beside the others
     if jet.inverse_rho <= MIN_SCHUR * noise_precision:
         return Candidate(beat, doppler, 0.0, np.inf, True)
-    ratio = jet.power / jet.inverse_rho
+    ratio = jet.power / jet.inverse_rho  # omega^2 / rho, (23)-(24)
     mean = ratio / num_antennas
     # gamma = 1 / (omega^2 - rho), the fixed point (77)
     precision = jet.inverse_rho / (mean - 1.0) if mean > 1.0 else np.inf
@@ -64,7 +65,7 @@ def grid_power(transforms: NDArray[np.complex64]) -> NDArray[np.float32]:
     for a in range(num_antennas):
         for row in range(num_rows):
             for column in range(num_columns):
-                value = transforms[a, row, column]
+                value = transforms[a, row, column]  # |phi^H (r - Phi mu)|^2 on the grid
                 power[row, column] += value.real * value.real + value.imag * value.imag
     return power
 
@@ -86,6 +87,7 @@ def next_peak(power: NDArray[np.float32], highest: IntArray) -> tuple[int, int]:
         if power[row, highest[row]] > power[best, highest[best]]:
             best = row
     column = highest[best]
+    # The main lobe of a line is four points of a half-cell grid wide.
     for i in range(best - BESIDE, best + BESIDE + 1):
         row = i % num_rows
         for j in range(column - BESIDE, column + BESIDE + 1):
@@ -111,16 +113,19 @@ def best_candidate(
     threshold : float
         T, linear; the sum of the antennas' ratios is compared with it.
     """
-    rest, others = split(residual), columns_as_parts(columns)
+    parts, others = split(residual), columns_as_parts(columns)
     power = grid_power(transforms)
     num_rows, num_columns = power.shape
     num_antennas, noise_precision = len(transforms), columns.noise_precision
+    # The best of each row is kept, so that the next peak costs one row search per cleared row.
     highest = np.array([_highest(power[row]) for row in range(num_rows)])
     best = Candidate(0.0, 0.0, 0.0, 0.0, True)
     for _ in range(CANDIDATE_PEAKS):
         row, column = next_peak(power, highest)
         peak = np.array([column / num_columns, row / num_rows])
-        top = climb(peak, 0.0, rest, others, NEW_COMPONENT_STEPS)
+        # zeta from (70) with gamma = 0
+        top = ascend(peak, 0.0, parts, others, NEW_COMPONENT_STEPS)
+        # The refined point first; where it ran into a component, the grid point itself.
         for beat, doppler, jet in (
             (top.beat, top.doppler, top.end),
             (peak[0], peak[1], top.start),

@@ -1,4 +1,4 @@
-"""The channel of one ramp: weight posterior (60)-(62), and the slopes of (71).
+"""Channel of one ramp: weight posterior (60)-(62), and the slopes of (71).
 
 A column is ``template * psi_k``, the template of one of the ramp's B bursts times the atom
 ``psi_k = exp(-j 2 pi k n / M) / sqrt(N)`` of a grid of M bins. All columns share one posterior.
@@ -35,12 +35,12 @@ def grid_atoms(num_samples: int, bins: IntArray, twiddle: ComplexArray) -> Compl
     """(K, N) atoms Psi of some bins."""
     atoms = np.empty((len(bins), num_samples), dtype=np.complex128)
     for k in range(len(bins)):
-        turns = 0
+        place = 0
         for n in range(num_samples):
-            atoms[k, n] = twiddle[turns]
-            turns += bins[k]
-            if turns >= len(twiddle):
-                turns -= len(twiddle)
+            atoms[k, n] = twiddle[place]  # psi_k(n) = exp(-j 2 pi k n / M) / sqrt(N), k n modulo M
+            place += bins[k]
+            if place >= len(twiddle):
+                place -= len(twiddle)
     return atoms
 
 
@@ -52,7 +52,7 @@ def channel_columns(templates: ComplexParts, atoms: ComplexParts, owners: IntArr
         a, b = templates.real[owners[k]], templates.imag[owners[k]]
         c, d = atoms.real[k], atoms.imag[k]
         for n in range(len(a)):
-            real[k, n] = a[n] * c[n] - b[n] * d[n]
+            real[k, n] = a[n] * c[n] - b[n] * d[n]  # columns of U Psi, (12)
             imag[k, n] = a[n] * d[n] + b[n] * c[n]
     return ComplexParts(real, imag)
 
@@ -66,9 +66,9 @@ def column_products(
     gram = np.empty((size, size), dtype=np.complex128)
     projections = np.empty(size, dtype=np.complex128)
     for i in range(size):
-        projections[i] = inner(columns, i, residual, 0)
+        projections[i] = inner(columns, i, residual, 0)  # A^H r
         for j in range(i + 1):
-            gram[i, j] = inner(columns, i, columns, j)
+            gram[i, j] = inner(columns, i, columns, j)  # A^H A
             gram[j, i] = gram[i, j].conjugate()
     return gram, projections
 
@@ -79,6 +79,7 @@ def columns_posterior(
 ) -> Posterior:
     """Posterior of the weights of (K, N) columns; the residual is one row."""
     gram, projections = column_products(columns, residual)
+    # (60)-(62) with A = U Psi
     return weight_posterior(gram, projections, precisions, noise_precision)
 
 
@@ -109,7 +110,7 @@ def fill_bursts(
     for k in range(len(owners)):
         row, weight = signals[owners[k]], amplitudes[k]
         for n in range(len(row)):
-            row[n] += weight * complex(columns.real[k, n], columns.imag[k, n])
+            row[n] += weight * complex(columns.real[k, n], columns.imag[k, n])  # U Psi beta
 
 
 @compiled
@@ -131,10 +132,11 @@ def _line_and_spread(
         for n in range(shape[1]):
             mixed.real[0, n] = mixed.imag[0, n] = 0.0
         for m in range(len(columns.real)):
-            add_scaled(covariance[m, moving[k]], columns, m, mixed, 0)
-        add_scaled(amplitudes[moving[k]], atoms, k, line, 0)
+            add_scaled(covariance[m, moving[k]], columns, m, mixed, 0)  # A C, column k
+        add_scaled(amplitudes[moving[k]], atoms, k, line, 0)  # Psi beta
         for n in range(shape[1]):
             real, imag = atoms.real[k, n], atoms.imag[k, n]
+            # diag(A C Psi^H)
             spread.real[0, n] += mixed.real[0, n] * real + mixed.imag[0, n] * imag
             spread.imag[0, n] += mixed.imag[0, n] * real - mixed.real[0, n] * imag
     return line, spread
@@ -175,28 +177,31 @@ def template_slopes(
     """
     covariance, amplitudes = fit
     size = len(columns.real)
-    rest = ComplexParts(residual.real.copy(), residual.imag.copy())
+    noise_residual = ComplexParts(residual.real.copy(), residual.imag.copy())
     for m in range(size):
-        add_scaled(-amplitudes[m], columns, m, rest, 0)
+        add_scaled(-amplitudes[m], columns, m, noise_residual, 0)  # r - A beta
     line, spread = _line_and_spread(atoms, columns, fit, moving)
     slopes = split(derivatives)
+    # B = dU Psi beta
     moved = channel_columns(slopes, ComplexParts(_twice(line.real), _twice(line.imag)), _both())
     gradient, curvature = np.zeros(2), np.zeros((2, 2))
     crossed = np.empty((2, size), dtype=np.complex128)
     for i in range(2):
         # Re(da (r* y - c*)): the moved template on what is left, less the spread.
-        gradient[i] = 2.0 * noise_precision * (inner(rest, 0, moved, i).real)
+        gradient[i] = 2.0 * noise_precision * (inner(noise_residual, 0, moved, i).real)
         gradient[i] -= 2.0 * noise_precision * inner(spread, 0, slopes, i).real
         for m in range(size):
-            crossed[i, m] = inner(columns, m, moved, i)
+            crossed[i, m] = inner(columns, m, moved, i)  # A^H B
     for i in range(2):
         for j in range(2):
+            # B^H (I - lambda A C A^H) B
             kept = inner(moved, i, moved, j).real
             for m in range(size):
                 mean = 0.0j
                 for k in range(size):
                     mean += crossed[j, k].conjugate() * covariance[k, m]
                 kept -= noise_precision * (crossed[i, m] * mean).real
+            # Fisher information of theta with beta as nuisance
             curvature[i, j] = 2.0 * noise_precision * kept
     return gradient, curvature
 
@@ -225,8 +230,8 @@ def channel_cost(
     """Cost (71) of one ramp."""
     _, columns = ramp_columns(templates, channel)
     gram, projections = column_products(columns, split_row(residual))
-    factor = inverse_factor(gram, channel.precisions, noise_precision)
-    return log_evidence(projections, factor, noise_precision)
+    factor = inverse_factor(gram, channel.precisions, noise_precision)  # R and log|C|
+    return log_evidence(projections, factor, noise_precision)  # (71)
 
 
 @compiled

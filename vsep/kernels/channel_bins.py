@@ -1,4 +1,4 @@
-"""All bins that could become columns of a burst's channel, and which of them is the best.
+"""Activation ratios of all passive bins of a burst's channel, (23)-(24).
 
 With the inverse Cholesky factor R of the active columns' precision matrix the moments (23)-(24) of
 a candidate c are ``1/rho = lambda |c|^2 - lambda^2 |R A^H c|^2`` and the innovation ``c^H r -
@@ -36,6 +36,7 @@ def _add_rolled(
     """Add a weight times the conjugate row i of the source, rolled to the right, to row j."""
     real, imag = weight.real, weight.imag
     size = source.real.shape[1]
+    # Bin k of the candidates sees column b at the lag k - b, cyclic in the grid.
     for first, last, back in ((0, shift, shift - size), (shift, size, shift)):
         a, b = (
             source.real[i, first - back : last - back],
@@ -43,7 +44,7 @@ def _add_rolled(
         )
         c, d = target.real[j, first:last], target.imag[j, first:last]
         for n in range(last - first):
-            c[n] += real * a[n] + imag * b[n]
+            c[n] += real * a[n] + imag * b[n]  # weight times the conjugate
             d[n] += imag * a[n] - real * b[n]
 
 
@@ -57,8 +58,8 @@ def _take_row(
     along, across = noise_precision * projection.real, noise_precision * projection.imag
     explained = candidates.explained
     for c in range(len(real)):
-        explained[c] += real[c] * real[c] + imag[c] * imag[c]
-        left[c] -= real[c] * along + imag[c] * across
+        explained[c] += real[c] * real[c] + imag[c] * imag[c]  # |R A^H c|^2
+        left[c] -= real[c] * along + imag[c] * across  # c^H r - lambda (R A^H c)^H R A^H r
         right[c] -= real[c] * across - imag[c] * along
 
 
@@ -95,10 +96,11 @@ def all_candidates(
         ComplexParts(np.zeros((1, num_bins)), np.zeros((1, num_bins))),
         np.zeros(num_bins),
     )
-    add_scaled(complex(1.0, 0.0), products, last, candidates.innovation, 0)
+    add_scaled(complex(1.0, 0.0), products, last, candidates.innovation, 0)  # c^H r of all bins
     for i in range(size):
         projection = 0.0j
         for k in range(i + 1):
+            # Row i of R A^H c, one term a column
             weight = factor[i, k]
             owner, shift = channel.owners[k], channel.bins[k]
             _add_rolled(weight, products, owner, shift, candidates.white, i)
@@ -123,9 +125,11 @@ def best_candidate(
     square, most = noise_precision * noise_precision, noise_precision * energy
     best, best_ratio, best_inverse_rho = 0, 0.0, most
     for c in range(len(explained)):
-        inverse_rho = most - square * explained[c]
+        inverse_rho = most - square * explained[c]  # (23)
+        # (24): omega^2 / rho^2 = lambda^2 |innovation|^2
         power = innovation.real[0, c] ** 2 + innovation.imag[0, c] ** 2
         power *= square
+        # largest omega^2/rho without a division
         if power > best_ratio * inverse_rho and inverse_rho > NOT_EXPLAINED * most and not taken[c]:
             best, best_ratio, best_inverse_rho = c, power / inverse_rho, inverse_rho
     return best, best_ratio, best_inverse_rho
@@ -146,10 +150,12 @@ def activate(
     """
     products, burst, size = rows
     white, scale = candidates.white, 1.0 / np.sqrt(pivot)
+    # New row of R A^H c: (a^H c - lambda (R A^H a)^H R A^H c) / sqrt(1/rho + gamma)
     _add_rolled(complex(scale, 0.0), products, burst, best, white, size)
     for i in range(size):
         weight = -noise_precision * scale * complex(white.real[i, best], -white.imag[i, best])
         add_scaled(weight, white, i, white, size)
     innovation = candidates.innovation
+    # R A^H r of the new row
     projection = scale * complex(innovation.real[0, best], innovation.imag[0, best])
     _take_row(candidates, size, projection, noise_precision)

@@ -1,4 +1,4 @@
-"""Inner products of all possible columns of a ramp, which one FFT a row gives at once."""
+"""Inner products of all possible columns of a ramp by one FFT a row."""
 
 import numpy as np
 
@@ -22,9 +22,11 @@ def fill_product_rows(
         for j in range(count):
             row, other = rows[place + j], templates[j]
             for n in range(num_samples):
+                # conj(U_i) U_j: its spectrum is psi_k^H U_i^H U_j psi_l at k - l
                 row[n] = between * (own[n].conjugate() * other[n])
         row = rows[place + count]
         for n in range(num_samples):
+            # conj(U_i) r: its spectrum is psi_k^H U_i^H r
             row[n] = scale * (own[n].conjugate() * residual[n])
 
 
@@ -41,6 +43,7 @@ def gathered_products(
         first = owners[i] * (count + 1)
         projections[i] = products[first + count, bins[i]]
         for j in range(size):
+            # psi_k^H U^H U psi_l depends on the bins' difference alone.
             lag = bins[i] - bins[j]
             lag = lag if lag >= 0 else lag + num_bins
             gram[i, j] = products[first + owners[j], lag]

@@ -1,4 +1,4 @@
-"""Algorithm 4 on the channel of one ramp: which columns are active, and their prior precisions."""
+"""Algorithm 4 on the channel of one ramp: active columns and their prior precisions."""
 
 import numpy as np
 
@@ -65,27 +65,29 @@ def with_best_bins(
     room = _longer(channel, count * max_additions)
     ratios = np.zeros(len(room.bins))
     gram, projections = gathered_products(products, count, channel)
-    factor = inverse_factor(gram, channel.precisions, noise_precision)
+    factor = inverse_factor(gram, channel.precisions, noise_precision)  # R of (62)
     for burst in range(count):
         first, known = burst * (count + 1), size
         rows = split(products[first : first + count + 1])
+        # (23)-(24) of every bin of this burst, active columns of all bursts known
         candidates = all_candidates(
             rows, _first(room, size), projections, factor[0], noise_precision, max_additions
         )
-        energy = products[first + burst, 0].real
+        energy = products[first + burst, 0].real  # |u psi_k|^2, the same for all bins
         taken = _taken(_first(room, size), burst, products.shape[1])
         for _ in range(max_additions):
             best, ratio, inverse_rho = best_candidate(candidates, taken, energy, noise_precision)
-            if not ratio > threshold:
+            if not ratio > threshold:  # Algorithm 4: added if omega^2/rho > T
                 break
             taken[best] = True
-            precision = inverse_rho / (ratio - 1.0)
+            precision = inverse_rho / (ratio - 1.0)  # gamma = 1/(omega^2 - rho), (77)
             pivot = inverse_rho + precision
             activate(candidates, (rows, burst, size), best, pivot, noise_precision)
             room.owners[size], room.bins[size], room.precisions[size] = burst, best, precision
             ratios[size] = ratio
             size += 1
         if size > known:
+            # The next burst sees the columns added to this one.
             gram, projections = gathered_products(products, count, _first(room, size))
             factor = inverse_factor(gram, room.precisions[:size], noise_precision)
     fit = factored_posterior(gram, projections, factor, noise_precision)
@@ -96,7 +98,7 @@ def with_best_bins(
 def reestimate_precisions(
     fit: Posterior, precisions: FloatArray, threshold: float
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Re-weigh or prune every column in turn, by rank-one updates of the posterior.
+    """Re-estimate or prune every column in turn, by rank-one updates of the posterior.
 
     Returns
     -------
@@ -111,24 +113,26 @@ def reestimate_precisions(
     kept, ratios = np.ones(size, dtype=np.bool_), np.zeros(size)
     for index in range(size):
         variance = covariance[index, index].real
-        inverse_rho = 1.0 / variance - precisions[index]
+        inverse_rho = 1.0 / variance - precisions[index]  # (23) from C_kk: 1/C_kk = 1/rho + gamma
         if inverse_rho > 0.0:
             power = amplitudes[index].real ** 2 + amplitudes[index].imag ** 2
+            # (24): omega/rho = beta_k / C_kk
             ratios[index] = power / (variance * variance * inverse_rho)
         amplitude = amplitudes[index]
         for i in range(size):
             column[i] = covariance[i, index]
-        gain = 1.0 / variance
+        gain = 1.0 / variance  # pruning: gamma to infinity
         kept[index] = ratios[index] > threshold
         if kept[index]:
+            # from gamma to 1/(omega^2 - rho), (77)
             change = inverse_rho / (ratios[index] - 1.0) - precisions[index]
             precisions[index] += change
-            gain = change / (1.0 + change * variance)
+            gain = change / (1.0 + change * variance)  # Sherman-Morrison
         for i in range(size):
             scaled = gain * column[i]
-            amplitudes[i] -= scaled * amplitude
+            amplitudes[i] -= scaled * amplitude  # (61) after the change
             for j in range(size):
-                covariance[i, j] -= scaled * column[j].conjugate()
+                covariance[i, j] -= scaled * column[j].conjugate()  # (62) after the change
     return precisions, kept, ratios
 
 
@@ -141,7 +145,7 @@ def revised_channel(
     thresholds: tuple[float, float],
     max_additions: int,
 ) -> tuple[Channel, FloatArray, BoolArray, FloatArray]:
-    """Algorithm 4 on the channel of one ramp: add the best bins, then re-weigh or prune each.
+    """Algorithm 4 on the channel of one ramp: add the best bins, then re-estimate or prune each.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Complex arrays as two real ones, and inner products with a line over them.
+"""Complex arrays as separate real and imaginary parts, and products of them.
 
 Loops over interleaved real and imaginary parts hardly use vector registers; over parts that lie
 apart they do. Kernels split what they are given once and keep it split.
@@ -78,6 +78,7 @@ def multiply(
 ) -> None:
     """Write the product of row i of a matrix and row j of another into a row of a third."""
     for k in range(products.real.shape[1]):
+        # (a + j b) (c + j d)
         a, b = first.real[i, k], first.imag[i, k]
         c, d = second.real[j, k], second.imag[j, k]
         products.real[row, k], products.imag[row, k] = a * c - b * d, a * d + b * c
@@ -89,8 +90,8 @@ def inner(a: ComplexParts, i: int, b: ComplexParts, j: int) -> complex:
     a_real, a_imag, b_real, b_imag = a.real[i], a.imag[i], b.real[j], b.imag[j]
     real = imag = 0.0
     for n in range(len(a_real)):
-        real += a_real[n] * b_real[n] + a_imag[n] * b_imag[n]
-        imag += a_real[n] * b_imag[n] - a_imag[n] * b_real[n]
+        real += a_real[n] * b_real[n] + a_imag[n] * b_imag[n]  # Re a^* b
+        imag += a_real[n] * b_imag[n] - a_imag[n] * b_real[n]  # Im a^* b
     return complex(real, imag)
 
 
@@ -101,8 +102,8 @@ def add_scaled(weight: complex, source: ComplexParts, i: int, target: ComplexPar
     a, b = source.real[i], source.imag[i]
     c, d = target.real[j], target.imag[j]
     for n in range(len(a)):
-        c[n] += real * a[n] - imag * b[n]
-        d[n] += real * b[n] + imag * a[n]
+        c[n] += real * a[n] - imag * b[n]  # Re of weight times source
+        d[n] += real * b[n] + imag * a[n]  # Im
 
 
 @compiled
@@ -116,7 +117,7 @@ def line_products(signals: ComplexParts, line: ComplexParts, products: ComplexPa
     for row in range(len(a)):
         real = imag = 0.0
         for m in range(len(c)):
-            real += a[row, m] * c[m] + b[row, m] * d[m]
+            real += a[row, m] * c[m] + b[row, m] * d[m]  # Re of line^* signal
             imag += b[row, m] * c[m] - a[row, m] * d[m]
         products.real[0, row], products.imag[0, row] = real, imag
 
@@ -132,17 +133,22 @@ def line_moments(signals: ComplexParts, line: ComplexParts, moments: ComplexPart
     angular = 2.0 * np.pi
     for row in range(len(a)):
         zeroth_real = zeroth_imag = first_real = first_imag = second_real = second_imag = 0.0
+        # From the middle, first and second derivatives are least correlated with the value.
         offset = -0.5 * (len(c) - 1)
         for m in range(len(c)):
             real = a[row, m] * c[m] + b[row, m] * d[m]
             imag = b[row, m] * c[m] - a[row, m] * d[m]
+            # sum of line^* signal
             zeroth_real += real
             zeroth_imag += imag
+            # sum of m line^* signal
             first_real += offset * real
             first_imag += offset * imag
+            # sum of m^2 line^* signal
             second_real += offset * offset * real
             second_imag += offset * offset * imag
             offset += 1.0  # counted, not converted from m, which would keep the loop scalar
+        # The conjugate line has the derivatives (+j 2 pi m)^k.
         moments.real[0, row], moments.imag[0, row] = zeroth_real, zeroth_imag
         moments.real[1, row], moments.imag[1, row] = -angular * first_imag, angular * first_real
         moments.real[2, row] = -angular * angular * second_real

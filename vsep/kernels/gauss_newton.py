@@ -1,4 +1,4 @@
-"""Gauss-Newton steps of bursts in their two parameters, no longer than allowed."""
+"""Damped Gauss-Newton steps in the two parameters of bursts."""
 
 import numpy as np
 
@@ -14,12 +14,14 @@ def newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[float, flo
 
     Without any curvature, as of a burst that has left the band, there is no step.
     """
+    # Levenberg's ridge on the diagonal of the Fisher information.
     first, second = (1.0 + RIDGE) * curvature[0, 0], (1.0 + RIDGE) * curvature[1, 1]
     mixed = curvature[0, 1]
     determinant = first * second - mixed * mixed
     if determinant == 0.0:
         return 0.0, 0.0
     return (
+        # F^-1 g by Cramer's rule.
         (second * gradient[0] - mixed * gradient[1]) / determinant,
         (first * gradient[1] - mixed * gradient[0]) / determinant,
     )
@@ -40,8 +42,10 @@ def gauss_newton_steps(
     steps, promises = np.empty(gradients.shape), np.empty(len(gradients))
     for i in range(len(gradients)):
         shift, stretch = newton_step(gradients[i], curvatures[i])
+        # A step beyond the trust region is shortened, not turned.
         over = max(abs(shift) / longest[0], abs(stretch) / (longest[1] * abs(slopes[i])))
         scale = 1.0 / max(1.0, over)
         steps[i, 0], steps[i, 1] = scale * shift, scale * stretch
+        # Gain of the quadratic model, g^T s / 2.
         promises[i] = 0.5 * scale * (gradients[i, 0] * shift + gradients[i, 1] * stretch)
     return steps, promises

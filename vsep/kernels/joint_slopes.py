@@ -1,4 +1,4 @@
-"""Slopes of the joint cost (67) of all objects."""
+"""Gradient and curvature of the joint cost (67) of all objects."""
 
 import numpy as np
 
@@ -35,18 +35,20 @@ def joint_information(
             for a in range(amplitudes.real.shape[1]):
                 b, c = amplitudes.real[i, a], amplitudes.imag[i, a]
                 d, e = amplitudes.real[k, a], amplitudes.imag[k, a]
-                real += b * d + c * e
+                real += b * d + c * e  # Re alpha_i^* alpha_k
                 imag += b * e - c * d
             for s in range(axes):
                 for t in range(axes):
                     # The lines move with their middle at rest: dphi_i^H dphi_k = -d^2 phi_i^H phi_k
-                    rest_real, rest_imag = -rows.real[i, 3 + s + t, k], -rows.imag[i, 3 + s + t, k]
+                    kept_real, kept_imag = -rows.real[i, 3 + s + t, k], -rows.imag[i, 3 + s + t, k]
                     for j in range(size):
                         b, c = rows.real[i, s + 1, j], rows.imag[i, s + 1, j]
                         d, e = explained.real[k, t + 1, j], explained.imag[k, t + 1, j]
-                        rest_real -= b * d - c * e
-                        rest_imag -= b * e + c * d
-                    value = 2.0 * noise_precision * (real * rest_real - imag * rest_imag)
+                        # dphi_i^H (I - lambda Phi C Phi^H) dphi_k
+                        kept_real -= b * d - c * e
+                        kept_imag -= b * e + c * d
+                    # F = 2 lambda Re{ sum_a alpha_i^* alpha_k dphi_i^H (I - ...) dphi_k }
+                    value = 2.0 * noise_precision * (real * kept_real - imag * kept_imag)
                     information[s * count + i, t * count + k] = value
     return information
 
@@ -76,7 +78,7 @@ def joint_slopes(
     gradient : (2 L,) float, of a single ramp (L,)
     curvature : (2 L, 2 L) float, of a single ramp (L, L)
     """
-    rest, posterior = split(residual), columns_as_parts(columns)
+    parts, posterior = split(residual), columns_as_parts(columns)
     covariance, amplitudes, noise_precision, _ = posterior[2:]
     size, num_antennas = amplitudes.real.shape
     axes = 2 if columns.doppler_factors.shape[1] > 1 else 1
@@ -84,21 +86,28 @@ def joint_slopes(
     explained = ComplexParts(np.empty((num_objects, 3, size)), np.empty((num_objects, 3, size)))
     gradient = np.empty(axes * num_objects)
     for i in range(num_objects):
+        # phi_i^H Phi, phi_i^H (r - Phi alpha) and their derivatives
         jet = atom_jet(
-            row_of(posterior.beat_factors, i), row_of(posterior.doppler_factors, i), rest, posterior
+            row_of(posterior.beat_factors, i),
+            row_of(posterior.doppler_factors, i),
+            parts,
+            posterior,
         )
         for j in range(size):
             for s in range(6):
                 rows.real[i, s, j], rows.imag[i, s, j] = jet.rows.real[s, j], jet.rows.imag[s, j]
             for s in range(3):
+                # lambda C Phi^H dphi_i
                 explained.real[i, s, j] = noise_precision * jet.weighted.real[s, j]
                 explained.imag[i, s, j] = noise_precision * jet.weighted.imag[s, j]
         for s in range(axes):
             pull = 0.0
             for a in range(num_antennas):
+                # Re alpha_i^* dphi_i^H (r - Phi alpha)
                 pull += amplitudes.real[i, a] * jet.innovations.real[s + 1, a]
                 pull += amplitudes.imag[i, a] * jet.innovations.imag[s + 1, a]
             for j in range(size):
+                # derivative of log|C|: Re C_ji dphi_i^H phi_j
                 spread = covariance.real[i, j] * jet.rows.real[s + 1, j]
                 spread += covariance.imag[i, j] * jet.rows.imag[s + 1, j]
                 pull -= num_antennas * spread

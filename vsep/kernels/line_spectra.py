@@ -1,9 +1,9 @@
-"""Unit-norm exponentials, the object atoms made of them, and what an atom has to do with the rest.
+"""Object atoms and their inner products with the residual and other columns.
 
 An atom is a Kronecker product phi of a line over the samples and one over the ramps. The columns,
 all or all but one of the components, are such products too: matrix Phi, with weights of mean mu and
-covariance C at each of A antennas. A component that is taken out leaves zeros in C and mu behind
-and drops out of all sums.
+covariance C at each of A antennas. A downdated component leaves zeros in C and mu behind and
+drops out of all sums.
 """
 
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import (
     ComplexParts,
@@ -22,7 +22,7 @@ from vsep.kernels.complex_parts import (
     split,
 )
 
-EXACT = 4  # samples of an exponential set one by one; the others are these, turned on
+EXACT = 4  # samples of an exponential set one by one; the others are these, rotated
 
 # Which derivatives, by the beat and by the Doppler frequency, stand in the six rows of a jet.
 BEAT_ORDERS = (0, 1, 0, 2, 1, 0)
@@ -123,12 +123,13 @@ def fill_line(frequency: float, line: ComplexParts) -> None:
     real, imag = line
     size = len(real)
     scale = 1.0 / np.sqrt(size)
+    # The first samples exactly; then the known ones, rotated, double their number each time.
     known = min(EXACT, size)
     for m in range(known):
-        value = turn(-frequency * m)
+        value = cis(-frequency * m)
         real[m], imag[m] = scale * value.real, scale * value.imag
     while known < size:
-        step = turn(-frequency * known)
+        step = cis(-frequency * known)
         for m in range(min(known, size - known)):
             real[known + m] = real[m] * step.real - imag[m] * step.imag
             imag[known + m] = real[m] * step.imag + imag[m] * step.real
@@ -146,7 +147,7 @@ def fill_lines(frequencies: FloatArray, lines: ComplexArray) -> None:
 
 
 @compiled
-def weigh(
+def apply_covariance(
     rows: ComplexParts, covariance: ComplexParts, weighted: ComplexParts, num_rows: int
 ) -> None:
     """Write ``C v`` of the first rows ``v^*``, each (L,)."""
@@ -157,6 +158,7 @@ def weigh(
             for other in range(size):
                 a, b = covariance.real[k, other], covariance.imag[k, other]
                 c, d = rows.real[s, other], rows.imag[s, other]
+                # rows are v^*: C v needs their conjugate
                 real += a * c + b * d
                 imag += b * c - a * d
             weighted.real[s, k], weighted.imag[s, k] = real, imag
@@ -174,7 +176,7 @@ def subtract_fit(
                 c, d = amplitudes.real[k, a], amplitudes.imag[k, a]
                 real += rows.real[s, k] * c - rows.imag[s, k] * d
                 imag += rows.real[s, k] * d + rows.imag[s, k] * c
-            innovations.real[s, a] -= real
+            innovations.real[s, a] -= real  # phi^H r - phi^H Phi mu
             innovations.imag[s, a] -= imag
 
 
@@ -197,17 +199,21 @@ def atom_jet(
         All columns, or all others.
     """
     along, along_ramps, whole, beat, doppler, jet = columns.scratch[2:]
+    # phi^H r by derivative of the beat line, (3, A P), then of the Doppler line
     line_moments(residual, beat_line, along)
     line_moments(along_ramps, doppler_line, whole)
+    # phi^H Phi is the product of both factors' inner products.
     line_moments(columns.beat_factors, beat_line, beat)
     line_moments(columns.doppler_factors, doppler_line, doppler)
     num_antennas = columns.amplitudes.real.shape[1]
     for s in range(6):
+        # Derivatives 1, b, d, bb, bd, dd as products of those of the lines
         i, j = BEAT_ORDERS[s], DOPPLER_ORDERS[s]
         multiply(beat, i, doppler, j, jet.rows, s)
         for a in range(num_antennas):
             jet.innovations.real[s, a] = whole.real[j, i * num_antennas + a]
             jet.innovations.imag[s, a] = whole.imag[j, i * num_antennas + a]
-    subtract_fit(jet.rows, columns.amplitudes, jet.innovations, 6)
-    weigh(jet.rows, columns.covariance, jet.weighted, 3)
+    subtract_fit(jet.rows, columns.amplitudes, jet.innovations, 6)  # q and its derivatives
+    # C v; second derivatives meet it only from the left
+    apply_covariance(jet.rows, columns.covariance, jet.weighted, 3)
     return jet

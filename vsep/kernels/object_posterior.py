@@ -1,4 +1,4 @@
-"""Objects at their places: posterior of the weights, and the signal."""
+"""Posterior of the object weights at given frequencies, and the object signal."""
 
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from vsep.kernels.line_spectra import Columns, by_ramps, fill_lines
 from vsep.kernels.posterior import weight_posterior
 
 
-class Placement(NamedTuple):
+class ObjectPosterior(NamedTuple):
     """Columns at A antennas and the posterior of their K weights.
 
     ``beat_factors`` (K, N), ``doppler_factors`` (K, P), ``gram`` (K, K), ``projections`` (K, A),
@@ -42,13 +42,14 @@ def separable_gram(beat: ComplexParts, doppler: ComplexParts) -> ComplexArray:
     gram = np.empty((size, size), dtype=np.complex128)
     beats, dopplers = empty_rows(1, size), empty_rows(1, size)
     for k in range(size):
+        # (a (x) b)^H (c (x) d) = (a^H c) (b^H d); the Gram matrix is Hermitian.
         line_products(rows_to(beat, k + 1), row_of(beat, k), beats)
         line_products(rows_to(doppler, k + 1), row_of(doppler, k), dopplers)
         for i in range(k + 1):
             beat_product = complex(beats.real[0, i], beats.imag[0, i])
             product = beat_product * complex(dopplers.real[0, i], dopplers.imag[0, i])
             gram[k, i], gram[i, k] = product, product.conjugate()
-        gram[k, k] = gram[k, k].real
+        gram[k, k] = gram[k, k].real  # exactly
     return gram
 
 
@@ -62,6 +63,7 @@ def separable_products(
     products = np.empty((len(beat.real), num_antennas), dtype=np.complex128)
     along, whole = empty_rows(1, len(signals.real)), empty_rows(1, num_antennas)
     for k in range(len(products)):
+        # phi^H r: first along the samples of each ramp, then along the ramps
         line_products(signals, row_of(beat, k), along)
         line_products(by_ramps(along, num_ramps), row_of(doppler, k), whole)
         for a in range(num_antennas):
@@ -91,6 +93,7 @@ def lines_trace(
     trace = 0.0
     for i in range(size):
         for k in range(size):
+            # tr(Phi^H Phi C), a term of (65)
             trace += (gram[i, k].conjugate() * covariance[i, k]).real
     return trace
 
@@ -102,7 +105,7 @@ def place_columns(
     precisions: FloatArray,
     residual: ComplexArray,
     noise_precision: float,
-) -> Placement:
+) -> ObjectPosterior:
     """Posterior (58)-(59) of all columns with the objects at the given points.
 
     Parameters
@@ -121,23 +124,27 @@ def place_columns(
     count, size = len(points), len(precisions)
     beat_factors = np.empty((size, background[0].shape[1]), dtype=np.complex128)
     doppler_factors = np.empty((size, background[1].shape[1]), dtype=np.complex128)
+    # Phi(zeta), (10)
     fill_lines(points[:, 0], beat_factors[:count])
     fill_lines(points[:, 1], doppler_factors[:count])
+    # Columns of the other source, which share the posterior (footnote 4)
     for k in range(count, size):
         for n in range(beat_factors.shape[1]):
             beat_factors[k, n] = background[0][k - count, n]
         for p in range(doppler_factors.shape[1]):
             doppler_factors[k, p] = background[1][k - count, p]
     beat, doppler = split(beat_factors), split(doppler_factors)
-    projections = separable_products(split(residual), beat, doppler)
-    gram = separable_gram(beat, doppler)
+    projections = separable_products(split(residual), beat, doppler)  # Phi^H r
+    gram = separable_gram(beat, doppler)  # Phi^H Phi
+    # C from (59)
     fit = weight_posterior(gram, projections[:, 0].copy(), precisions, noise_precision)
     amplitudes = np.zeros_like(projections)
     for k in range(size):
         for i in range(size):
             for a in range(projections.shape[1]):
+                # alpha from (58), for each antenna
                 amplitudes[k, a] += noise_precision * fit.covariance[k, i] * projections[i, a]
-    return Placement(
+    return ObjectPosterior(
         beat_factors,
         doppler_factors,
         gram,
@@ -161,6 +168,7 @@ def add_signals(
     for row in range(len(total.real)):
         a, p = row // num_ramps, row % num_ramps
         for k in range(len(weights)):
+            # alpha_l times the entry of the Doppler line
             weight = weights[k, a] * doppler_factors[k, p]
             c, d = weight.real, weight.imag
             for n in range(beat.real.shape[1]):
@@ -184,16 +192,17 @@ def object_signals(
 
 
 @compiled
-def unexplained(residual: ComplexArray, columns: Columns) -> NDArray[np.complex64]:
+def subtract_columns(residual: ComplexArray, columns: Columns) -> NDArray[np.complex64]:
     """Residual (A P, N) without the columns, (A, P, N).
 
-    In single precision: the peaks of its transform are starting points of a climb.
+    In single precision: the peaks of its transform are starting points of Newton's method.
     """
-    rest = split(residual)
-    add_signals(columns.beat_factors, columns.doppler_factors, -columns.amplitudes, rest)
+    parts = split(residual)
+    # r - Phi alpha
+    add_signals(columns.beat_factors, columns.doppler_factors, -columns.amplitudes, parts)
     num_rows, num_samples = residual.shape
     signals = np.empty((num_rows, num_samples), dtype=np.complex64)
     for row in range(num_rows):
         for n in range(num_samples):
-            signals[row, n] = complex(rest.real[row, n], rest.imag[row, n])
+            signals[row, n] = complex(parts.real[row, n], parts.imag[row, n])
     return signals.reshape((columns.amplitudes.shape[1], -1, num_samples))

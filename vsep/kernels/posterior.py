@@ -1,4 +1,4 @@
-"""Gaussian posterior of a few weights from their Gram matrix and projections, (60)-(62).
+"""Gaussian posterior of the weights from their Gram matrix and projections, (58)-(62).
 
 Everything comes from the inverse R of the Cholesky factor of the precision matrix
 ``lambda A^H A + diag gamma``: the covariance is ``R^H R``, its logarithmic determinant twice the
@@ -46,15 +46,18 @@ def inverse_factor(
     inverse = np.zeros((size, size), dtype=np.complex128)
     log_determinant = 0.0
     for i in range(size):
+        # Diagonal of lambda A^H A + diag(gamma), (59)
         pivot = noise_precision * gram[i, i].real + precisions[i]
         for j in range(i):
-            rest = noise_precision * gram[i, j] - _conjugate_product(factor[j], factor[i], j)
-            rest = complex(rest.real * inverse[j, j].real, rest.imag * inverse[j, j].real)
-            factor[i, j] = rest
-            pivot -= rest.real * rest.real + rest.imag * rest.imag
-        log_determinant -= np.log(pivot) if pivot > 0.0 else np.nan
+            # L_ij = (M_ij - sum_k L_ik L_jk^*) / L_jj; the inverse has 1 / L_jj.
+            entry = noise_precision * gram[i, j] - _conjugate_product(factor[j], factor[i], j)
+            entry = complex(entry.real * inverse[j, j].real, entry.imag * inverse[j, j].real)
+            factor[i, j] = entry
+            pivot -= entry.real * entry.real + entry.imag * entry.imag
+        log_determinant -= np.log(pivot) if pivot > 0.0 else np.nan  # log|C| = -2 sum log L_ii
         scale = 1.0 / np.sqrt(pivot)
         for k in range(i):
+            # Row i of R = L^-1 by forward substitution
             weight = scale * factor[i, k]
             for j in range(k + 1):
                 inverse[i, j] -= weight * inverse[k, j]
@@ -77,17 +80,17 @@ def factored_posterior(
         for i in range(k + 1):
             left = inverse[k, i].conjugate()
             for j in range(i + 1):
-                covariance[i, j] += left * inverse[k, j]
+                covariance[i, j] += left * inverse[k, j]  # C = R^H R
     amplitudes = np.zeros(size, dtype=np.complex128)
     for i in range(size):
         covariance[i, i] = covariance[i, i].real
         for j in range(i):
-            covariance[j, i] = covariance[i, j].conjugate()
+            covariance[j, i] = covariance[i, j].conjugate()  # Hermitian
     for i in range(size):
         total = 0.0j
         for j in range(size):
-            total += covariance[i, j] * projections[j]
-        amplitudes[i] = noise_precision * total
+            total += covariance[i, j] * projections[j]  # C A^H r
+        amplitudes[i] = noise_precision * total  # (58), (61)
     return Posterior(gram, projections, covariance, amplitudes, log_determinant)
 
 
@@ -101,7 +104,7 @@ def log_evidence(
     for i in range(len(projections)):
         white = 0.0j
         for k in range(i + 1):
-            white += inverse[i, k] * projections[k]
+            white += inverse[i, k] * projections[k]  # R A^H r
         explained += white.real * white.real + white.imag * white.imag
     return log_determinant + noise_precision * noise_precision * explained
 

@@ -1,4 +1,4 @@
-"""All interfered ramps of a frame in one call: posteriors, costs, slopes and channel selection.
+"""All interfered ramps in one call: posteriors, costs, slopes and channel selection.
 
 A call of a kernel costs more than most kernels need for one ramp. The columns of all ramps
 therefore stand in flat arrays, one ramp after the other, and the loops over the ramps are here.
@@ -68,7 +68,7 @@ def channel_of(ramps: FlatRamps, r: int) -> Channel:
     first, last = ramps.first_column[r], ramps.first_column[r + 1]
     owners = np.empty(last - first, dtype=np.int64)
     for k in range(last - first):
-        owners[k] = ramps.owners[first + k] - ramps.first_burst[r]
+        owners[k] = ramps.owners[first + k] - ramps.first_burst[r]  # bursts counted within the ramp
     return Channel(
         owners,
         ramps.bins[first:last],
@@ -94,12 +94,13 @@ def all_posteriors(
     for r in range(num_ramps):
         channel, first = channel_of(ramps, r), ramps.first_column[r]
         _, columns = ramp_columns(templates_of(ramps, r), channel)
+        # C_beta from (62), beta from (61)
         fit = columns_posterior(
             columns, split_row(residual[r]), channel.precisions, noise_precision
         )
         log_determinants[r] = fit.log_determinant
         own = signals[ramps.first_burst[r] : ramps.first_burst[r + 1]]
-        fill_bursts(columns, channel.owners, fit.amplitudes, own)
+        fill_bursts(columns, channel.owners, fit.amplitudes, own)  # U Psi beta
         for i in range(len(fit.amplitudes)):
             amplitudes[first + i] = fit.amplitudes[i]
             variances[first + i] = fit.covariance[i, i].real
@@ -107,6 +108,7 @@ def all_posteriors(
                 covariance = fit.covariance[i, j]
                 covariances[place] = covariance
                 place += 1
+                # tr(A C A^H), a term of (65)
                 traces[r] += (fit.gram[i, j].conjugate() * covariance).real
     return FlatPosterior(covariances, variances, amplitudes, traces, log_determinants, signals)
 
@@ -131,6 +133,7 @@ def _with_trial(ramps: FlatRamps, r: int, moving: int, trial: ComplexArray) -> C
     templates = np.empty((ramps.first_burst[r + 1] - first, len(trial)), dtype=np.complex128)
     for b in range(len(templates)):
         for n in range(len(trial)):
+            # U(theta + step)
             templates[b, n] = trial[n] if b == moving else ramps.templates[first + b, n]
     return templates
 
@@ -177,6 +180,7 @@ def all_costs(
         if trial >= 0:
             templates = _with_trial(ramps, r, moving[r], trials[trial])
             channel = channel_of(ramps, r)
+            # (71); the antennas' log evidences add up
             costs[trial] += channel_cost(templates, residual[r], channel, noise_precision)
     return costs
 
@@ -211,9 +215,9 @@ def all_slopes(
             )
             costs[trial] += cost
             for i in range(2):
-                gradients[trial, i] += gradient[i]
+                gradients[trial, i] += gradient[i]  # the sum's gradient
                 for j in range(2):
-                    curvatures[trial, i, j] += curvature[i, j]
+                    curvatures[trial, i, j] += curvature[i, j]  # and Fisher information
     return costs, gradients, curvatures
 
 
@@ -237,7 +241,7 @@ class Revision(NamedTuple):
     """Columns of all ramps after Algorithm 4, those pruned among them.
 
     ``first_column`` (R + 1,), the others (K,): `added_ratios` are the activation ratios with which
-    columns were added, zero for those that were there; `ratios` those when they were weighed again.
+    columns were added, zero for those that were there; `ratios` those when they were re-estimated.
     """
 
     first_column: IntArray
@@ -271,7 +275,7 @@ def all_revisions(
         channel, new_ratios, stay, own_ratios = revised_channel(
             products[row:], count, before, noise_precision, thresholds, max_additions
         )
-        row += count * (count + 1)
+        row += count * (count + 1)  # products of this ramp
         for k in range(len(channel.bins)):
             owners[place], bins[place] = channel.owners[k] + ramps.first_burst[r], channel.bins[k]
             precisions[place], kept[place] = channel.precisions[k], stay[k]

@@ -1,4 +1,4 @@
-"""Scores ``|a^H r|^2 / ||a||^2`` of single chirps: the best of a correlation, and around it."""
+"""Scores ``|a^H r|^2 / ||a||^2`` of single chirps from correlations."""
 
 from typing import NamedTuple
 
@@ -57,7 +57,7 @@ def correlation_spectra(
                 kernel, product = kernels[m], products[a, p, m]
                 for f in range(size):
                     x, y = row[f], kernel[f]
-                    product[f] = complex(
+                    product[f] = complex(  # conj(a) r in the frequency domain, all centres at once
                         x.real * y.real - x.imag * y.imag, x.real * y.imag + x.imag * y.real
                     )
     return products
@@ -76,9 +76,10 @@ def _coarse_scores(
         for a in range(len(correlations)):
             values = correlations[a, p, m]
             for c in range(len(row)):
+                # |a^H r|^2, summed over antennas
                 row[c] += values[c].real * values[c].real + values[c].imag * values[c].imag
         for c in range(len(row)):
-            row[c] *= inverse_energy[c]
+            row[c] *= inverse_energy[c]  # / ||a||^2
         # The bits of positive numbers are ordered as they are; integers need no care for NaN.
         bits, largest = row.view(np.int32), np.int32(0)
         for c in range(len(bits)):
@@ -99,8 +100,8 @@ def _chirp_score(parts: SingleFloatArray, grid: ChirpGrid, s: int, c: int) -> fl
         row_real, row_imag = parts[a, 0], parts[a, 1]
         real = imag = np.float32(0.0)
         for n in range(num_samples):
-            real += row_real[n] * kernel_real[n] + row_imag[n] * kernel_imag[n]
-            imag += row_imag[n] * kernel_real[n] - row_real[n] * kernel_imag[n]
+            real += row_real[n] * kernel_real[n] + row_imag[n] * kernel_imag[n]  # Re a^H r
+            imag += row_imag[n] * kernel_real[n] - row_real[n] * kernel_imag[n]  # Im a^H r
         power += real * real + imag * imag
     return float(power * grid.inverse_energy[s, c])
 
@@ -157,13 +158,16 @@ def best_chirps(
     for p in range(num_ramps):
         best = _coarse_scores(correlations, p, grid, scores)
         first_best = np.argmax(best)
+        # The best place of the coarse grid
         slopes[p], columns[p] = grid.coarse[first_best], np.argmax(scores[first_best])
         found[p] = best[first_best]
+        # nothing here reaches the threshold, however well refined
         if found[p] < worthwhile[first + p]:
             continue
         parts[:, 0], parts[:, 1] = rows[:, first + p].real, rows[:, first + p].imag
         least, found[p] = grid.close_share * found[p], -1.0
         for m in range(len(best)):
+            # Other coarse slopes close to the best may hide the true one.
             if best[m] >= least:
                 place = polish(parts, grid, grid.coarse[m], int(np.argmax(scores[m])))
                 if place[2] > found[p]:

@@ -1,4 +1,4 @@
-"""What the splines of the filter's correction could explain while none is active.
+"""Activation ratios of the filter correction's splines while none is active.
 
 A spline s of a ramp has the column ``a_s``: its modified response along the course of every burst,
 times the burst's chirp and channel. With the channel columns X and their posterior covariance C the
@@ -13,7 +13,7 @@ import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.channel import ramp_columns
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import ComplexParts, add_scaled, inner, split_row
 from vsep.kernels.ramps import FlatRamps, channel_of, templates_of
@@ -49,8 +49,9 @@ def add_spline_columns(
     chirp, bspline = np.empty((2, num_samples)), np.empty((2, num_samples))
     height = 1.0 / (grid.knots[1] - grid.knots[0]) ** 3
     for n in range(num_samples):
-        course[n] = start + slope * n
-        value = height * turn(n * (start + 0.5 * slope * n))
+        course[n] = start + slope * n  # instantaneous frequency f(n)
+        # chirp times channel, all but the spline's response
+        value = height * cis(n * (start + 0.5 * slope * n))
         value *= complex(line.real[0, n], line.imag[0, n])
         chirp[0, n], chirp[1, n] = value.real, value.imag
     for k in range(len(grid.knots)):
@@ -65,6 +66,7 @@ def add_spline_columns(
             highest, total = rows[k % 5, 4, part], bspline[part]
             for n in range(num_samples):
                 outer, inner = lowest[n] + highest[n], low[n] + high[n]
+                # fourth difference of H_3: the B-spline's response
                 total[n] = outer - 4.0 * inner + 6.0 * middle[n]
         _add_products(bspline, chirp, columns.real[k - 4], columns.imag[k - 4])
 
@@ -89,6 +91,7 @@ def _explained(crossed: FloatArray, covariance: ComplexArray, size: int) -> Floa
             left_real, left_imag = crossed[0, i], crossed[1, i]
             real, imag = crossed[0, j], crossed[1, j]
             for s in range(len(explained)):
+                # c^H C c
                 explained[s] += weight.real * (left_real[s] * real[s] + left_imag[s] * imag[s])
                 explained[s] -= weight.imag * (left_real[s] * imag[s] - left_imag[s] * real[s])
     return explained
@@ -112,7 +115,7 @@ def _ramp_columns(
         line = ComplexParts(np.zeros((1, num_samples)), np.zeros((1, num_samples)))
         for k in range(len(channel.owners)):
             if channel.owners[k] == b:
-                add_scaled(amplitudes[ramps.first_column[r] + k], atoms, k, line, 0)
+                add_scaled(amplitudes[ramps.first_column[r] + k], atoms, k, line, 0)  # Psi beta
         burst = ramps.first_burst[r] + b
         add_spline_columns(courses[0][burst], courses[1][burst], line, grid, columns)
     return columns, channels
@@ -123,7 +126,7 @@ def first_ratios(
     ramps: FlatRamps,
     courses: tuple[FloatArray, FloatArray],
     weights: tuple[ComplexArray, ComplexArray],
-    rest: ComplexArray,
+    noise_residual: ComplexArray,
     noise_precision: float,
     grid: SplineGrid,
     unseen: float,
@@ -138,7 +141,7 @@ def first_ratios(
         Start frequencies and slopes of the bursts, cycles per sample (squared).
     weights : tuple of (sum of K^2,) and (K,) complex
         Covariances and means of the channel weights.
-    rest : (R, N) complex
+    noise_residual : (R, N) complex
         What the channels leave of the residual.
     noise_precision : float
         lambda.
@@ -150,25 +153,26 @@ def first_ratios(
     innovations = np.zeros(num_splines, dtype=np.complex128)
     energies = np.zeros(num_splines)
     place = 0
-    for r in range(len(rest)):
+    for r in range(len(noise_residual)):
         columns, channels = _ramp_columns(ramps, r, courses, weights[1], grid)
         size = len(channels.real)
         crossed = np.empty((2, size, num_splines))
         for k in range(size):
             for s in range(num_splines):
-                product = inner(channels, k, columns, s)
+                product = inner(channels, k, columns, s)  # X^H a_s
                 crossed[0, k, s], crossed[1, k, s] = product.real, product.imag
         explained = _explained(crossed, weights[0][place:], size)
         place += size * size
-        row = split_row(rest[r])
+        row = split_row(noise_residual[r])
         for s in range(num_splines):
-            innovations[s] += inner(row, 0, columns, s)
+            innovations[s] += inner(row, 0, columns, s)  # a_s^H (r - X beta)
             own = inner(columns, s, columns, s).real
-            seen = own - noise_precision * explained[s]
+            seen = own - noise_precision * explained[s]  # a_s^H (I - lambda X C X^H) a_s
             energies[s] += 0.0 if seen <= unseen * own else seen
     ratios = np.zeros(num_splines)
     for s in range(num_splines):
         if energies[s] > 0.0:
             power = innovations[s].real ** 2 + innovations[s].imag ** 2
+            # omega^2/rho of (23)-(24) with no spline active
             ratios[s] = noise_precision * power / energies[s]
     return ratios

@@ -1,4 +1,4 @@
-"""What a chirp makes of cubic B-splines of the frequency: their modified responses.
+"""Modified responses of cubic B-splines of the frequency.
 
 A spline is a sum of truncated cubics ``max(f - knot, 0)^3 / 6``, whose modified responses are
 iterated integrals of the kernel K: from the Fresnel integral H_0 on, integration by parts gives
@@ -8,9 +8,9 @@ iterated integrals of the kernel K: from the Fresnel integral H_0 on, integratio
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
-from vsep.kernels.fresnel import fresnel_rest, side
+from vsep.kernels.fresnel import fresnel_tail, side
 
 
 @compiled
@@ -24,15 +24,16 @@ def integrals(distances: FloatArray, rate: float, table: FloatArray, rows: Float
     scale, direction = np.sqrt(2.0 / abs(rate)), side(rate)
     kernel_real, kernel_imag, flat_real, flat_imag = rows[0, 0], rows[0, 1], rows[1, 0], rows[1, 1]
     for m in range(len(distances)):
-        phase = turn(-0.25 * (distances[m] * scale) ** 2)
+        phase = cis(-0.25 * (distances[m] * scale) ** 2)  # kernel exp(-j pi x^2 / slope)
         # Times exp(j pi/4) / sqrt(2), for a positive rate; for a negative one all is conjugate.
         kernel_real[m] = 0.5 * (phase.real - phase.imag)
         kernel_imag[m] = 0.5 * (phase.real + phase.imag)
     for m in range(len(distances)):
-        rest = fresnel_rest(abs(distances[m]) * scale, table)
-        flat_real[m], flat_imag[m] = rest.real, rest.imag
+        tail = fresnel_tail(abs(distances[m]) * scale, table)  # F(inf) - F(x) without its phase
+        flat_real[m], flat_imag[m] = tail.real, tail.imag
     for m in range(len(distances)):
         real, imag, way = flat_real[m], flat_imag[m], side(distances[m])
+        # H_0: sign(x) (1/2 - kernel tail)
         flat_real[m] = way * (0.5 - kernel_real[m] * real - kernel_imag[m] * imag)
         flat_imag[m] = direction * way * (kernel_real[m] * imag - kernel_imag[m] * real)
     for m in range(len(distances)):
@@ -44,9 +45,10 @@ def integrals(distances: FloatArray, rate: float, table: FloatArray, rows: Float
         last_real, last_imag = rows[n, 0], rows[n, 1]
         before_real, before_imag = rows[n - 1, 0], rows[n - 1, 1]
         for m in range(len(distances)):
+            # Re (x H_(n-1) + a H_(n-2)) / n
             next_real[m] = share * (distances[m] * last_real[m] - a * before_imag[m])
         for m in range(len(distances)):
-            next_imag[m] = share * (distances[m] * last_imag[m] + a * before_real[m])
+            next_imag[m] = share * (distances[m] * last_imag[m] + a * before_real[m])  # Im
 
 
 @compiled
@@ -80,6 +82,7 @@ def spline_terms(
         integrals(frequency[m] - knots, slope[m], table, rows)
         for i in range(3):
             for k in range(len(knots)):
+                # sum of jumps times H_3, H_2, H_1
                 result[i, m] += jumps[k] * complex(rows[4 - i, 0, k], rows[4 - i, 1, k])
     return result
 
@@ -106,6 +109,7 @@ def bspline_terms(
         integrals(frequency[m] - knots, slope[m], table, rows)
         for k in range(len(knots) - 4):
             outer, middle = real[k] + real[k + 4], real[k + 1] + real[k + 3]
+            # Fourth difference of H_3: a cubic B-spline's response
             value = outer - 4.0 * middle + 6.0 * real[k + 2]
             outer, middle = imag[k] + imag[k + 4], imag[k + 1] + imag[k + 3]
             result[m, k] = height * complex(value, outer - 4.0 * middle + 6.0 * imag[k + 2])

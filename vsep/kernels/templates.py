@@ -1,9 +1,9 @@
-"""Burst templates (12) and their derivatives, from the modified response along their course."""
+"""Burst templates (12) and their derivatives from the modified response."""
 
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray, IntArray
-from vsep.kernels.cis import turn
+from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 
 
@@ -18,7 +18,7 @@ def burst_courses(
         first, step = sample_rate_hz * start_frequency[b], sample_rate_hz * slope[b]
         steepness[b, 0] = sample_rate_hz * step
         for n in range(num_samples):
-            courses[b, n] = first + step * n
+            courses[b, n] = first + step * n  # f + s n, the instantaneous frequency
     return courses, steepness
 
 
@@ -53,13 +53,15 @@ def template_jets(
     for b in range(len(slope)):
         f, s = start_frequency[b], slope[b]
         for n in range(value.shape[1]):
-            carrier = turn(n * (f + 0.5 * s * n))
+            carrier = cis(n * (f + 0.5 * s * n))  # exp(j 2 pi (f n + s n^2 / 2))
             offset = n - reference[b]
-            template = carrier * value[b, n]
+            template = carrier * value[b, n]  # U(theta), (12)
             moved = carrier * (sample_rate_hz * first[b, n])
             angular = complex(0.0, 2.0 * np.pi * offset)
             templates[b, n] = template
+            # by f at the reference: j 2 pi (n - ref) a + carrier dGbar/df
             derivatives[b, 0, n] = angular * template + moved
+            # by s: j pi (n - ref)^2 a + (n - ref) carrier dGbar/df + carrier dGbar/ds
             derivatives[b, 1, n] = (
                 0.5 * offset * angular * template
                 + offset * moved

@@ -1,1 +1,1 @@
-"""What a received frame is made of."""
+"""Signal model: radars, scenes, filters, atoms, templates and simulation."""

@@ -1,4 +1,4 @@
-"""Bursts of one interferer in the victim's ramps, (38)-(41), before they are scaled.
+"""Bursts of one interferer in the victim's ramps, (38)-(41), before scaling.
 
 With T_0 = T_p p - T-bar - T_pI p_I the interferer's ramp p_I reaches the mixer of ramp p at the
 intermediate frequency f(t') = f_I + k_I T_0 - f_0 + (k_I - k) t'. Two models follow:
@@ -251,10 +251,10 @@ def _channel(interferer: Interferer, passages: Passages, time_s: FloatArray) -> 
     for delay, doppler, weight in zip(
         channel.delays_s, channel.dopplers_hz, channel.weights, strict=True
     ):
-        turns = frequency * delay + doppler * ramp_time
-        response += weight * np.exp(-2j * np.pi * turns)
-    turns = (sequence.start_frequency_hz + 0.5 * sequence.slope_hz_per_s * offset) * offset
-    return np.asarray(response * np.exp(2j * np.pi * turns))
+        cycles = frequency * delay + doppler * ramp_time
+        response += weight * np.exp(-2j * np.pi * cycles)
+    cycles = (sequence.start_frequency_hz + 0.5 * sequence.slope_hz_per_s * offset) * offset
+    return np.asarray(response * np.exp(2j * np.pi * cycles))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

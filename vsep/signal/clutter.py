@@ -1,4 +1,4 @@
-"""What stands still in a recording: clutter, leakage, a receiver's settling transient."""
+"""Removal of static clutter: leakage and a receiver's settling transient."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""A filter of which only the rough form is known: an assumed one plus a complex spline.
+"""Assumed anti-aliasing filter plus a complex spline.
 
 The modified response is linear in the response, so the correction of a burst is the modified
 response of the spline, in closed form for every slope difference.
@@ -12,7 +12,12 @@ import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.signal.filters import AntiAliasingFilter, FilterKind
-from vsep.signal.modified_response import ResponseJet, bspline_responses, spline_jet
+from vsep.signal.modified_response import (
+    ModifiedResponse,
+    ResponseJet,
+    bspline_responses,
+    spline_jet,
+)
 from vsep.signal.template import SignalModel
 
 # In cut-offs. A quarter resolves impulse responses as long as four over the cut-off; at the reach
@@ -25,7 +30,7 @@ _FOURTH_DIFFERENCE: Final = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CorrectedFilter:
+class CorrectedFilter(ModifiedResponse):
     """An assumed filter plus cubic B-splines on a regular grid of frequencies.
 
     Parameters
@@ -71,12 +76,6 @@ class CorrectedFilter:
         spline = np.where(offsets > 0.0, offsets, 0.0) ** 3 / 6.0 @ jumps
         inside = np.abs(frequency_hz) < REACH * self.cutoff_hz  # beyond, only rounding is left
         return np.asarray(self.assumed.response(frequency_hz) + np.where(inside, spline, 0.0))
-
-    def modified_response(
-        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
-    ) -> ComplexArray:
-        """Return the modified response Gbar; `InputError` for a slope difference of zero."""
-        return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
 
     def modified_response_jet(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float

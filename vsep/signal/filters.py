@@ -1,4 +1,4 @@
-"""Anti-aliasing filters: their response G(f) and what a chirp makes of it, Gbar(f; Delta k).
+"""Anti-aliasing filters: response G(f) and modified response Gbar(f; Delta k).
 
 Every filter states the frequency at which its magnitude is one half (-6 dB), whatever its kind, so
 that filters of different kinds with one cut-off are comparable. G is the complex response of the
@@ -16,7 +16,12 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.signal.measured_filter import MeasuredFilter
-from vsep.signal.modified_response import ResponseJet, pole_jet, raised_cosine_jet
+from vsep.signal.modified_response import (
+    ModifiedResponse,
+    ResponseJet,
+    pole_jet,
+    raised_cosine_jet,
+)
 
 __all__ = [
     "AntiAliasingFilter",
@@ -59,7 +64,7 @@ class AntiAliasingFilter(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class RaisedCosineFilter:
+class RaisedCosineFilter(ModifiedResponse):
     """Raised cosine of zero phase, the filter of Sec. IV.
 
     G = 1 up to (1 - rolloff) cutoff, a half cosine down to 0 at (1 + rolloff) cutoff. One half at
@@ -113,12 +118,6 @@ class RaisedCosineFilter:
         beyond = np.clip((np.abs(frequency_hz) - self.inner_hz) / width, 0.0, 1.0)
         return np.asarray(0.5 + 0.5 * np.cos(np.pi * beyond), dtype=np.complex128)
 
-    def modified_response(
-        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
-    ) -> ComplexArray:
-        """Return the modified response Gbar; `InputError` for a slope difference of zero."""
-        return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
-
     def modified_response_jet(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ResponseJet:
@@ -129,7 +128,7 @@ class RaisedCosineFilter:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class ButterworthFilter:
+class ButterworthFilter(ModifiedResponse):
     """Causal analogue Butterworth low-pass with its phase, the mismatched filter of Sec. IV-B.
 
     |G|^2 = 1 / (1 + 3 (f/cutoff)^(2 order)): the usual -3 dB frequency lies at
@@ -162,7 +161,7 @@ class ButterworthFilter:
         require_range("filter cutoff", self.cutoff_hz, _MIN_CUTOFF_HZ, _MAX_CUTOFF_HZ, "Hz")
         require_range("filter order", self.order, 1, 16)
         if self.order != int(self.order):
-            raise InputError(f"filter order is {self.order:g}; it must be a whole number, 1 to 16.")
+            raise InputError(f"filter order is {self.order:g}; it must be an integer, 1 to 16.")
 
     @property
     def kind(self) -> FilterKind:
@@ -192,12 +191,6 @@ class ButterworthFilter:
             response *= np.abs(pole) / (2j * np.pi * np.asarray(frequency_hz) - pole)
         return response
 
-    def modified_response(
-        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
-    ) -> ComplexArray:
-        """Return the modified response Gbar; `InputError` for a slope difference of zero."""
-        return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
-
     def modified_response_jet(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ResponseJet:
@@ -206,7 +199,7 @@ class ButterworthFilter:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class NoFilter:
+class NoFilter(ModifiedResponse):
     """No filter at all: G = Gbar = 1, bursts are chirps over the whole ramp and alias."""
 
     @property
@@ -222,12 +215,6 @@ class NoFilter:
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
         """One at every frequency."""
         return np.ones(np.shape(frequency_hz), dtype=np.complex128)
-
-    def modified_response(
-        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
-    ) -> ComplexArray:
-        """One at every frequency and slope difference."""
-        return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
 
     def modified_response_jet(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float

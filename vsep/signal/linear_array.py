@@ -1,4 +1,4 @@
-"""A uniform line of receive antennas, and scenes in which everything has a direction.
+"""Uniform linear array of receive antennas, and scenes with directions.
 
 With theta counted from broadside towards the last antenna, a plane wave travels ``a d sin(theta)``
 less to antenna a than to the first. In the paper's sign the antennas then receive it with the

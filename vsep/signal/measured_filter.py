@@ -1,4 +1,4 @@
-"""The measured anti-aliasing filter: complex samples over frequency.
+"""Measured anti-aliasing filter: complex samples over frequency.
 
 Between the samples the response is a cubic spline. Beyond the outermost samples their value fades
 to zero smoothly over one eighth of the measured band on either side, so that a response which
@@ -24,7 +24,7 @@ from scipy.fft import ifft, next_fast_len
 from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
 from vsep.errors import InputError
 from vsep.signal.cubic_spline import CubicSpline
-from vsep.signal.modified_response import ResponseJet, nonparallel
+from vsep.signal.modified_response import ModifiedResponse, ResponseJet, nonparallel
 
 _FADE_SHARE = 0.125
 # Nearly parallel chirps would need more points than this; Gbar = G - (j Delta k / 4 pi) G'' then
@@ -38,7 +38,7 @@ _KERNEL_POINTS = 12
 _KERNEL_BETA = 2.3 * _KERNEL_POINTS
 
 
-class MeasuredFilter:
+class MeasuredFilter(ModifiedResponse):
     """Filter given by complex samples of its response; equal to itself only.
 
     Parameters
@@ -103,12 +103,6 @@ class MeasuredFilter:
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
         """Complex response G(f), zero beyond the fades."""
         return self._spline.jet(np.asarray(frequency_hz, dtype=np.float64))[0]
-
-    def modified_response(
-        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
-    ) -> ComplexArray:
-        """Return the modified response Gbar; `InputError` for a slope difference of zero."""
-        return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
 
     def modified_response_jet(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
@@ -204,9 +198,9 @@ def _kernel(position: FloatArray) -> FloatArray:
 
 
 def _nonuniform_inverse_dft(
-    coefficients: ComplexArray, row: IntArray, turns: FloatArray
+    coefficients: ComplexArray, row: IntArray, cycles: FloatArray
 ) -> ComplexArray:
-    """Sum over m coefficients[:, row, m] exp(j 2 pi turns (m - M/2)), M even.
+    """Sum over m coefficients[:, row, m] exp(j 2 pi cycles (m - M/2)), M even.
 
     Parameters
     ----------
@@ -214,7 +208,7 @@ def _nonuniform_inverse_dft(
         A quantities for S rows.
     row : (Q,) int
         The row of every query.
-    turns : (Q,) float
+    cycles : (Q,) float
         Cycles per mode of every query.
 
     Returns
@@ -228,9 +222,9 @@ def _nonuniform_inverse_dft(
     padded[..., : num_modes // 2] = scaled[..., num_modes // 2 :]
     padded[..., -(num_modes // 2) :] = scaled[..., : num_modes // 2]
     bins = ifft(padded, axis=-1, norm="forward")
-    position = turns * num_bins
+    position = cycles * num_bins
     first = np.ceil(position - 0.5 * _KERNEL_POINTS).astype(np.int64)
-    total = np.zeros((coefficients.shape[0], len(turns)), dtype=np.complex128)
+    total = np.zeros((coefficients.shape[0], len(cycles)), dtype=np.complex128)
     for point in range(_KERNEL_POINTS):
         index = first + point
         weight = _kernel((position - index) * (2.0 / _KERNEL_POINTS))

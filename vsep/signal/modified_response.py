@@ -10,6 +10,7 @@ taken along the chirp's course f = Delta f_0 + Delta k t. Because K solves a Sch
 dGbar/d(Delta k) = -(j / 4 pi) d^2 Gbar/df^2: one jet in the frequency holds every derivative.
 """
 
+from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,30 @@ class ResponseJet(NamedTuple):
     value: ComplexArray
     first: ComplexArray
     second: ComplexArray
+
+
+class ModifiedResponse(ABC):
+    """Base of the filters: the modified response is the value of its jet."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def modified_response_jet(
+        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
+    ) -> ResponseJet:
+        """Return the modified response with its first two derivatives by the frequency."""
+
+    def modified_response(
+        self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
+    ) -> ComplexArray:
+        """Return the modified response Gbar(f; Delta k) of (40)-(41); the arguments broadcast.
+
+        Raises
+        ------
+        InputError
+            If a slope difference is zero.
+        """
+        return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
 
 
 def raised_cosine_jet(

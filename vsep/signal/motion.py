@@ -1,4 +1,4 @@
-"""Objects that move from one frame to the next with the velocities that their Doppler tells."""
+"""Motion of objects from frame to frame by their Doppler frequencies."""
 
 from collections.abc import Iterator
 from dataclasses import replace

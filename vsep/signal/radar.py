@@ -1,4 +1,4 @@
-"""The two radars: victim and interferer chirp sequences, and the maps between axes and units.
+"""Victim and interferer chirp sequences, and conversions between axes and units.
 
 The object signal is (5) of the paper, ``exp(-j 2 pi beat n) exp(-j 2 pi doppler p)``: with this
 sign the beat frequency is ``slope * delay`` and a *receding* object has a positive Doppler

@@ -1,4 +1,4 @@
-"""The response of a receiver: complex samples over frequency for every antenna, as measured.
+"""Measured response of a receiver: complex samples over frequency for every antenna.
 
 Anti-aliasing filter, high-pass and delays are all in it. A burst does not show the delay and the
 phase that all antennas share, nor the gain of an antenna: they go into the burst's own crossing
@@ -83,9 +83,9 @@ class ReceiverResponse:
     def delays_s(self) -> FloatArray:
         """(A,) mean group delay of every antenna over its power; their differences are measured."""
         # The phase between neighbouring frequencies, weighted by their power.
-        turns = np.sum(self.response[:, 1:] * self.response[:, :-1].conj(), axis=1)
+        products = np.sum(self.response[:, 1:] * self.response[:, :-1].conj(), axis=1)
         step_hz = np.mean(np.diff(self.frequency_hz))
-        return np.asarray(-np.angle(turns) / (2.0 * np.pi * step_hz))
+        return np.asarray(-np.angle(products) / (2.0 * np.pi * step_hz))
 
     def filter_of(self, antenna: int) -> MeasuredFilter:
         """Return the filter that an estimator assumes for one antenna.

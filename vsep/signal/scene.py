@@ -1,4 +1,4 @@
-"""What is out there: paths of the object channel, interferers with their channels, and levels."""
+"""Scene: paths of the object channel, interferers with their channels, and levels."""
 
 from dataclasses import dataclass, replace
 

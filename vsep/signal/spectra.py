@@ -1,4 +1,4 @@
-"""Delay and range-Doppler spectra of frames, for views and for looking at results.
+"""Delay and range-Doppler spectra of frames.
 
 In the paper's sign an object turns as exp(-j 2 pi beat n): its spectrum is the *inverse* DFT
 (footnote 5 of the paper). Powers are scaled so that the peak of an object's line is its

@@ -1,4 +1,4 @@
-"""The burst template U(theta), (12), and what the estimator assumes of a frame.
+"""Burst template U(theta), (12), and the signal model that an estimator assumes.
 
 Inside the estimator every frequency is in cycles per sample and every slope in cycles per sample
 squared. One burst is ``a(n) = exp(j 2 pi (f n + s n^2 / 2)) Gbar(f + s n; s)`` with the start

@@ -24,7 +24,6 @@ from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
 from vsep.files.response_file import read_response
 from vsep.files.results import as_json, profile_entry, result_line, separated_signals
-from vsep.files.two_pass import require_timing_support, run_twice
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step
 from vsep.inference.core.run import run
@@ -32,6 +31,7 @@ from vsep.inference.registry import SEVERAL_ANTENNAS, make_estimator
 from vsep.signal.clutter import remove_static_clutter
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.template import SignalModel
+from vsep.two_pass import require_timing_support, run_twice
 from vsep_app.cli.progress import IterationProgress
 
 _EXIT_INPUT = 2

@@ -1,1 +1,1 @@
-"""Bursts."""
+"""Interference: search, refinement and channels of bursts."""

@@ -1,4 +1,4 @@
-"""The interference channel of one ramp: line spectra on a fixed grid, seen through its bursts.
+"""Interference channel of one ramp: line spectra on a grid, multiplied by burst templates.
 
 A column of a ramp is ``template * psi_k``: the template of one of its bursts and an atom of the
 grid. All columns of a ramp share one posterior, for bursts that cross each other correlate.
@@ -73,6 +73,7 @@ def channel_posterior(
     noise_precision : float
         lambda.
     """
+    # C_beta from (62), beta from (61)
     fit = channel_fit(templates, residual, channel, noise_precision)
     return ActiveSet.fitted(fit, channel.precisions, noise_precision)
 
@@ -106,11 +107,11 @@ def passive_ratios(
         omega^2 / rho; zero where the active columns explain a candidate to rounding.
     inverse_rho : (B,) float
     """
-    weighted = covariance @ correlations
-    explained = np.einsum("ik,ik->k", correlations.conj(), weighted).real
-    inverse_rho = noise_precision * energy - noise_precision**2 * explained
-    innovation = projections - correlations.conj().T @ amplitudes
+    weighted = covariance @ correlations  # C A^H c
+    explained = np.einsum("ik,ik->k", correlations.conj(), weighted).real  # c^H A C A^H c
+    inverse_rho = noise_precision * energy - noise_precision**2 * explained  # (23)
+    innovation = projections - correlations.conj().T @ amplitudes  # c^H (r - A mean)
     usable = inverse_rho > 1e-9 * noise_precision * energy
-    power = np.abs(noise_precision * innovation) ** 2
+    power = np.abs(noise_precision * innovation) ** 2  # (24): (omega / rho)^2
     ratio = np.where(usable, power / np.where(usable, inverse_rho, 1.0), 0.0)
     return ratio, inverse_rho

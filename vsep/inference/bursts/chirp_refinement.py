@@ -1,4 +1,4 @@
-"""How a burst moves: refinement of its start frequency and slope by climbing (71).
+"""Gauss-Newton refinement of chirp parameters, (71).
 
 Gradient and curvature stand in `vsep.kernels.channel.template_slopes`.
 """
@@ -23,7 +23,7 @@ HALVINGS = 5  # times a step is cut to a quarter before it is given up
 
 
 class ChirpCosts(Protocol):
-    """Costs of the templates of some bursts, one each, to be climbed."""
+    """Costs of the templates of some bursts, one each, to be maximised."""
 
     def values(self, chosen: IntArray, templates: ComplexArray) -> FloatArray:
         """(T,) costs of T chosen bursts with other templates (T, N)."""
@@ -45,8 +45,8 @@ class ChannelCosts:
     moving : (R,) int
         Which burst of each ramp is changed.
     shared : (R,) int
-        Which of the S bursts that climb it is, -1 for none. One burst as several antennas see it
-        lies in as many ramps, whose costs are summed.
+        Which of the S refined bursts it is, -1 for none. One burst as several antennas see it lies
+        in as many ramps, whose costs are summed.
     residual : (R, N) complex
         Received ramps minus the object estimate.
     noise_precision : float
@@ -159,6 +159,7 @@ def place_chirps(
 ) -> PlacedChirps:
     """Templates of several pairs of parameters, (B,) each."""
     last = model.num_samples - 1.0
+    # At the burst's centre frequency and slope are least correlated.
     reference = np.minimum(np.maximum(-start_frequency / slope, 0.0), last)
     jets = model.template_jets(start_frequency, slope, reference)
     return PlacedChirps(start_frequency, slope, reference, *jets)
@@ -167,7 +168,7 @@ def place_chirps(
 def refine_chirps(
     chirps: PlacedChirps, model: SignalModel, costs: ChirpCosts, *, max_steps: int = 1
 ) -> PlacedChirps:
-    """Climb costs in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
+    """Maximise costs in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
 
     Parameters
     ----------
@@ -176,7 +177,7 @@ def refine_chirps(
     model : SignalModel
         Makes the templates, those of all trials in one call.
     costs : ChirpCosts
-        What they climb.
+        What is maximised.
     max_steps : int
         Steps at most.
 
@@ -186,33 +187,39 @@ def refine_chirps(
         No cost falls.
     """
     refined, moving = chirps, np.arange(len(chirps.slope))
+    # Trust region: a tenth of the burst's length, a tenth of the slope
     longest = 2.0 * MAX_SHIFT * model.normalised_cutoff, MAX_STRETCH
     for _ in range(max_steps):
         present = refined.some(moving)
+        # (71), its gradient and Fisher information
         values, gradients, curvatures = costs.slopes(moving, present.templates, present.derivatives)
         if not math.isfinite(values.sum()):
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
-        moves, promises = gauss_newton_steps(gradients, curvatures, present.slope, longest)
+        steps, promises = gauss_newton_steps(gradients, curvatures, present.slope, longest)
+        # Bursts whose quadratic model promises a gain try their step, a quarter of it, and so on.
         trying = (promises >= NO_GAIN).nonzero()[0]
         still = np.zeros(len(moving), dtype=bool)
         for _ in range(HALVINGS):
             if len(trying) == 0:
                 break
-            trials = _moved(present.some(trying), moves[trying], model)
+            trials = _moved(present.some(trying), steps[trying], model)
+            # the log evidence never falls
             better = costs.values(moving[trying], trials.templates) >= values[trying]
             winners = better.nonzero()[0]
             still[trying[winners]] = True
             refined = refined.replaced(moving[trying[winners]], trials.some(winners))
             trying = trying[~better]
-            moves *= 0.25
+            steps *= 0.25
+        # Bursts that gained go on.
         moving = moving[still]
         if len(moving) == 0:
             break
     return refined
 
 
-def _moved(chirps: PlacedChirps, moves: FloatArray, model: SignalModel) -> PlacedChirps:
-    """Place chirps after moves (T, 2) of the frequency at the reference, and of the slope."""
-    stretch = moves[:, 1]
-    start = chirps.start_frequency + moves[:, 0] - stretch * chirps.reference
+def _moved(chirps: PlacedChirps, steps: FloatArray, model: SignalModel) -> PlacedChirps:
+    """Place chirps after steps (T, 2) of the frequency at the reference, and of the slope."""
+    stretch = steps[:, 1]
+    # Frequency at sample 0 from that at the reference
+    start = chirps.start_frequency + steps[:, 0] - stretch * chirps.reference
     return place_chirps(start, chirps.slope + stretch, model)

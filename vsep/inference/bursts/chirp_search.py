@@ -1,4 +1,4 @@
-"""Where the bursts are: exhaustive search for one chirp per ramp.
+"""Exhaustive search for one chirp per ramp.
 
 With one channel component the cost (71) is the single-component SNR
 ``lambda |a^H r|^2 / ||a||^2``. For a fixed slope the template is a shifted kernel, so all burst
@@ -70,8 +70,9 @@ class SlopeBank:
 def slope_bank(model: SignalModel) -> SlopeBank:
     """Kernels for every slope worth searching; the same for all frames of one model."""
     num_samples = model.num_samples
-    width = 2.0 * model.normalised_cutoff
+    width = 2.0 * model.normalised_cutoff  # of the band, cycles per sample
     spacing = 2.0 * EDGE_PHASE / model.normalised_cutoff**2
+    # From the shortest to the longest burst worth searching, uniform in 1/slope
     inverse_slopes = np.arange(MIN_BURST / width, MAX_BURST * num_samples / width, spacing)
     slopes: FloatArray = np.concatenate([1.0 / inverse_slopes, -1.0 / inverse_slopes])
     margin = int(CENTRE_MARGIN * num_samples)
@@ -134,6 +135,7 @@ def tone_scores(rows: ComplexArray) -> FloatArray:
     Of several antennas, rows (A, P, N), their sum.
     """
     num_samples = rows.shape[-1]
+    # |a^H r|^2 / ||a||^2 of tones
     tones = np.abs(fft.fft(rows, 2 * num_samples, axis=-1)) ** 2 / num_samples
     return np.asarray(sum_of_antennas(tones).max(axis=1))
 
@@ -160,8 +162,10 @@ def find_single_chirps(
     bank = slope_bank(model)
     grid = bank.grid
     tone_score = tone_scores(residual)
+    # What a coarse slope must score for its neighbours to reach the threshold
     worthwhile = COARSE_SHARE * np.maximum(least_score, tone_score) * (least_score > 0.0)
     rows = residual.astype(np.complex64, order="C").reshape(-1, *residual.shape[-2:])
+    # r in the frequency domain, shared by all slopes
     spectra = fft.fft(rows, grid.spectra.shape[1], axis=-1)
     num_antennas, num_ramps = rows.shape[:2]
     step = max(RAMPS_AT_A_TIME // num_antennas, 1)
@@ -170,6 +174,7 @@ def find_single_chirps(
     for first in range(0, num_ramps, step):
         last = min(first + step, num_ramps)
         products = correlation_spectra(spectra, grid.spectra, (first, last))
+        # a^H r for all centres
         correlations = fft.ifft(products, axis=-1, norm="forward", overwrite_x=True)
         slopes[first:last], columns[first:last], score[first:last] = best_chirps(
             correlations, rows, first, grid, worthwhile
@@ -177,4 +182,5 @@ def find_single_chirps(
     slope = bank.slopes[slopes]
     # A coarse place that was not followed up stands for chirps that score more.
     limit = np.where(score < worthwhile, score / COARSE_SHARE, score)
+    # theta from slope and centre: f_0 = -slope centre
     return ChirpCandidates(-slope * bank.centres[columns], slope, score, tone_score, limit)

@@ -1,4 +1,4 @@
-"""Bursts that are expected at known places: weaker ones are told from noise than anywhere else.
+"""Detection of weak bursts at expected places with a lower threshold.
 
 The exhaustive search looks at every slope and centre, so that noise alone reaches its threshold
 somewhere in some ramp. Where the interferer is known, one slope and a stretch of centres remain,
@@ -110,11 +110,12 @@ def expected_scores(
         Filter of the templates.
     """
     shape = starts.shape
+    # U(theta) of all candidates
     templates = model.template(starts.ravel(), slopes.ravel()).reshape(*shape, -1)
     energy = squared_norms(templates)
     whole = 2.0 * model.normalised_cutoff / np.abs(slopes)
     enough = energy >= MIN_OVERLAP * np.minimum(whole, model.num_samples)
-    products = np.einsum("bkn,...bn->...bk", templates.conj(), rows)
+    products = np.einsum("bkn,...bn->...bk", templates.conj(), rows)  # a^H r
     power = sum_of_antennas(np.abs(products) ** 2)
     scores: FloatArray = np.where(enough, power / np.where(enough, energy, 1.0), 0.0)
     return scores
@@ -129,7 +130,7 @@ def searched_volume(model: SignalModel) -> float:
     energy = np.where(valid, 1.0 / np.where(valid, inverse_energy, 1.0), 0.0)
     share = np.minimum(energy * np.abs(bank.slopes)[:, None] / width, 1.0)
     step = 2.0 * EDGE_PHASE / model.normalised_cutoff**2  # of 1/slope
-    density = np.pi**2 * width**3 / math.sqrt(540.0)
+    density = np.pi**2 * width**3 / math.sqrt(540.0)  # of maxima per unit of centre and 1/slope
     return density * step * float(np.sum(share**3))
 
 
@@ -153,7 +154,8 @@ def expected_threshold(model: SignalModel, threshold: float, reach: float) -> fl
     >>> [round(expected_threshold(model, 20.0, reach), 1) for reach in (1.0, 8.0)]
     [10.2, 12.1]
     """
-    length = 2.0 * reach * np.pi * 2.0 * model.normalised_cutoff / np.sqrt(3.0)
+    length = 2.0 * reach * np.pi * 2.0 * model.normalised_cutoff / np.sqrt(3.0)  # L
+    # log of the expected false alarms of an exhaustive search
     allowed = np.log(searched_volume(model) * threshold / np.pi) - threshold
 
     def excess(level: float) -> float:

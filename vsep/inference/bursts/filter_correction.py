@@ -1,4 +1,4 @@
-"""What the assumed anti-aliasing filter is wrong by, estimated from the bursts themselves.
+"""Estimation of the anti-aliasing filter's error from the bursts themselves.
 
 One complex spline, shared by all bursts of a frame, is added to the assumed response. Its
 coefficients are a third sparse source beside objects and channels: each has its own prior
@@ -42,7 +42,7 @@ UNSEEN: Final = 1e-9  # share of a spline's energy that the channels must leave 
 def update_correction(
     work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
 ) -> None:
-    """Activate, weigh and prune the splines of the filter's correction; the bursts follow.
+    """Activate, estimate and prune the splines of the filter's correction; the bursts follow.
 
     Parameters
     ----------
@@ -56,9 +56,11 @@ def update_correction(
     if not np.isfinite(work.assumed.anti_aliasing_filter.cutoff_hz) or len(work.table) == 0:
         return
     if work.correction.num_splines == 0:
+        # One evaluation tells whether any spline can become active at all.
         ratios = passive_spline_ratios(work, residual, noise_precision)
         if ratios.max() <= _first_threshold(work):
             return
+    # A^H (I - lambda X C X^H) A and its projections
     gram, projections = SplineModel(work, residual, noise_precision).moments()
     splines = work.correction.active_splines
     active = ActiveSet(
@@ -68,9 +70,11 @@ def update_correction(
         noise_precision,
     )
     least = _least_precision(work.assumed)
+    # Algorithm 4: add
     splines, active = _add_splines(work, splines, active, (gram, projections), least)
-    splines, active = _update_splines(work, splines, active, least)
+    splines, active = _update_splines(work, splines, active, least)  # Algorithm 4: update, prune
     correction = NO_CORRECTION
+    # the whole correction must gain as much as a first component
     if _log_evidence(active) > _first_threshold(work):
         correction = FilterCorrection(
             active_splines=splines,
@@ -101,13 +105,13 @@ def passive_spline_ratios(
         lambda.
     """
     table = work.table
-    rest = (residual - work.signal)[table.interfered]
+    noise_residual = (residual - work.signal)[table.interfered]  # r_beta - U Psi beta
     knots = knots_hz(work.assumed.anti_aliasing_filter.cutoff_hz) / work.assumed.sample_rate_hz
     return first_ratios(
         work.flat(),
         (table.chirps.start_frequency, table.chirps.slope),
         (table.covariances, table.amplitudes),
-        rest,
+        noise_residual,
         noise_precision,
         SplineGrid(knots, SMOOTH),
         UNSEEN,
@@ -143,12 +147,13 @@ class SplineModel:
         self.residual = residual[[ramp.ramp for ramp in self.ramps]]
         self.noise_precision = noise_precision
         self.coefficients = work.correction.coefficients
-        self.columns = spline_columns(self.ramps, work.grid, work.assumed)
-        self.channels = [
+        self.columns = spline_columns(self.ramps, work.grid, work.assumed)  # A
+        self.channels = [  # X^H
             (ramp.templates[ramp.owners] * work.grid.atoms(ramp.bins)).conj() for ramp in self.ramps
         ]
+        # X^H A
         self.crossed = [each @ own for each, own in zip(self.channels, self.columns, strict=True)]
-        self.regressions = [
+        self.regressions = [  # lambda C X^H A
             noise_precision * (ramp.covariance @ crossed)
             for ramp, crossed in zip(self.ramps, self.crossed, strict=True)
         ]
@@ -168,15 +173,15 @@ class SplineModel:
 
         The projections are those of the residual with the present correction added back.
         """
-        target = self.residual + self.columns @ self.coefficients
+        target = self.residual + self.columns @ self.coefficients  # residual of the assumed filter
         stacked = self.columns.reshape(-1, NUM_SPLINES)
         gram = stacked.conj().T @ stacked
         projections = stacked.conj().T @ target.ravel()
         for channel, crossed, regression, row in zip(
             self.channels, self.crossed, self.regressions, target, strict=True
         ):
-            gram -= regression.conj().T @ crossed
-            projections -= regression.conj().T @ (channel @ row)
+            gram -= regression.conj().T @ crossed  # channels marginalised
+            projections -= regression.conj().T @ (channel @ row)  # likewise
         np.fill_diagonal(gram, self.energies.sum(axis=0))
         return gram, projections
 
@@ -203,6 +208,7 @@ def spline_columns(
     channels = np.array([line for ramp in ramps for line in _channel_lines(ramp, grid)])
     course_hz: FloatArray = np.asarray((start + slope * n) * rate, dtype=np.float64)
     cutoff_hz = assumed.anti_aliasing_filter.cutoff_hz
+    # what a chirp makes of every spline along its course
     envelopes = modified_splines(course_hz, slope * rate**2, cutoff_hz)
     envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]
     if count == len(ramps):
@@ -246,7 +252,7 @@ def _add_splines(
     gram, projections = moments
     for _ in range(ADDITIONS):
         threshold = FURTHER_THRESHOLD if len(splines) else _first_threshold(work)
-        ratio, inverse_rho = passive_ratios(
+        ratio, inverse_rho = passive_ratios(  # (23)-(24)
             gram[splines],
             projections,
             np.diagonal(gram).real,
@@ -259,7 +265,7 @@ def _add_splines(
         if ratio[best] <= threshold:
             break
         rho = 1.0 / float(inverse_rho[best])
-        active = active.inserted(
+        active = active.inserted(  # block inversion (68)
             len(active),
             gram[splines, best],
             complex(projections[best]),
@@ -274,13 +280,13 @@ def _add_splines(
 def _update_splines(
     work: InterferenceWorkspace, splines: IntArray, active: ActiveSet, least_precision: float
 ) -> tuple[IntArray, ActiveSet]:
-    """Re-weigh or prune every active spline."""
+    """Re-estimate or prune every active spline."""
     active.refresh()
     index = 0
     while index < len(active):
-        rho, omega_sq = active.flat_prior_moments(index)
+        rho, omega_sq = active.flat_prior_moments(index)  # (23)-(24)
         ratio = activation_ratio(rho, omega_sq)
-        if ratio > PRUNE_THRESHOLD:
+        if ratio > PRUNE_THRESHOLD:  # kept, gamma from (77), no smaller than allowed
             active.set_precision(index, max(least_precision, converged_precision(rho, omega_sq)))
             index += 1
             continue

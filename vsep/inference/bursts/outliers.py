@@ -1,4 +1,4 @@
-"""Samples that no source explains: they count as missing, and the prediction takes their place.
+"""Censoring of outliers: samples that no source explains count as missing.
 
 Deviation: an interferer that switches on or off inside the band, a second burst in the same ramp or
 a filter other than the assumed one leave samples far above the noise. Expectation-maximisation puts
@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from vsep._typing import ComplexArray, FloatArray
 
-UNEXPLAINED = 20.0  # times the noise power: what one in 5e8 noise samples exceeds is set aside ...
+UNEXPLAINED = 20.0  # times the noise power: what one in 5e8 noise samples exceeds is censored ...
 RAISED, RAISED_SAMPLES = 3.0, 5  # ... with its neighbours, as long as their local mean is raised
 ALONG_THE_RAMP = np.array([[False] * 3, [True] * 3, [False] * 3])
 
@@ -41,12 +41,14 @@ def drop_outliers(received: ComplexArray, explained: ComplexArray) -> tuple[Comp
     >>> int(np.abs(repaired[0, 20])), num_used < 64
     (0, True)
     """
-    rest = received - explained
-    power = rest.real**2 + rest.imag**2
+    noise_residual = received - explained
+    power = noise_residual.real**2 + noise_residual.imag**2
     noise = _median(power) / math.log(2.0)  # the median of an exponential law is ln 2 its mean
+    # Seeds, then neighbours whose local mean is raised as well
     certain = power > UNEXPLAINED * noise
     if not certain.any():
         return received, received.size
+    # without the seeds themselves
     around = ndimage.uniform_filter1d(np.where(certain, 0.0, power), RAISED_SAMPLES, axis=1)
     counted = ndimage.uniform_filter1d(np.where(certain, 0.0, 1.0), RAISED_SAMPLES, axis=1)
     raised = around > RAISED * noise * counted

@@ -1,4 +1,4 @@
-"""Where bursts start, stay, restart and end: the modelled ones against an exhaustive search."""
+"""Start, restart and removal of bursts by comparison with an exhaustive search."""
 
 from collections.abc import Sequence
 
@@ -64,7 +64,7 @@ class BurstSearch:
         self.noise_precision = noise_precision
         self.weakest_share = weakest_share
         first = work.schedule.first_threshold_db
-        self.literal = first is None
+        self.keeps_every_template = first is None
         threshold = work.threshold if first is None else float(from_db(first))
         self.threshold = threshold_of_sum(threshold, work.model.num_antennas)
         self.expected = expected
@@ -75,9 +75,9 @@ class BurstSearch:
     def run(self) -> None:
         """Check every burst on what the others leave, then look for one more in the quiet ramps."""
         self.work.synthesize()
-        rest = self.residual - self.work.signal
-        changed = self._check_bursts(rest)
-        self._start_bursts(self.residual - self.work.signal if changed else rest, changed)
+        noise_residual = self.residual - self.work.signal  # r_beta - U Psi beta
+        changed = self._check_bursts(noise_residual)
+        self._start_bursts(self.residual - self.work.signal if changed else noise_residual, changed)
         if self.expected is not None:
             self._start_expected(self.expected)
 
@@ -86,18 +86,19 @@ class BurstSearch:
         num_antennas = self.work.model.num_antennas
         return rows if num_antennas == 1 else rows.reshape(num_antennas, -1, rows.shape[1])
 
-    def _check_bursts(self, rest: ComplexArray) -> set[int]:
+    def _check_bursts(self, noise_residual: ComplexArray) -> set[int]:
         """Keep, restart or drop every burst; return the ramps in which something changed.
 
-        ``rest`` is what the bursts leave of the residual.
+        ``noise_residual`` is what the bursts leave of the residual.
         """
         work, table = self.work, self.work.table
         if len(table) == 0:
             return set()
-        left = rest[table.rows]
-        rows = self._by_antenna(left + table.signals)
+        # Each burst on what all others leave of its ramp
+        row_residuals = noise_residual[table.rows]
+        rows = self._by_antenna(row_residuals + table.signals)
         energies = row_energies(rows)
-        scores = self._scores(rows, energies - row_energies(self._by_antenna(left)))
+        scores = self._scores(rows, energies - row_energies(self._by_antenna(row_residuals)))
         doubtful = np.flatnonzero(
             self._doubtful(scores, rows, energies) & np.logical_not(self._as_expected(scores))
         )[::-1]
@@ -127,7 +128,7 @@ class BurstSearch:
         templates = self.work.table.chirps.templates
         num_bins = self.work.grid.num_bins
         seen = self._by_antenna(templates.conj()) * rows
-        products = fft.ifft(seen, num_bins, axis=-1, norm="forward")
+        products = fft.ifft(seen, num_bins, axis=-1, norm="forward")  # psi_k^H u^* r of all bins
         power = sum_of_antennas(products.real**2 + products.imag**2)
         single = power.max(axis=1) / squared_norms(templates[: len(power)])
         return np.array([single, explained])
@@ -139,9 +140,10 @@ class BurstSearch:
         to the modelled one at least.
         """
         single, explained = scores
+        # A search can only drop a burst that is weak, or replace one that explains too little.
         needed = np.maximum(tone_scores(rows), self.threshold / self.noise_precision)
         certain = (CLEARLY_BETTER * explained > energies) & (SURE * single > needed)
-        return np.asarray(~certain | self.literal)
+        return np.asarray(~certain | self.keeps_every_template)
 
     def _as_expected(self, scores: FloatArray) -> BoolArray | bool:
         """(B,) whether a burst lies where one is expected and is still strong enough for that."""
@@ -162,35 +164,39 @@ class BurstSearch:
         A chirp fitted with many components need not be the best with one: only one that explains
         more than the whole burst shows that the burst is wrong.
         """
-        if self.literal:
+        if self.keeps_every_template:
             return EventKind.CHIRP_RESTARTED
-        if not self._confirmed(found, number):
+        if not self._confirmed(found, number):  # no chirp above threshold, or a tone is stronger
             return EventKind.CHIRP_DROPPED
         better = found.score[number] > CLEARLY_BETTER * score
         return EventKind.CHIRP_RESTARTED if better else None
 
-    def _start_bursts(self, rest: ComplexArray, changed: set[int]) -> None:
-        """Begin a burst in every ramp whose rest holds a chirp, unless something changed there."""
-        work, rest = self.work, self._by_antenna(rest)
-        last = empty_search_cache(rest) if work.search_cache is None else work.search_cache
+    def _start_bursts(self, noise_residual: ComplexArray, changed: set[int]) -> None:
+        """Begin a burst in every unchanged ramp whose residual holds a chirp."""
+        work, noise_residual = self.work, self._by_antenna(noise_residual)
+        last = (
+            empty_search_cache(noise_residual) if work.search_cache is None else work.search_cache
+        )
+        # Further bursts of a ramp must not be what the fit of its first has not reached yet.
         least = self._least_scores()
         # No chirp scores more than the energy there is, or what is known from the last search.
-        candidates = row_energies(rest) >= least
+        candidates = row_energies(noise_residual) >= least
         candidates &= self._num_bursts() < work.schedule.bursts_per_ramp
-        if not self.literal:
+        if not self.keeps_every_template:
             needed = np.maximum(least, self.threshold / self.noise_precision)
-            candidates &= last.limits_of(rest) >= needed
+            # Cauchy-Schwarz: sqrt(score) changes by ||change|| at most
+            candidates &= last.limits_of(noise_residual) >= needed
         candidates[list(changed)] = False
         ramps = candidates.nonzero()[0]
         if len(ramps) == 0:
             return
-        found = self._find(rest[..., ramps, :])
-        work.search_cache = last.searched(ramps, rest, found.limit)
+        found = self._find(noise_residual[..., ramps, :])
+        work.search_cache = last.searched(ramps, noise_residual, found.limit)
         strong = (found.score >= least[ramps]).tolist()
         starts = [
             (p, number)
             for number, p in enumerate(ramps.tolist())
-            if self.literal or (strong[number] and self._confirmed(found, number))
+            if self.keeps_every_template or (strong[number] and self._confirmed(found, number))
         ]
         self._start(starts, found)
         for p, number in starts:
@@ -199,8 +205,8 @@ class BurstSearch:
     def _start_expected(self, expected: ExpectedBursts) -> None:
         """Begin a burst at every expected place that holds one and is not modelled yet."""
         work = self.work
-        rest = (self.residual - work.signal).reshape(-1, *work.model.shape)
-        tones = tone_scores(rest)
+        noise_residual = (self.residual - work.signal).reshape(-1, *work.model.shape)
+        tones = tone_scores(noise_residual)
         starts, slopes = expected.candidates()
         for p in np.unique(expected.ramps).tolist():
             table = work.table
@@ -209,7 +215,7 @@ class BurstSearch:
             free = np.flatnonzero(expected.free(p, centres, work.model))
             if len(free) == 0 or len(chirps) >= work.schedule.bursts_per_ramp:
                 continue
-            rows = np.repeat(rest[:, p : p + 1], len(free), axis=1)
+            rows = np.repeat(noise_residual[:, p : p + 1], len(free), axis=1)
             scores = expected_scores(rows, starts[free], slopes[free], work.model)
             place = np.unravel_index(int(np.argmax(scores)), scores.shape)
             best = free[place[0]], place[1]
@@ -236,7 +242,7 @@ class BurstSearch:
 
     def _find(self, rows: ComplexArray) -> ChirpCandidates:
         """Best chirp of every row; the schedule that keeps one in every ramp uses all of them."""
-        least_score = 0.0 if self.literal else self.threshold / self.noise_precision
+        least_score = 0.0 if self.keeps_every_template else self.threshold / self.noise_precision
         return find_single_chirps(rows, self.work.assumed, least_score=least_score)
 
     def _confirmed(self, found: ChirpCandidates, number: int) -> bool:
@@ -267,25 +273,26 @@ class BurstSearch:
         places = work.table.add_bursts(
             rows, chirps.chosen(np.tile(np.arange(len(ramps)), len(antennas)))
         )
-        if not self.literal:
-            self._weigh_first(places)
+        if not self.keeps_every_template:
+            self._initialise_columns(places)
 
-    def _weigh_first(self, places: IntArray) -> None:
-        """Give new bursts one component at zero delay, polished from the search grid."""
+    def _initialise_columns(self, places: IntArray) -> None:
+        """Give new bursts one component at zero delay, refined from the search grid."""
         work, table = self.work, self.work.table
         columns = table.add_columns(places, np.zeros_like(places), np.zeros(len(places)))
+        # theta from (71), several steps from the grid
         work.refine_burst(places, self.residual, self.noise_precision, max_steps=START_STEPS)
         lost = [
             last
             for ramp, last in zip(
                 table.ramps_of_bursts[places].tolist(), columns.tolist(), strict=True
             )
-            if not self._weigh_new(ramp)
+            if not self._initialise_column(ramp)
         ]
         table.remove_columns(lost)
         work.synthesize()
 
-    def _weigh_new(self, ramp: int) -> bool:
+    def _initialise_column(self, ramp: int) -> bool:
         """Give the last column of a ramp its prior precision, and tell whether it stays.
 
         An antenna may receive next to nothing of a burst that the others show.
@@ -293,10 +300,10 @@ class BurstSearch:
         work, table = self.work, self.work.table
         active = work.posterior(ramp, self.residual, self.noise_precision)
         columns, last = table.columns_of(ramp), len(active) - 1
-        rho, omega_sq = active.flat_prior_moments(last)
+        rho, omega_sq = active.flat_prior_moments(last)  # (23)-(24)
         if work.model.num_antennas > 1 and activation_ratio(rho, omega_sq) <= work.threshold:
             table.amplitudes[columns] = np.append(active.without(last).amplitudes, 0.0)
             return False
-        active.set_precision(last, converged_precision(rho, omega_sq))
+        active.set_precision(last, converged_precision(rho, omega_sq))  # gamma from (77)
         table.amplitudes[columns], table.precisions[columns] = active.amplitudes, active.precisions
         return True

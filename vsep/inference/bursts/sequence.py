@@ -1,4 +1,4 @@
-"""The bursts of a state in the flat arrays of the kernels, and one by one for who looks at them."""
+"""Bursts of a state: flat arrays for the kernels, records for everybody else."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -106,6 +106,7 @@ class BurstSequence(Sequence[BurstComponents]):
         """Yield the columns of every burst and their covariance, read-only."""
         flat, place = self.flat, 0
         covariances = frozen(flat.covariances.copy())
+        # Interfered rows hold one covariance matrix each.
         begins = np.flatnonzero(np.diff(flat.rows, prepend=-1, append=-1)).tolist()
         ends = np.searchsorted(flat.owners, begins).tolist()
         for (begin, end), (first, last) in zip(pairwise(begins), pairwise(ends), strict=True):
@@ -116,6 +117,7 @@ class BurstSequence(Sequence[BurstComponents]):
                 yield slice(first, last), covariance
                 continue
             for burst in range(begin, end):
+                # Several bursts share a row: each gets its block.
                 inside = np.flatnonzero(flat.owners[first:last] == burst)
                 yield first + inside, covariance[np.ix_(inside, inside)]
 

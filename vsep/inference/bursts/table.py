@@ -1,4 +1,4 @@
-"""All bursts of a frame and the columns of their channels while a step changes them.
+"""Working copy of all bursts of a frame and of their channel columns.
 
 What belongs to all bursts stands in flat arrays, ramp after ramp, which is how the kernels take it:
 a step then costs a few calls, not a few for every ramp.
@@ -101,6 +101,7 @@ class BurstTable:
 
     def _lay_out(self) -> None:
         """Find the first burst and the first column of every interfered row, and these rows."""
+        # Rows are ascending: a row begins where its number changes.
         begins = np.ones(len(self.rows) + 1, dtype=bool)
         np.not_equal(self.rows[1:], self.rows[:-1], out=begins[1:-1])
         self.first_burst: IntArray = begins.nonzero()[0]
@@ -116,6 +117,7 @@ class BurstTable:
 
     def _group_columns(self) -> None:
         """Let the columns of each burst stand together where a ramp has several."""
+        # stable: columns of a burst keep their order
         order = np.argsort(self.owners, kind="stable")
         self.owners, self.bins = self.owners[order], self.bins[order]
         self.precisions, self.amplitudes = self.precisions[order], self.amplitudes[order]
@@ -132,7 +134,7 @@ class BurstTable:
             twiddle,
         )
 
-    def by_turns(self) -> Iterator[IntArray]:
+    def in_rounds(self) -> Iterator[IntArray]:
         """Yield the places of the first burst of every ramp, then of the second."""
         if len(self.interfered) == len(self.rows):
             if len(self.rows):
@@ -205,6 +207,7 @@ class BurstTable:
             Where the new bursts stand.
         """
         places = np.searchsorted(self.rows, rows, side="right")
+        # Bursts behind an insertion are renumbered.
         self.owners = self.owners + np.searchsorted(places, self.owners, side="right")
         self.rows = np.insert(self.rows, places, rows)
         self.chirps = self.chirps.with_others(places, chirps)
@@ -217,7 +220,7 @@ class BurstTable:
         stay = np.ones(len(self), dtype=bool)
         stay[places] = False
         kept = stay[self.owners]
-        self.owners = (np.cumsum(stay) - 1)[self.owners[kept]]
+        self.owners = (np.cumsum(stay) - 1)[self.owners[kept]]  # numbers among those that stay
         self.bins, self.precisions = self.bins[kept], self.precisions[kept]
         self.amplitudes = self.amplitudes[kept]
         self.rows, self.chirps = self.rows[stay], self.chirps.chosen(stay)

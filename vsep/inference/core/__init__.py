@@ -1,1 +1,1 @@
-"""Core."""
+"""Estimator protocol, state, run loop and schedules."""

@@ -34,10 +34,11 @@ def weights_bound(
         return 0.0
     if amplitudes.ndim == 2:
         return _shared_weights_bound(amplitudes, variances, precisions, log_determinant)
-    second_moment = amplitudes.real**2 + amplitudes.imag**2 + variances
+    second_moment = amplitudes.real**2 + amplitudes.imag**2 + variances  # <|w|^2>
     count = len(amplitudes)
+    # <log p(w|gamma)> + <log p(gamma)> - <log q(gamma)> without the moments
     hyper = count * (1.0 - math.log(math.pi)) + float(np.log(precisions).sum())
-    entropy = count * math.log(math.pi * math.e) + log_determinant
+    entropy = count * math.log(math.pi * math.e) + log_determinant  # of q(w) = CN
     return hyper - float(precisions @ second_moment) + entropy
 
 
@@ -50,6 +51,7 @@ def _shared_weights_bound(
     """`weights_bound` of A weights a component, with q(gamma) = Ga(A, A / gamma-hat)."""
     count, size = amplitudes.shape
     second_moment = np.sum(np.abs(amplitudes) ** 2, axis=1) + size * variances
+    # the same of A weights that share gamma
     constant = size * (1.0 - np.log(np.pi) - np.log(size)) + gammaln(size)
     hyper = np.sum(constant + size * np.log(precisions) - precisions * second_moment)
     entropy = size * (count * np.log(np.pi * np.e) + log_determinant)
@@ -70,7 +72,9 @@ def noise_bound(num_values: int, noise_precision: float, expected_error: float) 
     """
     shape = float(num_values)
     rate = shape / noise_precision
-    expected_log = digamma(shape) - math.log(rate)
+    expected_log = digamma(shape) - math.log(rate)  # <log lambda>
+    # <log p(r | ...)>
     likelihood = shape * (expected_log - math.log(math.pi)) - noise_precision * expected_error
+    # of q(lambda) = Ga
     entropy = shape - math.log(rate) + gammaln(shape) + (1.0 - shape) * digamma(shape)
-    return float(likelihood - expected_log + entropy)
+    return float(likelihood - expected_log + entropy)  # - <log lambda> is Jeffreys' prior

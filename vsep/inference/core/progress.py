@@ -1,4 +1,4 @@
-"""What an estimator says of a step beside the state, and of a whole run.
+"""Diagnostics of a step and outcome of a run.
 
 Diagnostics only: dropping an `IterationInfo` never changes a result.
 """
@@ -73,8 +73,8 @@ class IterationInfo:
     noise_precision_change : float
         Relative change of lambda.
     searched : bool
-        Whether every ramp was searched for bursts at the begin of this step, or at its end without
-        finding anything.
+        Whether every ramp was searched for bursts at the beginning of this step, or at its end
+        without finding anything.
     separability_ratio_db : float
         Condition (27): ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||, in dB (20 log10); NaN while
         there is no object or no interference.

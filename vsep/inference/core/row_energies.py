@@ -1,4 +1,4 @@
-"""Energies of rows, and what several antennas received of a ramp taken together."""
+"""Energies of rows, summed over antennas where there are several."""
 
 import numpy as np
 

@@ -58,6 +58,7 @@ def guarded_step(estimator: Estimator, received: ComplexArray, state: Separation
     try:
         with stopwatch() as parts, np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             new_state, info = estimator.step(received, state)
+        # A value that is not finite spreads to lambda and the bound within a step.
         sound = math.isfinite(new_state.noise_precision) and math.isfinite(info.elbo)
     except np.linalg.LinAlgError:
         sound = False

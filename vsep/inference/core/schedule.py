@@ -1,4 +1,4 @@
-"""Two schedules of the same updates: the paper's literal one and the robust default."""
+"""Schedules of the updates: the paper's order and the robust default."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -49,8 +49,8 @@ class Schedule:
         estimated; afterwards it stands still, because it and the channels trade slowly what makes
         no difference to the fit. None never.
     impute_from : int or None
-        Iteration (from 0) after which samples that no source explains are set aside; earlier it
-        would set aside bursts that are not modelled yet. None never.
+        Iteration (from 0) after which samples that no source explains are censored; earlier it
+        would censor bursts that are not modelled yet. None never.
     """
 
     name: str

@@ -1,6 +1,6 @@
-"""What the last search for bursts has seen of every ramp; it holds while little changes there.
+"""Cache of the last burst search, valid while little has changed in a ramp.
 
-The score of a chirp is the squared length of a projection. Where the rest of a ramp has since
+The score of a chirp is the squared length of a projection. Where the residual of a ramp has since
 changed by d, no chirp scores more than ``(sqrt(score) + ||d||)^2``: mostly a ramp that held nothing
 need not be searched again.
 """
@@ -19,22 +19,22 @@ class SearchCache:
 
     Parameters
     ----------
-    rests : (P, N) or, of several antennas, (A, P, N) complex
+    residuals : (P, N) or, of several antennas, (A, P, N) complex
         What the model left of the ramps.
     limits : (P,) float
         What no chirp exceeded, summed over the antennas; infinite where nobody looked.
     """
 
-    rests: ComplexArray
+    residuals: ComplexArray
     limits: FloatArray
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        object.__setattr__(self, "rests", frozen(self.rests))
+        object.__setattr__(self, "residuals", frozen(self.residuals))
         object.__setattr__(self, "limits", frozen(self.limits))
 
-    def limits_of(self, rests: ComplexArray) -> FloatArray:
-        """(P,) what no chirp of other rests exceeds.
+    def limits_of(self, residuals: ComplexArray) -> FloatArray:
+        """(P,) what no chirp of other residuals exceeds.
 
         Examples
         --------
@@ -42,17 +42,19 @@ class SearchCache:
         >>> float(seen.limits_of(np.array([[0.0, 4.0j]]))[0])
         49.0
         """
-        change = np.sqrt(row_energies(rests - self.rests))
-        return np.asarray((np.sqrt(self.limits) + change) ** 2)
+        change = np.sqrt(row_energies(residuals - self.residuals))  # ||d||
+        return np.asarray((np.sqrt(self.limits) + change) ** 2)  # (sqrt(score) + ||d||)^2
 
-    def searched(self, ramps: IntArray, rests: ComplexArray, limits: FloatArray) -> "SearchCache":
+    def searched(
+        self, ramps: IntArray, residuals: ComplexArray, limits: FloatArray
+    ) -> "SearchCache":
         """Return what is known after some of the ramps were searched; `limits` are of these."""
-        all_rests, all_limits = self.rests.copy(), self.limits.copy()
-        all_rests[..., ramps, :] = rests[..., ramps, :]
+        all_residuals, all_limits = self.residuals.copy(), self.limits.copy()
+        all_residuals[..., ramps, :] = residuals[..., ramps, :]
         all_limits[ramps] = limits
-        return SearchCache(all_rests, all_limits)
+        return SearchCache(all_residuals, all_limits)
 
 
-def empty_search_cache(rests: ComplexArray) -> SearchCache:
-    """Return what is known before the first search of rests (P, N) or (A, P, N)."""
-    return SearchCache(rests.copy(), np.full(rests.shape[-2], np.inf))
+def empty_search_cache(residuals: ComplexArray) -> SearchCache:
+    """Return what is known before the first search of residuals (P, N) or (A, P, N)."""
+    return SearchCache(residuals.copy(), np.full(residuals.shape[-2], np.inf))

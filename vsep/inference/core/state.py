@@ -1,4 +1,4 @@
-"""Everything an estimator hands from one iteration to the next.
+"""State that an estimator hands from one iteration to the next.
 
 A state holds all the next step needs and nothing else; what is said about the step stands in
 `vsep.inference.core.progress`. All arrays are read-only.
@@ -63,12 +63,12 @@ class ObjectComponents:
     @property
     def component_snr(self) -> FloatArray:
         """(L,) estimated component SNR omega^2/rho - 1, linear; the antennas' mean."""
-        variance = np.real(np.diagonal(self.covariance))
-        rho = 1.0 / (1.0 / variance - self.precisions)
+        variance = np.real(np.diagonal(self.covariance))  # C_ll
+        rho = 1.0 / (1.0 / variance - self.precisions)  # (23)
         magnitudes = np.abs(self.amplitudes)
         if magnitudes.ndim == 2:
             magnitudes = np.sqrt(np.mean(magnitudes**2, axis=1))
-        omega = rho * magnitudes / variance
+        omega = rho * magnitudes / variance  # (24)
         snr: FloatArray = omega**2 / rho - 1.0
         return snr
 

@@ -1,4 +1,4 @@
-"""Where the time of a step goes: a step marks its parts, who runs it reads the clock.
+"""Time of the parts of a step, marked by the step and measured by the runner.
 
 Marking costs a microsecond and changes nothing that a step returns.
 """

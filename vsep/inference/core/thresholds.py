@@ -1,4 +1,4 @@
-"""Thresholds of activation ratios: how often noise alone exceeds them."""
+"""Thresholds of activation ratios from false-alarm rates."""
 
 from functools import lru_cache
 
@@ -59,7 +59,9 @@ def threshold_from_false_alarm_rate(
     argument = -(level ** (1.0 / power)) / power
     if argument <= -np.exp(-1.0):
         return 1.0
+    # solution of T^m exp(-T) = level
     threshold = max(1.0, float((-power * lambertw(argument, -1)).real))
+    # share of the noise that false alarms take from lambda
     explained = min(rate * threshold / (num_ramps * num_samples), MAX_EXPLAINED)
     return threshold / (1.0 - explained)
 
@@ -102,4 +104,5 @@ def threshold_of_sum(threshold: float, num_antennas: int) -> float:
     """
     if num_antennas == 1:
         return threshold
+    # P(sum of A exponentials > T_A) = exp(-T)
     return float(gammainccinv(num_antennas, np.exp(-threshold)))

@@ -1,1 +1,1 @@
-"""Objects."""
+"""Objects: sparse Bayesian learning, object-only and masked estimators, uncertainty."""

@@ -1,4 +1,4 @@
-"""The masked estimator: objects alone, from the samples that no interference hit.
+"""Masked estimator: objects alone, from the samples that are not interfered.
 
 It is `ObjectOnlySeparator` told which samples to ignore; nothing is put in their place. With the
 diagonal mask M of the used samples the mean of the weights solves
@@ -25,18 +25,17 @@ from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.objects.object_only import (
-    ObjectOnlySeparator,
+    ObjectSettings,
     conclude_objects,
     expected_error,
     update_objects,
 )
-from vsep.signal.template import SignalModel
 
 MAX_STEP = 1.9  # w at most: beyond half the samples missing, where w < 2 would not hold
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class MaskedSeparator:
+class MaskedSeparator(ObjectSettings):
     """Algorithm 3 on the samples that are not flagged.
 
     Parameters
@@ -49,16 +48,12 @@ class MaskedSeparator:
         As for `ObjectOnlySeparator`.
     """
 
-    model: SignalModel
     mask: BoolArray | None = None
-    false_alarm_rate: float = 0.05
-    object_threshold_db: float | None = None
-    max_iterations: int = 100
 
     def __post_init__(self) -> None:
         """Check the settings."""
         require_one_antenna(self.model, "masked")
-        self._object_only()
+        ObjectSettings.__post_init__(self)
         mask = np.zeros(self.model.shape, np.bool_) if self.mask is None else np.array(self.mask)
         if mask.shape != self.model.shape or mask.dtype != np.bool_:
             raise InputError(
@@ -72,24 +67,11 @@ class MaskedSeparator:
             )
         object.__setattr__(self, "mask", frozen(mask))
 
-    def _object_only(self) -> ObjectOnlySeparator:
-        return ObjectOnlySeparator(
-            model=self.model,
-            false_alarm_rate=self.false_alarm_rate,
-            object_threshold_db=self.object_threshold_db,
-            max_iterations=self.max_iterations,
-        )
-
     @property
     def used(self) -> BoolArray:
         """(P, N) True where a sample is used."""
         assert self.mask is not None  # set in __post_init__
         return ~self.mask
-
-    @property
-    def threshold_db(self) -> float:
-        """Object threshold T_alpha in force, dB."""
-        return self._object_only().threshold_db
 
     def init(self, received: ComplexArray) -> SeparationState:
         """State before the first step; see `ObjectOnlySeparator.init`.
@@ -104,7 +86,7 @@ class MaskedSeparator:
         energy = float(np.sum(np.abs(used) ** 2))
         if energy == 0.0:
             raise InputError("received is zero at every sample that is not flagged.")
-        state = self._object_only().init(received)
+        state = ObjectSettings.init(self, received)
         return replace(
             state,
             noise_precision=2.0 * (used.size - 1) / energy,
@@ -117,18 +99,19 @@ class MaskedSeparator:
         """One iteration of Algorithm 3 on a whole frame with the gradient of the used samples."""
         used = self.used
         num_used = int(np.count_nonzero(used))
-        length = min(used.size / num_used, MAX_STEP)
-        unexplained = np.where(used, received - state.object_signal, 0.0)
+        length = min(used.size / num_used, MAX_STEP)  # w
+        used_residual = np.where(used, received - state.object_signal, 0.0)  # M (r - Phi alpha)
         with part(OBJECTS):
             objects = update_objects(
-                state.object_signal + length * unexplained,
-                replace(state, noise_precision=state.noise_precision / length),
+                state.object_signal + length * used_residual,  # r'
+                replace(state, noise_precision=state.noise_precision / length),  # lambda / w
                 self.threshold_db,
                 ROBUST.object_additions(state.iteration),
             )
         object_signal = objects.signal
         difference = received - object_signal
         share = num_used / used.size
+        # (65) over the used samples, which see their share of tr(Phi C Phi^H)
         error = expected_error(difference[used], share * objects.active.trace())
         new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
         return replace(new_state, interference_signal=np.where(used, 0.0, difference)), info

@@ -1,4 +1,4 @@
-"""Objects that several antennas see: one place and one prior for all, a weight for each.
+"""Active set of multiple measurement vectors (MMV): one place and prior, a weight per antenna.
 
 The columns and their prior precisions are the same at every antenna, so that the weights of all
 have one covariance; antennas multiply what is learnt of places and precisions. Nothing is assumed
@@ -32,6 +32,7 @@ class MultipleVectorActiveSet(ActiveSet):
     def cost(self) -> float:
         """Log evidence of the non-linear parameters, (67) summed over the antennas."""
         fit = np.vdot(self.projections, self.amplitudes).real
+        # A log|C| + lambda sum_a h_a^H mu_a
         return self.num_antennas * self.log_determinant + self.noise_precision * float(fit)
 
     def trace(self) -> float:

@@ -1,4 +1,4 @@
-"""Object estimation alone: Algorithm 3 on the received signal, interference neglected."""
+"""Object-only estimator: Algorithm 3 on the received signal, interference neglected."""
 
 from dataclasses import dataclass, replace
 
@@ -18,14 +18,14 @@ from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ObjectOnlySeparator:
-    """Algorithm 3 alone: interference is neglected.
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class ObjectSettings:
+    """Settings of the object part, and the first state: what all estimators share.
 
     Parameters
     ----------
     model : SignalModel
-        Size, sampling and assumed filter (which plays no part here).
+        Size, sampling and assumed filter.
     false_alarm_rate : float
         Expected false alarms in a noise-only frame; sets the object threshold.
     object_threshold_db : float or None
@@ -67,18 +67,27 @@ class ObjectOnlySeparator:
             iteration=0,
             objects=no_objects(self.model.num_antennas),
             bursts=(),
+            # half of the power is noise
             noise_precision=2.0 * (received.size - 1) / float(np.sum(np.abs(received) ** 2)),
             object_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
             interference_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
             next_component_id=0,
         )
 
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ObjectOnlySeparator(ObjectSettings):
+    """Algorithm 3 alone: interference and the assumed filter play no part.
+
+    Settings as `ObjectSettings`.
+    """
+
     def step(
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One iteration of Algorithm 3 on the received signal itself."""
         with part(OBJECTS):
-            objects = update_objects(
+            objects = update_objects(  # Algorithm 3 with r_alpha = r
                 received,
                 state,
                 self.threshold_db,
@@ -86,6 +95,7 @@ class ObjectOnlySeparator:
                 self.model.num_antennas,
             )
         object_signal = objects.signal
+        # denominator of (65)
         error = expected_error(received - object_signal, objects.active.trace())
         return conclude_objects(state, objects, object_signal, error, received.size)
 
@@ -124,8 +134,8 @@ def update_objects(
         next_id=state.next_component_id,
         num_antennas=num_antennas,
     )
-    workspace.add_components(max_additions)
-    workspace.update_components()
+    workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
+    workspace.update_components()  # for all l: (70), Algorithm 4
     return workspace
 
 
@@ -151,14 +161,14 @@ def conclude_objects(
     num_used : int
         Samples that count.
     """
-    noise_precision = num_used / error
+    noise_precision = num_used / error  # (65)
     active = objects.active
     bound = weights_bound(
         active.amplitudes,
         np.diagonal(active.covariance).real,
         active.precisions,
         active.log_determinant,
-    ) + noise_bound(num_used, noise_precision, error)
+    ) + noise_bound(num_used, noise_precision, error)  # (19)
     new_state = replace(
         state,
         iteration=state.iteration + 1,

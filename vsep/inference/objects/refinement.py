@@ -1,4 +1,4 @@
-"""How object components move: their posterior at given places, and a joint step of all, (67)."""
+"""Posterior of the object weights at given frequencies, and a joint refinement by (67)."""
 
 from dataclasses import dataclass
 
@@ -69,11 +69,12 @@ def place_components(
     LinAlgError
         If the precision matrix is not positive definite.
     """
+    # C from (59), alpha from (58)
     placed = place_columns(points, background, precisions, residual, noise_precision)
     factors = placed.beat_factors, placed.doppler_factors
     projections, amplitudes = placed.projections, placed.amplitudes
     kind: type[ActiveSet] = MultipleVectorActiveSet
-    if len(residual) == background[1].shape[1]:
+    if len(residual) == background[1].shape[1]:  # one antenna
         kind, projections, amplitudes = ActiveSet, projections[:, 0], amplitudes[:, 0]
     fit = Posterior(placed.gram, projections, placed.covariance, amplitudes, placed.log_determinant)
     return PlacedComponents(points, factors, kind.fitted(fit, precisions, noise_precision))
@@ -93,26 +94,27 @@ def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedCompon
     active, count = placed.active, len(placed.points)
     if count < 2 or not active.amplitudes.all():
         return placed
-    gradient, curvature = joint_slopes(placed, residual)
+    gradient, curvature = joint_slopes(placed, residual)  # gradient of (67), Fisher information
     # LAPACK directly: for matrices this small its wrappers cost more than the algebra.
     *_, step, failed = dgesv(curvature, gradient)
     if failed or gradient @ step < 2.0 * NO_GAIN:
         return placed  # nothing to gain, as always where components coincide
-    moves = np.zeros((count, 2))
-    moves[:, : len(step) // count] = step.reshape(-1, count).T
+    # All components keep within a quarter of a cell.
+    steps = np.zeros((count, 2))
+    steps[:, : len(step) // count] = step.reshape(-1, count).T
     cells = placed.factors[0].shape[1], placed.factors[1].shape[1]
-    longest = float((abs(moves) * cells).max())
-    moves *= min(1.0, MAX_STEP_CELLS / max(longest, 1e-300))
-    cost = active.cost()
+    longest = float((abs(steps) * cells).max())
+    steps *= min(1.0, MAX_STEP_CELLS / max(longest, 1e-300))
+    cost = active.cost()  # (67)
     for _ in range(3):
         trial = place_components(
-            placed.points + moves,
+            placed.points + steps,
             active.precisions,
             residual,
             active.noise_precision,
             placed.background,
         )
-        if trial.active.cost() >= cost:
+        if trial.active.cost() >= cost:  # backtracking: the joint cost never falls
             return trial
-        moves = 0.25 * moves
+        steps = 0.25 * steps
     return placed

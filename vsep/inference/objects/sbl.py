@@ -89,18 +89,19 @@ class ActiveSet:
             self.amplitudes = np.zeros(0, dtype=np.complex128)
             self.log_determinant = 0.0
             return
-        precision_matrix = self.noise_precision * self.gram
-        precision_matrix[np.diag_indices(len(self))] += self.precisions
+        precision_matrix = self.noise_precision * self.gram  # lambda A^H A, (59)
+        precision_matrix[np.diag_indices(len(self))] += self.precisions  # + diag(gamma)
         # LAPACK directly: for matrices this small its wrappers cost more than the algebra.
         factor, failed = zpotrf(precision_matrix.T, lower=False, overwrite_a=True)
         if failed:
             raise LinAlgError(f"the precision matrix is not positive definite at row {failed}")
+        # log|C| from the Cholesky factor
         self.log_determinant = -2.0 * float(np.sum(np.log(np.diagonal(factor).real)))
         # The upper half of the transposed inverse; zpotrf has cleaned the lower one.
         upper, _ = zpotri(factor, lower=False, overwrite_c=True)
         upper[np.diag_indices(len(self))] *= 0.5
         self.covariance = np.add(upper.T, upper.conj(), order="C")
-        self.amplitudes = self.noise_precision * (self.covariance @ self.projections)
+        self.amplitudes = self.noise_precision * (self.covariance @ self.projections)  # (58)
 
     def flat_prior_moments(self, index: int) -> tuple[float, float]:
         """Variance rho and power omega^2 of weight `index` if its own precision were zero.
@@ -109,20 +110,22 @@ class ActiveSet:
         ``alpha_l / C_ll = omega / rho``, which is (23)-(24) without forming the leave-one-out
         inverse. A weight that the others explain completely has ``rho = inf``.
         """
-        variance = float(self.covariance[index, index].real)
-        inverse_rho = 1.0 / variance - float(self.precisions[index])
+        variance = float(self.covariance[index, index].real)  # C_ll
+        inverse_rho = 1.0 / variance - float(self.precisions[index])  # (23)
         if inverse_rho <= 0.0:
             return float("inf"), 0.0
         rho = 1.0 / inverse_rho
-        return rho, abs(self.amplitudes[index]) ** 2 * (rho / variance) ** 2
+        return rho, abs(self.amplitudes[index]) ** 2 * (rho / variance) ** 2  # (24)
 
     def set_precision(self, index: int, precision: float) -> None:
         """Change one prior precision: rank-one update of covariance and mean, O(K^2)."""
         change = precision - float(self.precisions[index])
         column = self.covariance[:, index].copy()
+        # Sherman-Morrison: C - g c_l c_l^H with g = d / (1 + d C_ll)
         gain = change / (1.0 + change * float(column[index].real))
         self.amplitudes = self.amplitudes - (gain * self.amplitudes[index]) * column
         self.covariance = self.covariance - gain * np.outer(column, column.conj())
+        # matrix determinant lemma
         self.log_determinant -= float(np.log1p(change * column[index].real))
         self.precisions = self.precisions.copy()
         self.precisions[index] = precision
@@ -168,11 +171,12 @@ class ActiveSet:
             Prior precision of the new weight.
         """
         noise_precision = self.noise_precision
-        regression = noise_precision * (self.covariance @ correlations)
-        schur = noise_precision * norm + precision
+        regression = noise_precision * (self.covariance @ correlations)  # lambda C A^H a
+        schur = noise_precision * norm + precision  # lambda a^H a + gamma, c^-1 of (68)
+        # - lambda^2 a^H A C A^H a
         schur -= noise_precision * float(np.vdot(correlations, regression).real)
-        variance = 1.0 / schur
-        innovation = projection - np.vdot(correlations, self.amplitudes)
+        variance = 1.0 / schur  # c' of (68)
+        innovation = projection - np.vdot(correlations, self.amplitudes)  # a^H (r - A mean)
         amplitude = noise_precision * variance * innovation
         size = len(self) + 1
         old = np.arange(size) != index
@@ -198,7 +202,7 @@ class ActiveSet:
 
     def cost(self) -> float:
         """Log evidence of the non-linear parameters, (67) or (71): ``log|C| + lambda h^H mean``."""
-        fit = np.vdot(self.projections, self.amplitudes).real
+        fit = np.vdot(self.projections, self.amplitudes).real  # h^H mean with h = A^H r
         return self.log_determinant + self.noise_precision * float(fit)
 
     def trace(self) -> float:

@@ -1,4 +1,4 @@
-"""How well the dispersion parameters are known: posterior standard deviations of zeta.
+"""Posterior standard deviations of the dispersion parameters zeta.
 
 Around its maximum the joint cost (67) is quadratic; its curvature is the Fisher information of all
 frequencies with the complex weights as nuisance parameters,
@@ -74,11 +74,13 @@ def fisher_information(
     factors = line_factors(beats, num_samples), line_factors(dopplers, num_ramps)
     shared = amplitudes.ndim == 2
     weights = np.ones(len(beats), dtype=np.complex128) if shared else amplitudes
-    moved = moved_atoms(factors, weights)
-    crossed = gram_between(factors, moved)
+    moved = moved_atoms(factors, weights)  # B = dPhi alpha
+    crossed = gram_between(factors, moved)  # Phi^H B
+    # precision matrix of (59)
     posterior = cho_factor(noise_precision * gram(*factors) + np.diag(precisions), lower=True)
+    # lambda B^H Phi C Phi^H B
     explained = noise_precision * crossed.conj().T @ cho_solve(posterior, crossed)
-    seen = gram(*moved) - explained
+    seen = gram(*moved) - explained  # B^H (I - lambda Phi C Phi^H) B
     if shared:
         # What is learnt at each antenna adds up.
         every = np.tile(amplitudes, (len(seen) // len(beats), 1))
@@ -114,7 +116,7 @@ def dispersion_std(
         shape,
     )
     # Coincident components make F singular; the pseudo-inverse keeps the others' figures.
-    deviation = np.sqrt(np.maximum(np.diagonal(pinvh(fisher)), 0.0))
+    deviation = np.sqrt(np.maximum(np.diagonal(pinvh(fisher)), 0.0))  # root of the diagonal of F^-1
     if shape[0] == 1:
         return DispersionStd(beats=deviation, dopplers=unknown)
     return DispersionStd(beats=deviation[:num_objects], dopplers=deviation[num_objects:])

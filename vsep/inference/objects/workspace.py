@@ -1,4 +1,4 @@
-"""Algorithm 3: find, refine, add, update and prune the grid-less object components."""
+"""Algorithm 3: addition, refinement, update and pruning of grid-less object components."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,9 @@ from vsep.inference.core.state import ObjectComponents
 from vsep.inference.objects.refinement import PlacedComponents, joint_step, place_components
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels.candidates import Candidate, best_candidate
-from vsep.kernels.convergence import largest_move
+from vsep.kernels.convergence import largest_change
 from vsep.kernels.newton_ascent import Updated, update_lines
-from vsep.kernels.object_posterior import lines_trace, object_signals, unexplained
+from vsep.kernels.object_posterior import lines_trace, object_signals, subtract_columns
 from vsep.signal.atoms import Factors
 from vsep.units import to_db, wrap_frequency
 
@@ -69,6 +69,7 @@ class ObjectWorkspace:
         self.ids = components.component_ids.copy()
         if background is None:
             background = no_background(len(residual) // num_antennas, residual.shape[1])
+        # (58)-(59) with the new residual and lambda
         self.placed = place_components(
             np.array([components.beats, components.dopplers]).T.copy(),
             np.concatenate([components.precisions, background.precisions]),
@@ -101,7 +102,7 @@ class ObjectWorkspace:
         placed, signal = self._summed
         if placed is not self.placed:
             weights = self.placed.columns.amplitudes[: len(self.ids)]
-            signal = object_signals(*self.factors, weights)
+            signal = object_signals(*self.factors, weights)  # Phi alpha
             self._summed = self.placed, signal
         return signal
 
@@ -113,13 +114,13 @@ class ObjectWorkspace:
         """
         weakest = self.threshold
         for number in range(max_additions):
-            candidate = self._best_candidate()
-            if candidate.absorbed or candidate.ratio <= weakest:
+            candidate = self._best_candidate()  # zeta_new from (70)
+            if candidate.absorbed or candidate.ratio <= weakest:  # Algorithm 4: omega^2/rho > T
                 if number == 0:
                     self._record(EventKind.OBJECT_REJECTED, candidate.ratio, -1, candidate[:2])
                 return
             weakest = max(weakest, ADDITION_WINDOW * candidate.ratio)
-            self._insert(candidate)
+            self._insert(candidate)  # Phi and gamma grow, C from (59)
             self.ids = np.append(self.ids, self.next_id)
             self._record(EventKind.OBJECT_ADDED, candidate.ratio, self.next_id, candidate[:2])
             self.next_id += 1
@@ -127,12 +128,13 @@ class ObjectWorkspace:
     def _best_candidate(self) -> Candidate:
         """Look for one more component in what the columns leave unexplained."""
         columns = self.placed.columns
-        rest = unexplained(self.residual, columns)
-        num_ramps, num_samples = rest.shape[1:]
+        transforms = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
+        num_ramps, num_samples = transforms.shape[1:]
         # Axis after axis: a transform of both would run over the added rows of zeros as well.
         if num_ramps > 1:
-            rest = fft.ifft(rest, 2 * num_ramps, axis=1)
-        transforms = fft.ifft(rest, 2 * num_samples, axis=2)
+            transforms = fft.ifft(transforms, 2 * num_ramps, axis=1)
+        transforms = fft.ifft(transforms, 2 * num_samples, axis=2)
+        # Peaks of the periodogram, refined by (70)
         return best_candidate(transforms, self.residual, columns, self.threshold)
 
     def _insert(self, candidate: Candidate) -> None:
@@ -147,12 +149,13 @@ class ObjectWorkspace:
         )
 
     def update_components(self) -> None:
-        """Refine, re-weigh or prune every component in turn (the loop of Algorithm 3).
+        """Refine, re-estimate or prune every component in turn (the loop of Algorithm 3).
 
         Deviation: a joint step of all components follows, which the paper does not have; it takes
         the place of tens of rounds where components share a resolution cell.
         """
         before, active = self.placed, self.active
+        # For all l: zeta_l from (70), Algorithm 4
         new = update_lines(
             before.points, active.precisions, self.residual, before.columns, self.threshold
         )
@@ -163,11 +166,12 @@ class ObjectWorkspace:
             points, start = points[new.kept], start[new.kept]
             precisions, self.ids = np.delete(precisions, dropped), self.ids[new.kept]
         noise_precision = active.noise_precision
+        # C from (59), alpha from (58), without the rounding of the rank-one updates
         placed = place_components(
             points, precisions, self.residual, noise_precision, before.background
         )
-        placed = joint_step(placed, self.residual)
-        self.max_frequency_change = largest_move(
+        placed = joint_step(placed, self.residual)  # all zeta from (67)
+        self.max_frequency_change = largest_change(
             start, placed.points, placed.active.precisions, placed.columns
         )
         points = wrap_frequency(placed.points)

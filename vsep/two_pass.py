@@ -1,9 +1,9 @@
-"""A second pass for weak bursts: where the interferers of the strong ones must have sent more.
+"""Separation in two passes: weak bursts are searched where the interferer's timing expects them.
 
-All bursts of one interferer lie on a lattice (`vsep.analysis.interferer_timing`). It is fitted to
-the bursts of the frame itself: another frame of the same radars begins at another time of both of
-their clocks, which nobody has recorded. The run then goes on from where it has ended, and looks
-again at the places of the lattice that hold no burst, see `vsep.inference.bursts.expected_bursts`.
+The timing (`vsep.analysis.interferer_timing`) is fitted to the strong bursts of the frame itself:
+another frame of the same radars begins at another time of both of their clocks, which nobody has
+recorded. The run then goes on from where it has ended, and searches the predicted places that hold
+no burst, see `vsep.inference.bursts.expected_bursts`.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,14 +13,17 @@ from typing import Final
 import numpy as np
 
 from vsep._typing import ComplexArray
-from vsep.analysis.interferer_timing import InterfererTiming
+from vsep.analysis.interferer_timing import (
+    Crossings,
+    InterfererTiming,
+    fit_interferer_timings,
+)
 from vsep.errors import InputError
-from vsep.files.results import result_line
-from vsep.files.timing_lines import fitted_timings
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step, Termination
 from vsep.inference.core.run import run
+from vsep.inference.core.state import BurstComponents
 from vsep.inference.core.stopwatch import summed
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.signal.radar import ChirpSequence
@@ -47,7 +50,7 @@ def run_twice(
     *,
     watch: Callable[[Step], None] | None = None,
 ) -> tuple[Solution, tuple[InterfererTiming, ...]]:
-    """Run an estimator to its end, and on with what the interferers' lattices say.
+    """Run an estimator to its end, and on with what the interferers' timings predict.
 
     Parameters
     ----------
@@ -68,7 +71,7 @@ def run_twice(
         What was used; without one there was no second pass.
     """
     first = run(estimator, received, watch=watch)
-    timings = fitted_timings(result_line("frame", first, radar))
+    timings = fit_interferer_timings(crossings_of(first.state.bursts, radar), radar)
     expected = expected_of(timings, radar)
     if expected is None or first.termination is Termination.NONFINITE:
         return first, ()
@@ -88,8 +91,23 @@ def run_twice(
     return both, timings
 
 
+def crossings_of(bursts: Sequence[BurstComponents], radar: ChirpSequence) -> Crossings:
+    """Crossings of bursts; one that several antennas received counts once.
+
+    A burst without a channel component is none.
+    """
+    rate = radar.sample_rate_hz
+    chirps = dict.fromkeys(
+        (burst.ramp, burst.start_frequency * rate, burst.slope * rate**2)
+        for burst in bursts
+        if burst.num_components > 0
+    )
+    ramps, starts, slopes = np.array(list(chirps), dtype=np.float64).reshape(-1, 3).T
+    return Crossings.of_chirps(ramps, starts, slopes, rate)
+
+
 def expected_of(timings: Sequence[InterfererTiming], radar: ChirpSequence) -> ExpectedBursts | None:
-    """Return where lattices put bursts, None if nowhere."""
+    """Return where timings predict bursts, None if nowhere."""
     places = [timing.predicted() for timing in timings]
     if sum(len(each.ramps) for each in places) == 0:
         return None

@@ -45,9 +45,9 @@ def test_a_coarse_place_that_is_not_followed_up_stands_for_all_around_it():
 
 
 def test_where_nobody_looked_nothing_is_known():
-    rests = np.zeros((6, 128), dtype=complex)
-    seen = empty_search_cache(rests).searched(np.array([2]), rests, np.array([4.0]))
-    assert seen.limits_of(rests).tolist() == [np.inf, np.inf, 4.0, np.inf, np.inf, np.inf]
+    residuals = np.zeros((6, 128), dtype=complex)
+    seen = empty_search_cache(residuals).searched(np.array([2]), residuals, np.array([4.0]))
+    assert seen.limits_of(residuals).tolist() == [np.inf, np.inf, 4.0, np.inf, np.inf, np.inf]
 
 
 @pytest.mark.parametrize(
@@ -79,5 +79,5 @@ def test_a_state_carries_what_its_search_has_seen():
     model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     steps = list(iterate(FactorisedSeparator(model=model), observation.received))
     assert np.isfinite(steps[0].state.search_cache.limits).all()
-    assert not steps[0].state.search_cache.rests.flags.writeable
+    assert not steps[0].state.search_cache.residuals.flags.writeable
     assert steps[1].state.search_cache is steps[0].state.search_cache  # no search in between
