@@ -17,6 +17,7 @@ FLOORS = {
     "vsep._typing": 0,
     "vsep._version": 0,
     "vsep._processes": 0,
+    "vsep._entry_points": 1,
     "vsep._optional": 1,
     "vsep._validation": 1,
     "vsep.units": 1,
