@@ -7,6 +7,7 @@ import numpy as np
 from vsep._typing import BoolArray, FloatArray
 from vsep._validation import require_range
 from vsep.mitigation.direct import DirectMitigation
+from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
 from vsep.mitigation.method import FrameArray
 
 EDGE_SAMPLES = 4  # on either side of what is blanked: the taper of sensor vendors' data sheets
@@ -76,3 +77,23 @@ def samples_to_flagged(mask: BoolArray) -> FloatArray:
     before = np.maximum.accumulate(np.where(mask, samples, -np.inf), axis=1)
     after = np.minimum.accumulate(np.where(mask, samples, np.inf)[:, ::-1], axis=1)[:, ::-1]
     return np.asarray(np.minimum(samples - before, after - samples))
+
+
+ENTRIES = (
+    MitigationEntry(
+        name="zeroing",
+        label="Zeroing",
+        help="Interfered samples become zero, the usual remedy of products.",
+        factory=zeroing,
+        group=TIME_DOMAIN,
+        position=10,
+    ),
+    MitigationEntry(
+        name="blanking",
+        label="Blanking",
+        help="Interfered samples become zero between raised-cosine edges.",
+        factory=blanking,
+        group=TIME_DOMAIN,
+        position=20,
+    ),
+)

@@ -1,10 +1,11 @@
-"""Methods that do not iterate: one step leads from the received frame to the cleaned one."""
+"""Mitigation methods of a single step, from the received frame to the cleaned one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from vsep._typing import BoolArray, frozen
+from vsep.inference.core.progress import Termination
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 
 Repair: TypeAlias = Callable[[FrameArray, BoolArray], FrameArray]
@@ -44,6 +45,6 @@ class DirectMitigation:
         cleaned = self.repair(received, mask).astype(received.dtype, copy=False)
         return MitigationState(iteration=state.iteration + 1, cleaned=frozen(cleaned), change=0.0)
 
-    def finished(self, state: MitigationState) -> bool:
+    def terminate(self, state: MitigationState) -> Termination:
         """After one step."""
-        return state.iteration >= 1
+        return Termination.CONVERGED if state.iteration >= 1 else Termination.RUNNING

@@ -4,6 +4,7 @@ import numpy as np
 
 from vsep._typing import BoolArray
 from vsep.mitigation.direct import DirectMitigation
+from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
 from vsep.mitigation.method import FrameArray
 
 
@@ -53,3 +54,23 @@ def interpolated_across_ramps(received: FrameArray, mask: BoolArray) -> FrameArr
     across = interpolated(received.T, mask.T).T
     hopeless = np.broadcast_to(mask.all(axis=0), mask.shape)
     return np.where(hopeless, interpolated(received, mask), across)
+
+
+ENTRIES = (
+    MitigationEntry(
+        name="linear",
+        label="Linear interpolation",
+        help="A straight line along the ramp over every gap.",
+        factory=linear,
+        group=TIME_DOMAIN,
+        position=30,
+    ),
+    MitigationEntry(
+        name="slow-time",
+        label="Slow-time interpolation",
+        help="A straight line over every gap between the same samples of neighbouring ramps.",
+        factory=slow_time,
+        group=TIME_DOMAIN,
+        position=50,
+    ),
+)
