@@ -31,7 +31,8 @@ def dump_trial(trial: Trial) -> bytes:
         pickler.homeless = pickler.homeless or ", ".join(entry.name for entry in trial.handed)
     if not pickler.homeless:
         return file.getvalue()
-    purpose = f"{pickler.homeless} stands in no module that worker processes can import; to send it"
+    where = f"{pickler.homeless} stands in no module that worker processes can import"
+    purpose = f"{where}: put it into one; sending it along"
     content: bytes = require_library("cloudpickle", purpose, "cluster").dumps(trial)
     return content
 
