@@ -3,23 +3,8 @@
 import numpy as np
 
 from vsep._typing import BoolArray
-from vsep.mitigation.direct import DirectMitigation
-from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
+from vsep.mitigation.direct import direct_entry
 from vsep.mitigation.method import FrameArray
-
-
-def linear() -> DirectMitigation:
-    """Make interpolation along fast time: a straight line over every gap."""
-    return DirectMitigation("linear", interpolated)
-
-
-def slow_time() -> DirectMitigation:
-    """Make interpolation along slow time: the same sample of the neighbouring ramps.
-
-    It suits objects that move little from ramp to ramp, and bursts that fall on other samples in
-    every ramp. What no clean ramp can tell is interpolated along the ramp.
-    """
-    return DirectMitigation("slow-time", interpolated_across_ramps)
 
 
 def interpolated(received: FrameArray, mask: BoolArray) -> FrameArray:
@@ -45,6 +30,9 @@ def interpolated(received: FrameArray, mask: BoolArray) -> FrameArray:
 def interpolated_across_ramps(received: FrameArray, mask: BoolArray) -> FrameArray:
     """Replace flagged samples by straight lines along the first axis, where a ramp is clean.
 
+    It suits objects that move little from ramp to ramp, and bursts that fall on other samples in
+    every ramp. What no clean ramp can tell is interpolated along the ramp.
+
     Examples
     --------
     >>> frame, mask = np.array([[1j], [9j], [3j]]), np.array([[False], [True], [False]])
@@ -57,20 +45,18 @@ def interpolated_across_ramps(received: FrameArray, mask: BoolArray) -> FrameArr
 
 
 ENTRIES = (
-    MitigationEntry(
-        name="linear",
-        label="Linear interpolation",
-        help="A straight line along the ramp over every gap.",
-        factory=linear,
-        group=TIME_DOMAIN,
-        position=30,
+    direct_entry(
+        "linear",
+        "Linear interpolation",
+        30,
+        "A straight line along the ramp over every gap.",
+        interpolated,
     ),
-    MitigationEntry(
-        name="slow-time",
-        label="Slow-time interpolation",
-        help="A straight line over every gap between the same samples of neighbouring ramps.",
-        factory=slow_time,
-        group=TIME_DOMAIN,
-        position=50,
+    direct_entry(
+        "slow-time",
+        "Slow-time interpolation",
+        50,
+        "A straight line over every gap between the same samples of neighbouring ramps.",
+        interpolated_across_ramps,
     ),
 )

@@ -243,13 +243,14 @@ def _relative_change(spectrum: Samples, previous: Samples) -> float:
     return moved / norm if norm > 0.0 else moved
 
 
-def sparse_entry(name: str, label: str, help: str, position: int, **fixed: Any) -> MitigationEntry:
+def sparse_entry(name: str, label: str, position: int, help: str, **fixed: Any) -> MitigationEntry:
     """Return the record of a method that is `SparseMitigation` with some settings fixed."""
+    factory = partial(SparseMitigation, name=name, **fixed)
     return MitigationEntry(
         name=name,
         label=label,
         help=help,
-        factory=partial(SparseMitigation, name=name, **fixed),
+        factory=factory,
         group=COMPRESSIVE_SENSING,
         position=position,
     )

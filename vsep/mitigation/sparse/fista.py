@@ -84,8 +84,8 @@ ENTRIES = (
     sparse_entry(
         "fista",
         "FISTA",
-        "Iterative soft thresholding with momentum.",
-        position=150,
+        150,
+        "Soft thresholding with momentum.",
         solver=Fista(control=SOFT_CONTROL),
     ),
 )

@@ -172,21 +172,20 @@ def _new_row(operator: SensingOperator, state: OmpState, cell: int) -> ComplexAr
 
 
 _OMP = Omp()
-
 ENTRIES = (
     sparse_entry(
         "omp",
         "OMP",
+        160,
         "Orthogonal matching pursuit, which adds one cell after the other.",
-        position=160,
         solver=_OMP,
         max_iterations=_OMP.max_cells + 1,
     ),
     sparse_entry(
         "cosamp",
         "CoSaMP",
+        170,
         "Compressive sampling matching pursuit, which exchanges many cells at once.",
-        position=170,
         solver=Cosamp(),
     ),
 )

@@ -193,15 +193,15 @@ ENTRIES = (
     sparse_entry(
         "amp",
         "AMP",
+        180,
         "Approximate message passing with a soft threshold.",
-        position=180,
         solver=Amp(control=SOFT_CONTROL),
     ),
     sparse_entry(
         "gamp",
         "GAMP",
+        190,
         "Generalised approximate message passing with a Bernoulli-Gaussian prior.",
-        position=190,
         solver=Gamp(),
     ),
 )

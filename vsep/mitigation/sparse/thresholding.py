@@ -158,35 +158,28 @@ pm_ist = partial(with_prior, name="pm-ist", solver=_SOFT, prior=SOFT_PRIOR)
 pm_iht = partial(with_prior, name="pm-iht", solver=_HARD, prior=HARD_PRIOR)
 
 ENTRIES = (
-    sparse_entry(
-        "ist", "IST", "Iterative soft thresholding, (11)-(13).", position=100, solver=_SOFT
-    ),
-    sparse_entry(
-        "iht", "IHT", "Iterative hard thresholding with a schedule.", position=110, solver=_HARD
-    ),
+    sparse_entry("ist", "IST", 100, "Iterative soft thresholding, (11)-(13).", solver=_SOFT),
+    sparse_entry("iht", "IHT", 110, "Iterative hard thresholding with a schedule.", solver=_HARD),
     sparse_entry(
         "iht-plain",
         "IHT, plain",
+        120,
         "Iterative hard thresholding by (12) alone, for comparison: it fails.",
-        position=120,
         solver=replace(_HARD, decay=0.0),
     ),
-    MitigationEntry(
-        name="pm-ist",
-        label="PM-IST",
-        help="Soft thresholding with a prior model of the last frames of a sequence.",
-        factory=pm_ist,
-        group=COMPRESSIVE_SENSING,
-        position=130,
-        prior=SOFT_PRIOR,
-    ),
-    MitigationEntry(
-        name="pm-iht",
-        label="PM-IHT",
-        help="Hard thresholding with a prior model of the last frames of a sequence.",
-        factory=pm_iht,
-        group=COMPRESSIVE_SENSING,
-        position=140,
-        prior=HARD_PRIOR,
+    *(
+        MitigationEntry(
+            name=name,
+            label=name.upper(),
+            help=f"{kind} thresholding with a prior model of the last frames of a sequence.",
+            factory=factory,
+            group=COMPRESSIVE_SENSING,
+            position=position,
+            prior=prior,
+        )
+        for name, kind, factory, position, prior in (
+            ("pm-ist", "Soft", pm_ist, 130, SOFT_PRIOR),
+            ("pm-iht", "Hard", pm_iht, 140, HARD_PRIOR),
+        )
     ),
 )

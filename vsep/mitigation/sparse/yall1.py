@@ -87,8 +87,8 @@ ENTRIES = (
     sparse_entry(
         "yall1",
         "YALL1",
+        200,
         "Alternating directions (ADMM) on the dual of the l1 problem.",
-        position=200,
         solver=Yall1(control=SOFT_CONTROL),
     ),
 )
