@@ -193,6 +193,33 @@ def test_a_study_runs_it_on_worker_processes(run: Run, tmp_path: Path) -> None:
     }
 
 
+def test_the_compare_page_runs_it(run: Run) -> None:
+    script = """
+from vsep_app.model.compare_settings import ComparePlan, parse_choice
+from vsep_app.model.settings import Settings
+from vsep_app.pages.compare.tasks import advance, prepare
+
+choice, errors = parse_choice({"methods": "attenuation,patient"})
+settings = Settings()
+settings.choose_preset("simulation-1")
+plan = ComparePlan(
+    scene=settings.plan(),
+    methods=tuple(choice["methods"]),
+    mask="truth",
+    debias=True,
+    frame_number=0,
+    histories={},
+    past=(),
+)
+comparison = prepare(plan)
+step = advance(comparison, comparison.initial_state)
+print(errors, [view.name for view in step.views])
+"""
+    done = run("-c", script)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "[] ['attenuation', 'patient']\n"
+
+
 def test_it_keeps_the_rules(run: Run) -> None:
     script = """
 from vsep import check_estimator, check_mitigation

@@ -59,14 +59,19 @@ class Entry:
         object.__setattr__(self, "help", self.help or _first_line(self.factory))
 
     @property
-    def settings(self) -> tuple[str, ...]:
-        """Names of the settings that it has: the keyword parameters of its factory."""
+    def defaults(self) -> dict[str, Any]:
+        """Defaults of the settings that it has: the keyword parameters of its factory."""
         fixed = self.factory.keywords if isinstance(self.factory, partial) else {}
-        return tuple(
-            name
+        return {
+            name: parameter.default
             for name, parameter in signature(self.factory).parameters.items()
             if parameter.kind in _SELF_STANDING and name not in {*fixed, *self.bound}
-        )
+        }
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """Names of the settings that it has."""
+        return tuple(self.defaults)
 
     def accepted(self, **settings: Any) -> dict[str, Any]:
         """Return those of the settings that it has and that are given, which is not None.

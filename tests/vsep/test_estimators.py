@@ -73,6 +73,12 @@ def test_a_setting_that_is_not_given_is_refused_by_nobody():
     assert estimator == make_estimator("object-only", MODEL)
 
 
+def test_an_entry_says_which_settings_there_are_and_their_defaults():
+    defaults = {"false_alarm_rate": 0.05, "object_threshold_db": None, "max_iterations": 100}
+    assert ESTIMATORS["object-only"].defaults == defaults
+    assert ESTIMATORS["masked"].defaults == {"mask": None, **defaults}
+
+
 def test_those_that_take_several_antennas_and_those_that_need_a_mask_say_so():
     several = [name for name, entry in ESTIMATORS.items() if entry.several_antennas]
     assert several == ["factorised", "object-only"]
