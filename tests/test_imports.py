@@ -20,6 +20,8 @@ FLOORS = {
     "vsep._optional": 1,
     "vsep._validation": 1,
     "vsep.units": 1,
+    "vsep.parameters": 2,
+    "vsep._entry_points": 2,
     "vsep.kernels": 2,
     "vsep.signal": 3,
     "vsep.inference": 4,

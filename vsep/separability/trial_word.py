@@ -11,7 +11,7 @@ from dataclasses import fields
 from typing import Any
 
 from vsep.errors import InputError
-from vsep.presets.names import PRESET_NAMES
+from vsep.presets.registry import PRESET_NAMES
 from vsep.separability.map_spec import MAP_STUDY, MapSpec
 from vsep.studies.study import Point, Trial, TrialSettings
 

@@ -1,0 +1,45 @@
+"""The presets by name: those of Table I, a recorded frame, and what other distributions bring.
+
+A distribution adds presets by entry points of the group ``vsep.presets``, each a record.
+"""
+
+from typing import Final
+
+from vsep._entry_points import load_entries
+from vsep.errors import InputError
+from vsep.presets import real_frame, simulation_1, simulation_2
+from vsep.presets.record import Preset, SimulatedPreset
+
+PRESETS: Final[dict[str, Preset]] = {
+    preset.name: preset
+    for preset in (
+        simulation_1.PRESET,
+        *simulation_2.PRESETS,
+        real_frame.PRESET,
+        *load_entries("vsep.presets").values(),
+    )
+}
+PRESET_NAMES: Final = tuple(
+    name for name, preset in PRESETS.items() if isinstance(preset, SimulatedPreset)
+)
+"""The simulated ones."""
+DEFAULT_PRESET: Final = PRESET_NAMES[0]
+
+
+def simulated_preset(preset: str | SimulatedPreset) -> SimulatedPreset:
+    """Return a simulated preset by its name; a record is returned as it is.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> simulated_preset("simulation-2-a").radar.shape
+    (16, 128)
+    """
+    found = PRESETS.get(preset) if isinstance(preset, str) else preset
+    if not isinstance(found, SimulatedPreset):
+        raise InputError(f"The preset is {preset!r}; it must be one of {', '.join(PRESET_NAMES)}.")
+    return found
