@@ -101,6 +101,10 @@ class SimulatedPreset(Preset):
         Usual number of objects.
     object_delay_s : float
         Delay of the first object, NaN where it is drawn.
+    family : str
+        Scene of studies in which presets of one family take turns.
+    noise_scene : str
+        Scene of studies that is noise alone, of the size of its frames.
 
     Examples
     --------
@@ -115,6 +119,8 @@ class SimulatedPreset(Preset):
     draw_paths: DrawPaths
     num_objects: int
     object_delay_s: float = float("nan")
+    family: str = ""
+    noise_scene: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

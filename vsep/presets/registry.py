@@ -3,6 +3,7 @@
 A distribution adds presets by entry points of the group ``vsep.presets``, each a record.
 """
 
+from collections.abc import Callable
 from typing import Final
 
 from vsep._entry_points import load_entries
@@ -43,3 +44,20 @@ def simulated_preset(preset: str | SimulatedPreset) -> SimulatedPreset:
     if not isinstance(found, SimulatedPreset):
         raise InputError(f"The preset is {preset!r}; it must be one of {', '.join(PRESET_NAMES)}.")
     return found
+
+
+def _gathered(scene_of: Callable[[SimulatedPreset], str]) -> dict[str, tuple[SimulatedPreset, ...]]:
+    found: dict[str, tuple[SimulatedPreset, ...]] = {}
+    for name in PRESET_NAMES:
+        preset = simulated_preset(name)
+        if scene := scene_of(preset):
+            found[scene] = (*found.get(scene, ()), preset)
+    return found
+
+
+NOISE_SCENES: Final = _gathered(lambda preset: preset.noise_scene)
+"""Scenes of noise alone, with the presets whose frames have their size."""
+SCENES: Final = (
+    _gathered(lambda preset: preset.name) | _gathered(lambda preset: preset.family) | NOISE_SCENES
+)
+"""All scenes that a point of a study can have, with the presets that take turns in them."""

@@ -27,6 +27,7 @@ PRESET = SimulatedPreset(
     draw_paths=direct_path,
     num_objects=1,
     object_delay_s=SINGLE_DELAY_S,
+    noise_scene="noise-1",
     snr_db=30.0,
     slope_range_hz_per_s=(8e12, 12e12),
     cutoff_range_hz=(0.8e6, 5e6),

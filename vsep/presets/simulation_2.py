@@ -38,6 +38,8 @@ def _parameter_set(
         draw_objects=many_objects,
         draw_paths=interference_paths,
         num_objects=10,
+        family="simulation-2",
+        noise_scene="noise-2",
         snr_db=60.0,
         slope_range_hz_per_s=(8e12, 12e12),
         cutoff_range_hz=(0.4e6, 2.5e6),

@@ -125,7 +125,7 @@ class MapSpec:
         slope = None if difference is None else self.radar.slope_hz_per_s + difference
         return Point(
             panel=MAP_STUDY,
-            scene=self.scene,  # type: ignore[arg-type]  # checked to be a preset
+            scene=self.scene,
             snr_db=values.get("snr_db", default_value(self.scene, "snr_db")),
             sir_db=values.get("sir_db", default_value(self.scene, "sir_db")),
             false_alarm_rate=self.false_alarm_rate,

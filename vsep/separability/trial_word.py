@@ -99,7 +99,7 @@ def trial_of_word(word: str) -> Trial:
         raise InputError(f"trial is {word!r}; seed and realization must be whole numbers.")
     entries = dict(_entry(word, part) for part in values.split(","))
     try:
-        point = Point(panel=MAP_STUDY, scene=scene, **entries)  # type: ignore[arg-type]
+        point = Point(panel=MAP_STUDY, scene=scene, **entries)
     except TypeError:
         raise InputError(f"trial is {word!r}; it must name snr_db and sir_db.") from None
     return Trial(

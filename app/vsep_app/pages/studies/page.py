@@ -23,10 +23,10 @@ import panel_material_ui as pmu
 
 from vsep.errors import InputError
 from vsep.files.results import as_json
+from vsep.studies.catalogue import panel_specs
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
 from vsep.studies.panels import AnyPanel
-from vsep.studies.plans import PLANS
 from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
@@ -290,7 +290,7 @@ class StudyPage:
     def _figure_chosen(self, event: Any) -> None:
         """Show the figure, and the trials of its panel where it has one."""
         self._show_curves()
-        own = [plan.panel for plan in PLANS.get(self._name, ()) if plan.title == event.new]
+        own = [spec.panel for spec in panel_specs(self._name) if spec.title == event.new]
         if own and self.panel.value not in own and own[0] in self.panel.options:
             self.panel.value = own[0]
 
