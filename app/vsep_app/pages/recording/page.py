@@ -28,6 +28,7 @@ from vsep_app.jobs.run_session import RunSession
 from vsep_app.jobs.tasks import bare, thin
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.recording.files import DroppedFiles, StoredFile
 from vsep_app.pages.recording.form import RecordingForm
@@ -49,7 +50,7 @@ from vsep_app.widgets.link import Link
 from vsep_app.widgets.share import MAX_FILE
 from vsep_app.widgets.transport import Transport
 
-TITLE = "vsep: recorded data"
+TITLE = PAGES["recording"].title
 SETTINGS_SUFFIXES = (".yaml", ".yml", ".json")
 EXAMPLE = "example (without interference).npz"
 _OF_ARRAYS = ("key", "axes")

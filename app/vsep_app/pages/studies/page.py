@@ -31,6 +31,7 @@ from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.studies.curves import StudyCurves
 from vsep_app.pages.studies.form import StudyForm
@@ -41,7 +42,7 @@ from vsep_app.widgets.layout import panel, stylesheet, unseen_title
 
 _LOG = logging.getLogger(__name__)
 
-TITLE = "vsep: studies"
+TITLE = PAGES["studies"].title
 MIN_PERIOD_S = 1.0
 # Making panels of many rows must not take more than this share of the server's time.
 MAX_SHARE = 0.25
