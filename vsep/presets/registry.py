@@ -6,19 +6,23 @@ A distribution adds presets by entry points of the group ``vsep.presets``, each 
 from collections.abc import Callable
 from typing import Final
 
-from vsep._entry_points import load_entries
+from vsep._entry_points import load_entries, require_loadable
 from vsep.errors import InputError
 from vsep.presets import real_frame, simulation_1, simulation_2
 from vsep.presets.record import Preset, SimulatedPreset
 
-PRESETS: Final[dict[str, Preset]] = {
+GROUP: Final = "vsep.presets"
+_OWN: Final[dict[str, Preset]] = {
     preset.name: preset
-    for preset in (
-        simulation_1.PRESET,
-        *simulation_2.PRESETS,
-        real_frame.PRESET,
-        *load_entries("vsep.presets").values(),
-    )
+    for preset in (simulation_1.PRESET, *simulation_2.PRESETS, real_frame.PRESET)
+}
+PRESETS: Final[dict[str, Preset]] = {
+    **_OWN,
+    **{
+        preset.name: preset
+        for preset in load_entries(GROUP).values()
+        if isinstance(preset, Preset) and preset.name not in _OWN
+    },
 }
 PRESET_NAMES: Final = tuple(
     name for name, preset in PRESETS.items() if isinstance(preset, SimulatedPreset)
@@ -42,6 +46,7 @@ def simulated_preset(preset: str | SimulatedPreset) -> SimulatedPreset:
     """
     found = PRESETS.get(preset) if isinstance(preset, str) else preset
     if not isinstance(found, SimulatedPreset):
+        require_loadable(GROUP, str(preset))
         raise InputError(f"The preset is {preset!r}; it must be one of {', '.join(PRESET_NAMES)}.")
     return found
 

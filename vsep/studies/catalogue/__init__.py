@@ -18,7 +18,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Final
 
-from vsep._entry_points import load_entries
+from vsep._entry_points import load_entries, require_loadable
 from vsep.errors import InputError
 from vsep.presets.registry import NOISE_SCENES
 from vsep.signal.filters import NoFilter
@@ -27,18 +27,27 @@ from vsep.studies.methods import NO_INTERFERENCE, make_estimator, require_method
 from vsep.studies.panel_specs import PanelSpec
 from vsep.studies.study import Point, Study, TrialSettings, select_points
 
+GROUP: Final = "vsep.studies"
 
-def _studies() -> Iterator[Study]:
+
+def _own_studies() -> Iterator[Study]:
     for module in iter_modules(__path__):
         if not module.name.startswith("_"):
             yield import_module(f"{__name__}.{module.name}").STUDY
-    yield from load_entries("vsep.studies").values()
 
 
-CATALOGUE: Final[dict[str, Study]] = {
-    # The figures of the paper first.
+# The figures of the paper first.
+_OWN: Final[dict[str, Study]] = {
     study.name: study
-    for study in sorted(_studies(), key=lambda one: (not one.name.startswith("fig-"), one.name))
+    for study in sorted(_own_studies(), key=lambda one: (not one.name.startswith("fig-"), one.name))
+}
+CATALOGUE: Final[dict[str, Study]] = {
+    **_OWN,
+    **{
+        study.name: study
+        for study in load_entries(GROUP).values()
+        if isinstance(study, Study) and study.name not in _OWN
+    },
 }
 
 
@@ -51,6 +60,7 @@ def require_study(name: str) -> Study:
         If there is none of that name.
     """
     if name not in CATALOGUE:
+        require_loadable(GROUP, name)
         raise InputError(f"study is {name!r}; it must be one of {', '.join(CATALOGUE)}.")
     return CATALOGUE[name]
 
