@@ -76,7 +76,7 @@ class Scene:
     objects: Channel
     interferers: tuple[Interferer, ...] = ()
     snr_db: float
-    sir_db: float = 0.0
+    sir_db: float = PARAMETERS["sir_db"].default
 
     def __post_init__(self) -> None:
         """Check the levels."""
