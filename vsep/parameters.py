@@ -41,6 +41,8 @@ class Parameter:
         Those that a slider offers, where they are few.
     choices : mapping of str to str
         Names and labels, where the value is one of them.
+    typed : bool
+        Whether a form has a field for it, not a slider.
     optional : bool
         Whether None is allowed; then the default is None.
     query : str
@@ -64,6 +66,7 @@ class Parameter:
     digits: str = ""
     values: tuple[float, ...] = ()
     choices: Mapping[str, str] | None = None
+    typed: bool = False
     optional: bool = False
     query: str = ""
     option: str = ""
@@ -129,14 +132,24 @@ class Parameter:
         """Return a value in `unit`, to twelve digits."""
         return float(f"{value_si / self.scale:.12g}")
 
-    def require(self, value_si: float) -> None:
-        """Raise `InputError` unless a value in SI units lies within the bounds."""
-        unit = self.unit if self.scale == 1.0 else ""
-        require_range(self.title, value_si, self.lowest, self.highest, unit)
+    def require(self, value_si: float, name: str = "", unit: str = "") -> None:
+        """Raise `InputError` unless a value in SI units lies within the bounds.
+
+        Parameters
+        ----------
+        value_si : float
+            The value.
+        name, unit : str
+            What the message calls them; by default as a form does.
+        """
+        own = self.unit if self.scale == 1.0 else ""
+        require_range(name or self.title, value_si, self.lowest, self.highest, unit or own)
 
     def _ends(self, ends: Range | None) -> Range:
         if ends is None:
             raise ValueError(f"{self.name} has no bounds")
+        if self.scale == 1.0:
+            return ends
         lowest, highest = (float(f"{self.in_si(end):.12g}") for end in ends)
         return lowest, highest
 
@@ -152,7 +165,7 @@ _CUTOFF: dict[str, Any] = {
     "digits": "0.000",
 }
 _ROLLOFF: dict[str, Any] = {"default": 0.25, "bounds": (0.05, 1.0), "step": 0.05}
-_ORDER: dict[str, Any] = {"default": 8, "bounds": (1, 12), "span": (1, 12)}
+_ORDER: dict[str, Any] = {"default": 8, "bounds": (1, 12)}
 
 SCENE_PARAMETERS = (
     Parameter(
@@ -239,7 +252,9 @@ SCENE_PARAMETERS = (
         title="Seed",
         help="Draws objects, phases and noise; the same seed gives the same frame.",
         default=7,
-        bounds=(0, 999_999),
+        bounds=(0, 2**63 - 1),
+        span=(0, 999_999),
+        typed=True,
         option="seed",
     ),
 )
@@ -323,7 +338,8 @@ ESTIMATOR_PARAMETERS = (
         help="Accepted number of ghosts in a frame of noise alone; sets the threshold T: "
         "N √(πT/3) exp(-T) for one ramp, NP (πT/3) exp(-T) for several.",
         default=0.05,
-        bounds=(1e-6, 100.0),
+        bounds=(1e-9, 1e3),
+        span=(1e-6, 100.0),
         values=(0.001, 0.003, 0.01, 0.03, 0.05, 0.1, 0.3, 1.0, 3.0),
         query="false_alarms",
     ),
@@ -343,7 +359,9 @@ ESTIMATOR_PARAMETERS = (
         title="Largest number of iterations",
         help="The run stops here if it has not converged.",
         default=100,
-        bounds=(1, 500),
+        bounds=(1, 100_000),
+        span=(1, 500),
+        typed=True,
     ),
 )
 PARAMETERS: dict[str, Parameter] = {

@@ -25,6 +25,7 @@ from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.inference.objects.object_only import ObjectOnlySeparator, expected_error, update_objects
 from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace
 from vsep.kernels.object_posterior import separable_projections
+from vsep.parameters import PARAMETERS
 from vsep.signal.template import SignalModel
 from vsep.units import from_db
 
@@ -63,11 +64,11 @@ class FactorisedSeparator:
     """
 
     model: SignalModel
-    false_alarm_rate: float = 0.05
+    false_alarm_rate: float = PARAMETERS["false_alarm_rate"].default
     object_threshold_db: float | None = None
     interference_threshold_db: float | None = None
     schedule: str = "robust"
-    max_iterations: int = 100
+    max_iterations: int = PARAMETERS["max_iterations"].default
     expected_bursts: ExpectedBursts | None = None
 
     def __post_init__(self) -> None:

@@ -5,7 +5,7 @@ from typing import Unpack
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep._validation import require_range
+from vsep.parameters import PARAMETERS
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.scenes import PresetOptions, Scenario, preset
 from vsep.signal.linear_array import AntennaScene, UniformLinearArray
@@ -71,7 +71,7 @@ def simulate_preset_antennas(
     >>> seen.received.shape, seen.truth.angles_deg.tolist()
     ((4, 1, 256), [20.0])
     """
-    require_range("seed", seed, 0, 2**63 - 1)
+    PARAMETERS["seed"].require(seed, "seed")
     # The first two children are those of `simulate_preset`.
     scene_seed, noise_seed, object_seed, interferer_seed = np.random.SeedSequence(seed).spawn(4)
     rng = np.random.default_rng(scene_seed)

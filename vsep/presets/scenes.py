@@ -13,6 +13,7 @@ import numpy as np
 
 from vsep._typing import ComplexArray
 from vsep._validation import require_range
+from vsep.parameters import PARAMETERS
 from vsep.presets.channels import with_first_delay
 from vsep.presets.record import RecordedPreset, SimulatedPreset
 from vsep.presets.registry import simulated_preset
@@ -172,7 +173,7 @@ def simulate_preset(
         # A fresh copy: spawning counts children, and the same seed must give the same frame.
         sequence = np.random.SeedSequence(seed.entropy, spawn_key=seed.spawn_key)
     else:
-        require_range("seed", seed, 0, 2**63 - 1)
+        PARAMETERS["seed"].require(seed, "seed")
         sequence = np.random.SeedSequence(seed)
     require_range("frame_number", frame_number, 0, 1_000_000)
     scene_seed, *noise_seeds = sequence.spawn(2 + frame_number)

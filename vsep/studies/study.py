@@ -13,11 +13,10 @@ from vsep._validation import require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.errors import InputError
 from vsep.inference.core.schedule import schedule_by_name
+from vsep.parameters import PARAMETERS
 from vsep.presets.registry import SCENES
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
 from vsep.studies.panel_specs import AnySpec, PanelSpec
-
-MAX_SEED = 2**63 - 1
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -118,7 +117,7 @@ class TrialSettings:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        require_range("seed", self.seed, 0, MAX_SEED)
+        PARAMETERS["seed"].require(self.seed, "seed")
         schedule_by_name(self.schedule)
         require_range("GOSPA cutoff", self.gospa_cutoff, 1e-6, 1e6, "cells")
         require_range("GOSPA order", self.gospa_order, 1.0, 100.0)

@@ -49,6 +49,7 @@ VIEW_PARAMETERS = (
         help="Ramp shown in fast time and delay.",
         default=0,
         bounds=(0, 65_535),
+        typed=True,
     ),
     Parameter(
         name="antenna",

@@ -42,9 +42,9 @@ def setting_widget(settings: Settings, record: Parameter) -> Any:
         # On release the browser sends the place of the value, not the value itself, as
         # "value_throttled" (panel-material-ui 0.16.6); "value" is the value at all times.
         return _bound(settings, record, widget, "value_throttled", lambda _: widget.value)
-    elif record.whole and record.span is None:
-        assert record.bounds is not None
-        start, end = record.bounds
+    elif record.typed:
+        assert record.offered is not None
+        start, end = record.offered
         widget = _made(pmu.IntInput, record, SELECT_MARGIN, start=start, end=end, value=value)
         # The browser sets "value" once the user leaves the field; "value_throttled" never.
     else:
@@ -119,6 +119,10 @@ def _bound(
     def show(event: Any) -> None:
         if widget.value != event.new:
             widget.value = event.new
+        if committed != "value":
+            # The browser reports changes only: the value committed last can be set again.
+            with param.edit_constant(widget):
+                widget.param.update(**{committed: event.new})
 
     widget.param.watch(take, committed)
     settings.param.watch(show, name)

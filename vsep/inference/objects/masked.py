@@ -30,6 +30,7 @@ from vsep.inference.objects.object_only import (
     expected_error,
     update_objects,
 )
+from vsep.parameters import PARAMETERS
 from vsep.signal.template import SignalModel
 
 MAX_STEP = 1.9  # w at most: beyond half the samples missing, where w < 2 would not hold
@@ -51,9 +52,9 @@ class MaskedSeparator:
 
     model: SignalModel
     mask: BoolArray | None = None
-    false_alarm_rate: float = 0.05
+    false_alarm_rate: float = PARAMETERS["false_alarm_rate"].default
     object_threshold_db: float | None = None
-    max_iterations: int = 100
+    max_iterations: int = PARAMETERS["max_iterations"].default
 
     def __post_init__(self) -> None:
         """Check the settings."""

@@ -11,6 +11,7 @@ import panel_material_ui as pmu
 from vsep._validation import require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.errors import InputError
+from vsep.parameters import PARAMETERS
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.study import Study, TrialSettings
 from vsep_app.widgets.layout import heading, number_or_nothing, small_text
@@ -74,15 +75,16 @@ class StudyForm:
             "Scenes drawn at every point; a larger number later goes on from the rows there are.",
         )
         self.seed = _number("Seed", 1, (0, _MAX_SEED), "Draws all scenes and noise of the study.")
+        schedule = PARAMETERS["schedule"]
         self.schedule = pmu.Select(
-            label="Schedule",
-            options={"Robust": "robust", "Paper": "paper"},
-            value="robust",
-            description="Robust: searches bursts anew in early iterations. Paper: literal order.",
+            label=schedule.form_label,
+            options={label: name for name, label in (schedule.choices or {}).items()},
+            value=schedule.default,
+            description=schedule.help,
             **_TIGHT,
         )
         self.threshold = pmu.TextInput(
-            label="Object threshold [dB]",
+            label=PARAMETERS["object_threshold_db"].form_label,
             placeholder="the study's own",
             description="In the place of the study's own thresholds; empty leaves those.",
             margin=_MARGIN,
