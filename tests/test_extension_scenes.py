@@ -222,7 +222,6 @@ entry = parameters.Parameter(
     bounds=(1, 40),
     span=(1, 20),
     query="objects",
-    option="num_objects",
     of_recording=False,
 )
 parameters.SCENE_PARAMETERS += (entry,)

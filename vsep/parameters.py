@@ -6,6 +6,7 @@ default and help from here. A setting that the simulator knows is added by one e
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from vsep._validation import require_range
@@ -29,7 +30,7 @@ class Parameter:
         One or two sentences.
     default : object
         A number, a truth value or the name of a choice.
-    bounds : (float, float), optional
+    bounds : (float, float)
         What is allowed at all.
     span : (float, float), optional
         What a form, a link and a new axis offer; all that is allowed by default.
@@ -48,7 +49,8 @@ class Parameter:
     query : str
         Name in an address; that of the setting by default.
     option : str
-        Keyword of `vsep.simulate_preset` that takes it, in SI units.
+        Keyword of `vsep.simulate_preset` that takes a setting of the scene, in SI units; its name
+        by default.
     of_recording, of_bursts : bool
         Whether it means something for a recorded frame, and whether only with interference.
     """
@@ -56,10 +58,10 @@ class Parameter:
     name: str
     title: str
     help: str
-    default: Any
+    default: Any = None
     unit: str = ""
     convention: str = ""
-    bounds: Range | None = None
+    bounds: Range = (-inf, inf)
     span: Range | None = None
     step: float = 1.0
     scale: float = 1.0
@@ -94,27 +96,7 @@ class Parameter:
         return isinstance(self.default, int) and not isinstance(self.default, bool)
 
     @property
-    def lowest(self) -> float:
-        """Lowest value, SI units."""
-        return self._ends(self.bounds)[0]
-
-    @property
-    def highest(self) -> float:
-        """Highest value, SI units."""
-        return self._ends(self.bounds)[1]
-
-    @property
-    def start(self) -> float:
-        """Begin of a new axis, SI units."""
-        return self._ends(self.offered)[0]
-
-    @property
-    def stop(self) -> float:
-        """End of a new axis, SI units."""
-        return self._ends(self.offered)[1]
-
-    @property
-    def offered(self) -> Range | None:
+    def offered(self) -> Range:
         """What a form and a link offer, in `unit`."""
         return self.span or self.bounds
 
@@ -127,6 +109,10 @@ class Parameter:
         9200000000000.0
         """
         return value if self.scale == 1.0 else value * self.scale
+
+    def rounded_si(self, value: float) -> float:
+        """Return a value in SI units, to twelve digits, as -250 ns are -2.5e-07 s."""
+        return value if self.scale == 1.0 else float(f"{value * self.scale:.12g}")
 
     def shown(self, value_si: float) -> float:
         """Return a value in `unit`, to twelve digits."""
@@ -142,16 +128,9 @@ class Parameter:
         name, unit : str
             What the message calls them; by default as a form does.
         """
-        own = self.unit if self.scale == 1.0 else ""
-        require_range(name or self.title, value_si, self.lowest, self.highest, unit or own)
-
-    def _ends(self, ends: Range | None) -> Range:
-        if ends is None:
-            raise ValueError(f"{self.name} has no bounds")
-        if self.scale == 1.0:
-            return ends
-        lowest, highest = (float(f"{self.in_si(end):.12g}") for end in ends)
-        return lowest, highest
+        unit = unit or (self.unit if self.scale == 1.0 else "")
+        lowest, highest = map(self.rounded_si, self.bounds)
+        require_range(name or self.title, value_si, lowest, highest, unit)
 
 
 FILTER_KINDS = {"raised_cosine": "Raised cosine", "butterworth": "Butterworth", "none": "None"}
@@ -179,7 +158,6 @@ SCENE_PARAMETERS = (
         bounds=(-100.0, 200.0),
         span=(-10.0, 90.0),
         query="snr",
-        option="snr_db",
         of_recording=False,
     ),
     Parameter(
@@ -193,7 +171,6 @@ SCENE_PARAMETERS = (
         bounds=(-200.0, 200.0),
         span=(-50.0, 40.0),
         query="sir",
-        option="sir_db",
         of_bursts=True,
     ),
     Parameter(
@@ -201,7 +178,6 @@ SCENE_PARAMETERS = (
         title="Interference",
         help="Off: the same objects and noise without bursts.",
         default=True,
-        option="interference",
     ),
     Parameter(
         name="interferer_slope",
@@ -244,7 +220,6 @@ SCENE_PARAMETERS = (
             "convolution-with-edges": "Convolution with ramp edges",
         },
         query="model",
-        option="interference_model",
         of_bursts=True,
     ),
     Parameter(
@@ -255,7 +230,6 @@ SCENE_PARAMETERS = (
         bounds=(0, 2**63 - 1),
         span=(0, 999_999),
         typed=True,
-        option="seed",
     ),
 )
 FILTER_PARAMETERS = (

@@ -36,12 +36,10 @@ def test_the_header_links_to_all_other_pages(address):
 
 
 def test_one_entry_adds_a_page(monkeypatch):
-    module = ModuleType("a_page_of_mine")
+    module = ModuleType("vsep_app.pages.mine")
     module.MyPage = type("MyPage", (), {})
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    entry = PageEntry(
-        address="mine", name="My page", title="Mine", module=module.__name__, class_name="MyPage"
-    )
+    entry = PageEntry(address="mine", name="My page", title="Mine", source="mine:MyPage")
     monkeypatch.setitem(pages.PAGES, "mine", entry)
     assert '<a href="mine"' in links("./").object
     server = make_server(port=0, address="127.0.0.1")

@@ -7,21 +7,20 @@ middle of its ramp) and the Doppler frequencies of the interference paths (zero)
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, TypedDict, Unpack
+from typing import TypedDict, Unpack
 
 import numpy as np
 
-from vsep._typing import ComplexArray
 from vsep._validation import require_range
 from vsep.parameters import PARAMETERS
 from vsep.presets.channels import with_first_delay
-from vsep.presets.record import RecordedPreset, SimulatedPreset
+from vsep.presets.record import SimulatedPreset
 from vsep.presets.registry import simulated_preset
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
 from vsep.signal.motion import CYCLE_S, moved_paths
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, Observation, Scene
-from vsep.signal.simulate import InterferenceModel, add_interference, simulate
+from vsep.signal.simulate import InterferenceModel, simulate
 
 _PERIOD_DIFFERENCE_S = 10e-9  # of an interferer in every ramp; that of set a in one of its ramps
 
@@ -196,38 +195,6 @@ def simulate_preset(
         rng=np.random.default_rng(noise_seeds[-1]),
     )
     return scenario, observation
-
-
-def add_preset_interference(
-    recorded: RecordedPreset,
-    received: ComplexArray,
-    *,
-    seed: int,
-    interferer_slope_hz_per_s: float,
-    burst_shift_s: float = 0.0,
-    **options: Any,
-) -> Observation:
-    """Add the bursts of a recorded preset to its frame.
-
-    Parameters
-    ----------
-    recorded : RecordedPreset
-        Makes the other radar.
-    received : (P, N) complex
-        The frame.
-    seed : int
-        Draws the phase of the bursts.
-    interferer_slope_hz_per_s, burst_shift_s : float
-        k_I, and by how much the crossing is moved.
-    **options
-        SIR, filter and model as for `vsep.add_interference`.
-
-    Returns
-    -------
-    Observation
-    """
-    interferer = recorded.draw_interferer(seed, interferer_slope_hz_per_s, burst_shift_s)
-    return add_interference(recorded.radar, received, (interferer,), **options)
 
 
 def preset_radar(name: str | SimulatedPreset) -> ChirpSequence:

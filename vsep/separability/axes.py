@@ -26,7 +26,6 @@ AXES: dict[str, Parameter] = {
             help="Slope difference (burst length)",
             unit="MHz/µs",
             scale=1e12,
-            default=-0.8,
             bounds=(-5.0, 5.0),
             span=(-2.0, -0.1),
             step=0.01,
@@ -37,7 +36,6 @@ AXES: dict[str, Parameter] = {
             help="Object delay, from the burst's middle",
             unit="ns",
             scale=1e-9,
-            default=80.06,
             bounds=(-1000.0, 1000.0),
             span=(-250.0, 250.0),
         ),
@@ -53,7 +51,6 @@ AXES: dict[str, Parameter] = {
             name="interfered_share",
             title="share of interfered ramps",
             help="Share of interfered ramps",
-            default=0.125,
             bounds=(0.0, 1.0),
             span=(0.0625, 1.0),
             step=0.0625,
@@ -64,7 +61,6 @@ AXES: dict[str, Parameter] = {
             help="Filter bandwidth",
             unit="MHz",
             scale=1e6,
-            default=2.55,
             bounds=(0.01, 10.0),
             span=(0.4, 2.4),
             step=0.005,
@@ -73,7 +69,6 @@ AXES: dict[str, Parameter] = {
             name="filter_mismatch",
             title="assumed over true cutoff - 1",
             help="Filter mismatch",
-            default=0.0,
             bounds=(-0.9, 2.0),
             span=(-0.3, 0.3),
             step=0.01,
@@ -207,7 +202,7 @@ def require_known(name: str) -> str:
 def require_allowed(name: str, value: float) -> None:
     """Raise `InputError` unless a parameter may have a value."""
     kind = AXES[name]
-    require_range(name, value, kind.lowest, kind.highest)
+    kind.require(value, name)
     if kind.whole and not float(value).is_integer():
         raise InputError(f"{name} is {value:g}; its values must be whole numbers.")
     if name == "slope_difference_hz_per_s" and abs(value) < _MIN_SLOPE_HZ_PER_S:

@@ -20,7 +20,7 @@ from vsep.inference.core.run import guarded_step
 from vsep.inference.core.state import SeparationState
 from vsep.presets.record import RecordedPreset, SimulatedPreset
 from vsep.presets.registry import PRESETS
-from vsep.presets.scenes import add_preset_interference, simulate_preset
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.filters import (
     AntiAliasingFilter,
     ButterworthFilter,
@@ -29,6 +29,7 @@ from vsep.signal.filters import (
 )
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Observation
+from vsep.signal.simulate import add_interference
 from vsep.signal.template import SignalModel
 from vsep_app.assets import path
 from vsep_app.jobs.run_session import Snapshot
@@ -304,6 +305,8 @@ def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int)
     frame = recorded_frame(preset)
     if not options.pop("interference"):
         return Observation(received=frame.received, truth=frame.truth)
-    return add_preset_interference(
-        preset, frame.received, anti_aliasing_filter=true_filter, **options
+    names = ("seed", "interferer_slope_hz_per_s", "burst_shift_s")
+    interferer = preset.draw_interferer(*(options.pop(name) for name in names))
+    return add_interference(
+        frame.radar, frame.received, (interferer,), anti_aliasing_filter=true_filter, **options
     )

@@ -160,7 +160,7 @@ def simulator_options(plan: Plan, *, recorded: bool) -> dict[str, Any]:
     9200000000000.0
     """
     return {
-        record.option: record.in_si(getattr(plan, record.name))
+        record.option or record.name: record.in_si(getattr(plan, record.name))
         for record in SCENE_PARAMETERS
-        if record.option and (record.of_recording or not recorded)
+        if record.of_recording or not recorded
     }

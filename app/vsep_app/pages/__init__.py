@@ -4,13 +4,11 @@ A page is added by its module and one entry. Classes are loaded when the server 
 links and titles cost nothing.
 """
 
-from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PageEntry:
+class PageEntry(NamedTuple):
     """A page.
 
     Parameters
@@ -21,15 +19,14 @@ class PageEntry:
         In the links of the header.
     title : str
         Of the browser's window and for those who hear it.
-    module, class_name : str
-        What makes it for a `vsep_app.pages.base.PageContext`.
+    source : str
+        Module below this package and class, which makes it for a `PageContext`.
     """
 
     address: str
     name: str
     title: str
-    module: str
-    class_name: str
+    source: str
 
     @property
     def route(self) -> str:
@@ -38,47 +35,23 @@ class PageEntry:
 
     def load(self) -> Any:
         """Return the class that makes the page."""
-        return getattr(import_module(self.module), self.class_name)
+        module, name = self.source.split(":")
+        return getattr(import_module(f"{__name__}.{module}"), name)
 
 
 PAGES: Final[dict[str, PageEntry]] = {
     page.address: page
     for page in (
+        PageEntry("./", "Live view", "vsep: objects out of interference", "live:Dashboard"),
+        PageEntry("compare", "Compare", "vsep: compare methods", "compare.page:ComparePage"),
         PageEntry(
-            address="./",
-            name="Live view",
-            title="vsep: objects out of interference",
-            module="vsep_app.pages.live",
-            class_name="Dashboard",
+            "separability",
+            "Separability",
+            "vsep: separability",
+            "separability.page:SeparabilityPage",
         ),
-        PageEntry(
-            address="compare",
-            name="Compare",
-            title="vsep: compare methods",
-            module="vsep_app.pages.compare.page",
-            class_name="ComparePage",
-        ),
-        PageEntry(
-            address="separability",
-            name="Separability",
-            title="vsep: separability",
-            module="vsep_app.pages.separability.page",
-            class_name="SeparabilityPage",
-        ),
-        PageEntry(
-            address="recording",
-            name="Recording",
-            title="vsep: recorded data",
-            module="vsep_app.pages.recording.page",
-            class_name="RecordingPage",
-        ),
-        PageEntry(
-            address="studies",
-            name="Studies",
-            title="vsep: studies",
-            module="vsep_app.pages.studies.page",
-            class_name="StudyPage",
-        ),
+        PageEntry("recording", "Recording", "vsep: recorded data", "recording.page:RecordingPage"),
+        PageEntry("studies", "Studies", "vsep: studies", "studies.page:StudyPage"),
     )
 }
 """All pages by address, in the order of the header."""

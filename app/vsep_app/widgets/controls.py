@@ -15,8 +15,9 @@ from vsep.parameters import (
 from vsep.presets.record import RecordedPreset
 from vsep.presets.registry import PRESETS
 from vsep_app.model.settings import ESTIMATOR, LOADED_FRAME, PRESET, SETTINGS, Settings
+from vsep_app.widgets.fields import field
 from vsep_app.widgets.layout import heading, small_text
-from vsep_app.widgets.setting_widgets import SELECT_MARGIN, TIGHT, setting_widget
+from vsep_app.widgets.setting_widgets import setting_widget
 
 
 class SceneControls:
@@ -64,13 +65,13 @@ class FilterControls:
             ("filter", settings.filter_kind, True),
             ("assumed", settings.assumed_kind, apart),
         ):
-            for field, kinds in (
+            for part, kinds in (
                 ("kind", (kind,)),
                 ("cutoff", ("raised_cosine", "butterworth")),
                 ("rolloff", ("raised_cosine",)),
                 ("order", ("butterworth",)),
             ):
-                widget = self.widgets[f"{which}_{field}"]
+                widget = self.widgets[f"{which}_{part}"]
                 widget.visible = shown and kind in kinds
                 widget.disabled = loaded and which == "filter"
 
@@ -133,14 +134,12 @@ class Controls:
         self.widgets: Mapping[str, Any] = {
             name: widget for group in self._groups for name, widget in group.widgets.items()
         }
-        self.upload = pmu.FileInput(
-            label="Load a frame file (.npz)",
+        self.upload = field(
+            pmu.FileInput,
+            "Load a frame file (.npz)",
+            "A recorded frame: complex samples of all ramps with the radar's settings.",
             accept=".npz",
             variant="outlined",
-            size="small",
-            description="A recorded frame: complex samples of all ramps with the radar's settings.",
-            sizing_mode="stretch_width",
-            margin=SELECT_MARGIN,
         )
         self.upload.param.watch(self._uploaded, "value")
         settings.param.watch(self._arrange, [name for name in self.widgets if _decides(name)])
@@ -198,13 +197,9 @@ def _decides(name: str) -> bool:
 
 def _preset_select(settings: Settings) -> Any:
     """Return the choice of presets; a loaded frame is one of them once there is one."""
-    select = pmu.Select(
-        label=PRESET.form_label,
-        options={preset.label: name for name, preset in PRESETS.items()},
-        value=settings.preset,
-        description=PRESET.help,
-        margin=SELECT_MARGIN,
-        **TIGHT,
+    options = {preset.label: name for name, preset in PRESETS.items()}
+    select = field(
+        pmu.Select, PRESET.form_label, PRESET.help, options=options, value=settings.preset
     )
 
     def choose(event: Any) -> None:

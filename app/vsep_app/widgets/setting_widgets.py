@@ -13,12 +13,9 @@ import param
 from vsep.parameters import Parameter
 from vsep.presets.registry import DEFAULT_PRESET, PRESETS
 from vsep_app.model.settings import Settings
+from vsep_app.widgets.fields import field
 from vsep_app.widgets.layout import number_or_nothing
 
-TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
-SLIDER_MARGIN = (0, 22, 0, 18)
-SELECT_MARGIN = (6, 16, 6, 16)
-SWITCH_MARGIN = (0, 12, 0, 18)
 EMPTY_TEXTS = {"object_threshold_db": "from the false alarms"}
 
 
@@ -31,21 +28,20 @@ def setting_widget(settings: Settings, record: Parameter) -> Any:
     value = getattr(settings, record.name)
     if record.choices is not None:
         options = {label: name for name, label in record.choices.items()}
-        widget = _made(pmu.Select, record, SELECT_MARGIN, options=options, value=value)
+        widget = _made(pmu.Select, record, options=options, value=value)
     elif isinstance(record.default, bool):
-        widget = _made(pmu.Switch, record, SWITCH_MARGIN, value=value)
+        widget = _made(pmu.Switch, record, value=value)
     elif record.optional:
         return _optional_number(settings, record)
     elif record.values:
         offered = sorted({*record.values, value})
-        widget = _made(pmu.DiscreteSlider, record, SLIDER_MARGIN, options=offered, value=value)
+        widget = _made(pmu.DiscreteSlider, record, options=offered, value=value)
         # On release the browser sends the place of the value, not the value itself, as
         # "value_throttled" (panel-material-ui 0.16.6); "value" is the value at all times.
         return _bound(settings, record, widget, "value_throttled", lambda _: widget.value)
     elif record.typed:
-        assert record.offered is not None
         start, end = record.offered
-        widget = _made(pmu.IntInput, record, SELECT_MARGIN, start=start, end=end, value=value)
+        widget = _made(pmu.IntInput, record, start=start, end=end, value=value)
         # The browser sets "value" once the user leaves the field; "value_throttled" never.
     else:
         widget = _slider(record, value)
@@ -53,18 +49,16 @@ def setting_widget(settings: Settings, record: Parameter) -> Any:
     return _bound(settings, record, widget, "value")
 
 
-def _made(kind: Any, record: Parameter, margin: tuple[int, ...], **options: Any) -> Any:
-    return kind(label=record.form_label, description=record.help, margin=margin, **TIGHT, **options)
+def _made(kind: Any, record: Parameter, **options: Any) -> Any:
+    return field(kind, record.form_label, record.help, **options)
 
 
 def _slider(record: Parameter, value: float) -> Any:
     ends = PRESETS[DEFAULT_PRESET].ranges().get(record.name, record.offered)
-    assert ends is not None
     kind = pmu.IntSlider if record.whole else pmu.FloatSlider
     return _made(
         kind,
         record,
-        SLIDER_MARGIN,
         start=min(value, ends[0]),
         end=max(value, ends[1]),
         value=value,
@@ -77,23 +71,23 @@ def _optional_number(settings: Settings, record: Parameter) -> Any:
     """Return a field that may be empty; what is no such number is marked and changes nothing."""
     name = record.name
     placeholder = EMPTY_TEXTS.get(name, "")
-    field = _made(pmu.TextInput, record, SELECT_MARGIN, placeholder=placeholder)
+    text = _made(pmu.TextInput, record, placeholder=placeholder)
 
     def take(event: Any) -> None:
         try:
             settings.param.update(**{name: number_or_nothing(event.new)})
-            field.error_state = False
+            text.error_state = False
         except ValueError:
-            field.error_state = True
+            text.error_state = True
 
     def show(*_: Any) -> None:
         value = getattr(settings, name)
-        field.value = "" if value is None else repr(value)
+        text.value = "" if value is None else repr(value)
 
     show()
-    field.param.watch(take, "value")
+    text.param.watch(take, "value")
     settings.param.watch(show, name)
-    return field
+    return text
 
 
 def _bound(
