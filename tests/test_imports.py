@@ -23,6 +23,7 @@ FLOORS = {
     "vsep.units": 1,
     "vsep._state_tree": 1,
     "vsep.registry": 2,
+    "vsep.parameters": 2,
     "vsep.kernels": 2,
     "vsep.signal": 3,
     "vsep.inference": 4,

@@ -7,7 +7,8 @@ from vsep.separability.axes import AXES, Axis, parse_axis, parse_value
 
 def test_an_axis_reads_back_what_it_writes():
     for name, kind in AXES.items():
-        axis = Axis(name=name, start=kind.start, stop=kind.stop, count=20)
+        start, stop = map(kind.rounded_si, kind.offered)
+        axis = Axis(name=name, start=start, stop=stop, count=20)
         assert parse_axis(axis.text) == axis
 
 

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from vsep.presets.names import PRESET_NAMES
+from vsep.presets.registry import PRESETS
 from vsep_app.cli.mitigate_options import add_antenna_option
 from vsep_app.cli.report_commands import ESTIMATOR_OPTIONS, report
 
@@ -60,9 +60,7 @@ def _add_sources(parser: Any) -> None:
     )
     add_antenna_option(parser)
     group = parser.add_argument_group("instead of a frame file")
-    group.add_argument(
-        "--preset", choices=(*PRESET_NAMES, "real-frame"), help="a scene of the dashboard"
-    )
+    group.add_argument("--preset", choices=tuple(PRESETS), help="a scene of the dashboard")
     group.add_argument("--url", metavar="LINK", help="what a link to the live view shows")
     group.add_argument(
         "--trial",

@@ -3,7 +3,7 @@
 import argparse
 from typing import Any
 
-from vsep.presets.names import PRESET_NAMES
+from vsep.presets.registry import DEFAULT_PRESET, PRESET_NAMES
 
 _EXAMPLES = """\
 examples:
@@ -34,8 +34,8 @@ def add_separability(commands: Any) -> None:
     parser.add_argument(
         "--scene",
         choices=PRESET_NAMES,
-        default="simulation-1",
-        help="radar, objects and paths (default: simulation-1)",
+        default=DEFAULT_PRESET,
+        help=f"radar, objects and paths (default: {DEFAULT_PRESET})",
     )
     parser.add_argument(
         "--set",

@@ -9,6 +9,7 @@ from vsep._typing import FloatArray
 from vsep.errors import InputError
 from vsep.files.frame import Frame, write_frame
 from vsep.presets.antennas import simulate_preset_antennas
+from vsep.presets.registry import simulated_preset
 from vsep.presets.scenes import Scenario, simulate_preset
 from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.scene import Observation
@@ -23,7 +24,9 @@ def simulate_frame(options: argparse.Namespace) -> int:
     if not folder.is_dir():
         raise InputError(f"{options.out} cannot be written: {folder} is no folder; make it first.")
     if options.snr_db is None:
-        options.snr_db = 30.0 if options.preset == "simulation-1" else 60.0
+        options.snr_db = simulated_preset(options.preset).snr_db
+    if options.sir_db is None:
+        options.sir_db = simulated_preset(options.preset).sir_db
     settings = {
         "preset": options.preset,
         "snr_db": repr(options.snr_db),

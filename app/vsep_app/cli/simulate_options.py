@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from vsep.presets.names import PRESET_NAMES
+from vsep.presets.registry import PRESET_NAMES
 
 # Seeds are kept as 64-bit integers in frame files.
 _MAX_SEED = 2**63 - 1
@@ -42,15 +42,13 @@ def add_simulate(commands: Any, whole_number: Callable[[int, int], Callable[[str
         "--snr-db",
         type=float,
         metavar="X",
-        help="object energy of the frame over the noise power of a sample "
-        "(default: 30 for simulation-1, else 60)",
+        help="object energy of the frame over the noise power of a sample (default: the preset's)",
     )
     parser.add_argument(
         "--sir-db",
         type=float,
-        default=-20.0,
         metavar="X",
-        help="object energy over interference energy of the frame (default: -20)",
+        help="object energy over interference energy of the frame (default: the preset's)",
     )
     parser.add_argument(
         "--seed",

@@ -10,6 +10,8 @@ from panel_material_ui.widgets.base import MaterialWidget
 
 from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.registry import MITIGATIONS
+from vsep.presets.registry import PRESETS
+from vsep.studies.catalogue import CATALOGUE
 from vsep_app.assets import path
 from vsep_app.widgets.layout import ICON_ONLY, stylesheet
 
@@ -29,7 +31,7 @@ class Help:
             icon="help_outline",
             variant="text",
             size="small",
-            description="Help: the three views, all controls and methods, and a glossary.",
+            description="Help: the three views, all controls, scenes, methods, and a glossary.",
             sx={"color": "white", "minWidth": "0", "@media (max-width: 599px)": ICON_ONLY},
             margin=(0, 2),
             align="center",
@@ -39,6 +41,7 @@ class Help:
                 ("Views", _document("views")),
                 ("Controls", _pane(controls_html(parts))),
                 ("Methods", _pane(methods_html())),
+                ("Scenes", _pane(scenes_html())),
                 ("Glossary", _document("glossary")),
                 sizing_mode="stretch_width",
             ),
@@ -80,6 +83,13 @@ def methods_html() -> str:
     return "".join(
         f"<h4>{escape(group)}</h4>{_list_html(entries)}" for group, entries in groups.items()
     )
+
+
+def scenes_html() -> str:
+    """Return what presets and studies there are."""
+    presets = _list_html({preset.label: preset.help for preset in PRESETS.values()})
+    studies = _list_html({study.name: study.title for study in CATALOGUE.values()})
+    return f"<h2>Presets</h2>{presets}<h2>Studies</h2>{studies}"
 
 
 def _list_html(entries: Mapping[str, str]) -> str:

@@ -63,9 +63,9 @@ class RunTransport:
         # them would hold the run.
         self.scrub.param.watch(self._scrubbed, "value_throttled")
         self.speed = pmu.IntSlider(
-            label="Speed [iterations/s]",
-            start=1,
-            end=30,
+            label=Settings.param.speed.label,
+            start=Settings.param.speed.bounds[0],
+            end=Settings.param.speed.bounds[1],
             value=settings.speed,
             size="small",
             description=Settings.param.speed.doc,

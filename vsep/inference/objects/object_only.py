@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._typing import ComplexArray
-from vsep._validation import require_range
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.progress import IterationInfo, Termination
@@ -14,6 +13,7 @@ from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
 from vsep.inference.objects.workspace import ObjectWorkspace, no_objects
+from vsep.parameters import PARAMETERS
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
@@ -35,16 +35,17 @@ class ObjectSettings:
     """
 
     model: SignalModel
-    false_alarm_rate: float = 0.05
+    false_alarm_rate: float = PARAMETERS["false_alarm_rate"].default
     object_threshold_db: float | None = None
-    max_iterations: int = 100
+    max_iterations: int = PARAMETERS["max_iterations"].default
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        require_range("false_alarm_rate", self.false_alarm_rate, 1e-9, 1e3, "per frame")
+        for name, unit in (("false_alarm_rate", "per frame"), ("max_iterations", "")):
+            PARAMETERS[name].require(getattr(self, name), name, unit)
         if self.object_threshold_db is not None:
-            require_range("object_threshold_db", self.object_threshold_db, 0.0, 100.0, "dB")
-        require_range("max_iterations", self.max_iterations, 1, 100_000)
+            name = "object_threshold_db"
+            PARAMETERS[name].require(self.object_threshold_db, name)
 
     @property
     def threshold_db(self) -> float:

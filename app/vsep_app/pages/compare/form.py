@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import panel as pn
 import panel_material_ui as pmu
 
 from vsep.errors import InputError
@@ -16,6 +15,7 @@ from vsep_app.model.compare_settings import (
     require_distinct,
 )
 from vsep_app.widgets.controls import Controls
+from vsep_app.widgets.fields import field, pair
 from vsep_app.widgets.layout import heading
 
 _MASK_LABELS = {
@@ -24,8 +24,6 @@ _MASK_LABELS = {
     "Autoregressive": "autoregressive",
     "Residual": "residual",
 }
-_TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
-_HALF = (6, 4, 6, 16), (6, 16, 6, 4)
 
 
 class CompareForm:
@@ -46,17 +44,12 @@ class CompareForm:
     ) -> None:
         self.choice, self._controls, self._complain = choice, controls, notify_error
         self.methods = [self._select(number) for number in range(MAX_METHODS)]
-        self.mask = pmu.Select(
-            label=CompareSettings.param.mask.label,
-            options=_MASK_LABELS,
-            value=choice.mask,
-            description=CompareSettings.param.mask.doc,
-            **_TIGHT,
-        )
+        mask, debias = CompareSettings.param.mask, CompareSettings.param.debias
+        self.mask = field(pmu.Select, mask.label, mask.doc, options=_MASK_LABELS, value=choice.mask)
         self.debias = pmu.Switch(
-            label=CompareSettings.param.debias.label,
+            label=debias.label,
             value=choice.debias,
-            description=CompareSettings.param.debias.doc,
+            description=debias.doc,
             margin=(10, 12, 0, 6),
             size="small",
         )
@@ -70,9 +63,9 @@ class CompareForm:
         controls = self._controls
         return [
             heading("Methods"),
-            _pair(*self.methods[:2]),
-            _pair(*self.methods[2:]),
-            _pair(self.mask, self.debias),
+            pair(*self.methods[:2]),
+            pair(*self.methods[2:]),
+            pair(self.mask, self.debias),
             *controls.scene(),
             heading("Detection"),
             controls.widgets["schedule"],
@@ -84,12 +77,8 @@ class CompareForm:
         options = {name: name for name in method_labels()}
         if number >= MIN_METHODS:
             options = {"none": NO_METHOD, **options}
-        select = pmu.Select(
-            label=f"Method {number + 1}",
-            options=options,
-            description=CompareSettings.param.methods.doc,
-            **_TIGHT,
-        )
+        text = CompareSettings.param.methods.doc
+        select = field(pmu.Select, f"Method {number + 1}", text, options=options)
         select.param.watch(lambda _: self._take(), "value")
         return select
 
@@ -114,8 +103,3 @@ class CompareForm:
             select.value = name
         self.mask.value, self.debias.value = self.choice.mask, self.choice.debias
         self._showing = False
-
-
-def _pair(left: Any, right: Any) -> Any:
-    left.margin, right.margin = _HALF
-    return pn.Row(left, right, margin=0, sizing_mode="stretch_width")

@@ -12,10 +12,9 @@ from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
 from vsep.recordings.settings_text import values_of, with_value
 from vsep_app.pages.recording.files import MAX_FILE, DropZone
 from vsep_app.widgets.controls import Controls
+from vsep_app.widgets.fields import MARGIN, field, pair
 from vsep_app.widgets.layout import heading
 
-_TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
-_MARGIN = (6, 16, 6, 16)
 _FORMATS = {
     "NumPy archive, frame (.npz)": "npz",
     "NumPy array (.npy)": "npy",
@@ -88,7 +87,7 @@ class RecordingForm:
         self._controls, self._changed, self._complain = controls, changed, notify_error
         self._showing = False
         self.zones = {
-            name: DropZone(take=drop[name], notify_error=notify_error, margin=_MARGIN, **look)
+            name: DropZone(take=drop[name], notify_error=notify_error, margin=MARGIN, **look)
             for name, look in _ZONES.items()
         }
         self.text = pmu.TextAreaInput(
@@ -96,20 +95,19 @@ class RecordingForm:
             description=_TEXT_DOC,
             rows=9,
             max_length=20_000,
-            margin=_MARGIN,
+            margin=MARGIN,
             sizing_mode="stretch_width",
             sx={"& textarea": {"fontFamily": "monospace", "fontSize": "11.5px"}},
         )
         self.text.param.watch(lambda _: self._edited(), "value")
         self.quick = {name: self._choice(name) for name in _CHOICES}
         self.quick |= {name: self._number(name) for name in _NUMBERS}
-        self.clutter = pmu.Switch(
-            label="No clutter",
-            description="Leave out what stands still: the median over all ramps, settling "
-            "transient and leakage included. Needs 8 ramps.",
+        self.clutter = field(
+            pmu.Switch,
+            "No clutter",
+            "Leave out what stands still: the median over all ramps, settling transient and "
+            "leakage included. Needs 8 ramps.",
             value=False,
-            margin=(0, 12, 0, 18),
-            **_TIGHT,
         )
         self.clutter.param.watch(self._mended, "value")
         own = controls.widgets["assume_true_filter"]
@@ -129,11 +127,11 @@ class RecordingForm:
             self.zones["recording"],
             heading("2 · What it is"),
             self.text,
-            _wide(quick["format"]),
-            _pair(quick["num_antennas"], quick["num_transmitters"]),
+            quick["format"],
+            pair(quick["num_antennas"], quick["num_transmitters"]),
             heading("3 · Mend it"),
-            _pair(quick["sign"], quick["samples"]),
-            _pair(quick["crop_start_samples"], quick["frame"]),
+            pair(quick["sign"], quick["samples"]),
+            pair(quick["crop_start_samples"], quick["frame"]),
             self.clutter,
             pn.Row(self.live, self.save, margin=(0, 12), sizing_mode="stretch_width"),
             heading("4 · Separate it"),
@@ -206,14 +204,14 @@ class RecordingForm:
 
     def _choice(self, name: str) -> Any:
         label, options, text = _CHOICES[name]
-        select = pmu.Select(label=label, options=options, description=text, **_TIGHT)
+        select = field(pmu.Select, label, text, options=options)
         select.param.watch(lambda event: self._take(name, event.new), "value")
         return select
 
     def _number(self, name: str) -> Any:
         label, text = _NUMBERS[name]
         default = _DEFAULTS[name]
-        number = pmu.IntInput(label=label, description=text, start=0, value=default, **_TIGHT)
+        number = field(pmu.IntInput, label, text, start=0, value=default)
         number.param.watch(lambda event: self._take(name, event.new), "value")
         return number
 
@@ -249,16 +247,6 @@ def _suits(name: str, value: Any) -> bool:
     if name in _CHOICES:
         return value in _CHOICES[name][1].values()
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
-
-
-def _wide(widget: Any) -> Any:
-    widget.margin = _MARGIN
-    return widget
-
-
-def _pair(left: Any, right: Any) -> Any:
-    left.margin, right.margin = (6, 4, 6, 16), (6, 16, 6, 4)
-    return pn.Row(left, right, margin=0, sizing_mode="stretch_width")
 
 
 def _button(label: str, icon: str, text: str) -> Any:

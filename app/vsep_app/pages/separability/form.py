@@ -8,40 +8,17 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep.errors import InputError
-from vsep.presets.names import PRESET_NAMES
+from vsep.presets.registry import PRESET_NAMES, PRESETS
+from vsep.presets.scenes import preset_radar
 from vsep.separability.axes import AXES, Axis
 from vsep.separability.map_spec import MAX_TRIALS, MapSpec, default_value
 from vsep.studies.methods import estimator_names
 from vsep.studies.study import TrialSettings
-from vsep_app.model.settings import PRESETS
+from vsep_app.widgets.fields import field, number_field, pair
 from vsep_app.widgets.layout import heading
 
-_TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
-_SELECT_MARGIN = (6, 16, 6, 16)
-_SLIDER_MARGIN = (0, 22, 0, 18)
 _COUNTS = (9, 17, 33, 65)
 _MAX_SEED = 2**53 - 1
-# Steps of the sliders, in the units of the labels.
-_STEPS = {
-    "sir_db": 1.0,
-    "snr_db": 1.0,
-    "slope_difference_hz_per_s": 0.01,
-    "object_delay_s": 1.0,
-    "num_objects": 1.0,
-    "interfered_share": 0.0625,
-    "filter_cutoff_hz": 0.005,
-    "filter_mismatch": 0.01,
-}
-_NAMES = {
-    "SIR": "sir_db",
-    "SNR": "snr_db",
-    "Slope difference (burst length)": "slope_difference_hz_per_s",
-    "Object delay, from the burst's middle": "object_delay_s",
-    "Number of objects": "num_objects",
-    "Share of interfered ramps": "interfered_share",
-    "Filter bandwidth": "filter_cutoff_hz",
-    "Filter mismatch": "filter_mismatch",
-}
 
 
 class SeparabilityForm:
@@ -57,41 +34,33 @@ class SeparabilityForm:
 
     def __init__(self, spec: MapSpec, changed: Callable[[], None]) -> None:
         self._changed, self._quiet = changed, False
-        self.scene = pmu.Select(
-            label="Scene",
+        self.scene = field(
+            pmu.Select,
+            "Scene",
+            "Radar, objects and paths of Table I; the rest is on the axes and below.",
             options={PRESETS[name].label: name for name in PRESET_NAMES},
             value=spec.scene,
-            description="Radar, objects and paths of Table I; the rest is on the axes and below.",
-            margin=_SELECT_MARGIN,
-            **_TIGHT,
         )
         self.axes = {name: _AxisChoice(getattr(spec, name)) for name in ("x", "y")}
         self.values = {name: self._slider(name) for name in AXES}
-        self.method = pmu.Select(
-            label="Estimator",
+        self.method = field(
+            pmu.Select,
+            "Estimator",
+            "Who is tried in the cells.",
             options=list(estimator_names()),
             value=spec.method,
-            description="Who is tried in the cells.",
-            margin=_SELECT_MARGIN,
-            **_TIGHT,
         )
-        self.trials = pmu.IntInput(
-            label="Trials a cell",
-            value=spec.trials,
-            start=0,
-            end=MAX_TRIALS,
-            description="Frames the estimator is tried on in every cell; 0 tries none.",
-            margin=_SELECT_MARGIN,
-            **_TIGHT,
+        self.trials = number_field(
+            "Trials a cell",
+            "Frames the estimator is tried on in every cell; 0 tries none.",
+            spec.trials,
+            *(0, MAX_TRIALS),
         )
-        self.seed = pmu.IntInput(
-            label="Seed",
-            value=spec.settings.seed,
-            start=0,
-            end=_MAX_SEED,
-            description="Draws objects, paths and noise, the same in all cells.",
-            margin=_SELECT_MARGIN,
-            **_TIGHT,
+        self.seed = number_field(
+            "Seed",
+            "Draws objects, paths and noise, the same in all cells.",
+            spec.settings.seed,
+            *(0, _MAX_SEED),
         )
         self._arrange(dict(spec.fixed))
         self.scene.param.watch(self._scene_chosen, "value")
@@ -139,14 +108,15 @@ class SeparabilityForm:
 
     def _slider(self, name: str) -> Any:
         kind = AXES[name]
-        return pmu.FloatSlider(
-            label=kind.label[:1].upper() + kind.label[1:],
-            start=kind.start / kind.scale,
-            end=kind.stop / kind.scale,
-            step=_STEPS[name],
-            value=kind.start / kind.scale,
-            margin=_SLIDER_MARGIN,
-            **_TIGHT,
+        start, stop = kind.offered
+        return field(
+            pmu.FloatSlider,
+            kind.label[:1].upper() + kind.label[1:],
+            "",
+            start=start,
+            end=stop,
+            step=kind.step,
+            value=start,
         )
 
     def _scene_chosen(self, _: Any) -> None:
@@ -167,18 +137,18 @@ class SeparabilityForm:
         A value of None leaves a slider where it is.
         """
         scene, on_axes = self.scene.value, {choice.name for choice in self.axes.values()}
+        one_ramp = preset_radar(scene).num_ramps == 1
         self._quiet = True
         try:
             for name, slider in self.values.items():
                 kind, own = AXES[name], default_value(scene, name)
-                several = scene != "simulation-1"
                 # Of several objects the first one's delay is drawn.
-                hidden = "object_delay_s" if several else "interfered_share"
-                slider.visible = name not in on_axes and name != hidden
+                without = {"object_delay_s": np.isnan(own), "interfered_share": one_ramp}
+                slider.visible = name not in on_axes and not without.get(name, False)
                 value = given.get(name, own)
                 if value is not None and np.isfinite(value):
                     shown = value / kind.scale
-                    ends = kind.start / kind.scale, kind.stop / kind.scale
+                    ends = kind.offered
                     slider.param.update(
                         start=min(ends[0], shown), end=max(ends[1], shown), value=shown
                     )
@@ -191,22 +161,12 @@ class _AxisChoice:
 
     def __init__(self, axis: Axis) -> None:
         kind = axis.kind
-        self.parameter = pmu.Select(
-            label="Parameter", options=_NAMES, value=axis.name, margin=_SELECT_MARGIN, **_TIGHT
-        )
-        self.start = pmu.TextInput(
-            label="From", value=_text(axis.start / kind.scale), margin=(6, 3, 6, 16), **_TIGHT
-        )
-        self.stop = pmu.TextInput(
-            label="To", value=_text(axis.stop / kind.scale), margin=(6, 16, 6, 3), **_TIGHT
-        )
-        self.count = pmu.Select(
-            label="Values",
-            options=sorted({*_COUNTS, axis.count}),
-            value=axis.count,
-            margin=_SELECT_MARGIN,
-            **_TIGHT,
-        )
+        names = {one.help: name for name, one in AXES.items()}
+        self.parameter = field(pmu.Select, "Parameter", "", options=names, value=axis.name)
+        self.start = field(pmu.TextInput, "From", "", value=_text(axis.start / kind.scale))
+        self.stop = field(pmu.TextInput, "To", "", value=_text(axis.stop / kind.scale))
+        counts = sorted({*_COUNTS, axis.count})
+        self.count = field(pmu.Select, "Values", "", options=counts, value=axis.count)
         self._quiet = False
 
     @property
@@ -218,7 +178,7 @@ class _AxisChoice:
         """Return the controls."""
         return [
             self.parameter,
-            pn.Row(self.start, self.stop, sizing_mode="stretch_width"),
+            pair(self.start, self.stop),
             self.count,
         ]
 
@@ -229,8 +189,8 @@ class _AxisChoice:
             kind = AXES[event.new]
             self._quiet = True
             try:
-                self.start.value = _text(kind.start / kind.scale)
-                self.stop.value = _text(kind.stop / kind.scale)
+                self.start.value = _text(kind.offered[0])
+                self.stop.value = _text(kind.offered[1])
             finally:
                 self._quiet = False
             chosen()

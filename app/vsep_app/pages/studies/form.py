@@ -11,13 +11,12 @@ import panel_material_ui as pmu
 from vsep._validation import require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.errors import InputError
+from vsep.parameters import PARAMETERS
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.study import Study, TrialSettings
+from vsep_app.widgets.fields import field, number_field, pair
 from vsep_app.widgets.layout import heading, number_or_nothing, small_text
 
-_TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
-_MARGIN = (6, 16, 6, 16)
-_HALF = (6, 4, 6, 16), (6, 16, 6, 4)
 _FIRST_REALIZATIONS = 50
 _MAX_REALIZATIONS = 1_000_000
 # Of an example every realisation is a picture.
@@ -39,78 +38,75 @@ class StudyForm:
 
     def __init__(self, load: Callable[[str, bytes], Awaitable[None]], *, own_folder: bool) -> None:
         self._load = load
-        self.study_name = pmu.Select(
-            label="Study",
+        self.study_name = field(
+            pmu.Select,
+            "Study",
+            "Figures 2, 4 and 6 are pictures of example signals; all others have statistics.",
             options=list(CATALOGUE),
             value="fig-3",
-            description="Figures 3 and 5 and the last two have statistics; 2, 4 and 6 are pictures "
-            "of example signals.",
-            margin=_MARGIN,
-            **_TIGHT,
         )
         self.title = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 4, 17))
         self.panels = _choice("Panels", "Parts of the figure to run.")
         self.methods = _choice("Methods", "Each sees the same scenes and noise.")
         self._make_trials()
         self._make_work(own_folder=own_folder)
-        self.upload = pmu.FileInput(
-            label="Open rows (.jsonl)",
+        self.upload = field(
+            pmu.FileInput,
+            "Open rows (.jsonl)",
+            "Look at what `vsep study run` or this page wrote, and go on with it.",
             accept=".jsonl",
             variant="outlined",
-            size="small",
-            description="Look at what `vsep study run` or this page wrote, and go on with it.",
-            sizing_mode="stretch_width",
-            margin=_MARGIN,
         )
         self.upload.param.watch(self._uploaded, "value")
         self.study_name.param.watch(self._study_chosen, "value")
         self._study_chosen()
 
     def _make_trials(self) -> None:
-        self.realizations = _number(
+        schedule, threshold = PARAMETERS["schedule"], PARAMETERS["object_threshold_db"]
+        self.realizations = number_field(
             "Realizations a point",
-            _FIRST_REALIZATIONS,
-            (1, _MAX_REALIZATIONS),
             "Scenes drawn at every point; a larger number later goes on from the rows there are.",
+            _FIRST_REALIZATIONS,
+            *(1, _MAX_REALIZATIONS),
         )
-        self.seed = _number("Seed", 1, (0, _MAX_SEED), "Draws all scenes and noise of the study.")
-        self.schedule = pmu.Select(
-            label="Schedule",
-            options={"Robust": "robust", "Paper": "paper"},
-            value="robust",
-            description="Robust: searches bursts anew in early iterations. Paper: literal order.",
-            **_TIGHT,
+        self.seed = number_field(
+            "Seed", "Draws all scenes and noise of the study.", 1, *(0, _MAX_SEED)
         )
-        self.threshold = pmu.TextInput(
-            label="Object threshold [dB]",
+        self.schedule = field(
+            pmu.Select,
+            schedule.form_label,
+            schedule.help,
+            options={label: name for name, label in (schedule.choices or {}).items()},
+            value=schedule.default,
+        )
+        self.threshold = field(
+            pmu.TextInput,
+            threshold.form_label,
+            "In the place of the study's own thresholds; empty leaves those.",
             placeholder="the study's own",
-            description="In the place of the study's own thresholds; empty leaves those.",
-            margin=_MARGIN,
-            **_TIGHT,
         )
-        self.cutoff = _real(
+        self.cutoff = number_field(
             "GOSPA cutoff [cells]",
-            DEFAULT_CUTOFF,
-            (1e-6, 1e6),
             "Distance in resolution cells beyond which an object is missed.",
+            DEFAULT_CUTOFF,
+            *(1e-6, 1e6),
         )
-        self.order = _real(
-            "GOSPA order", DEFAULT_ORDER, (1.0, 100.0), "Weight of large distances; 1 is plain."
+        self.order = number_field(
+            "GOSPA order", "Weight of large distances; 1 is plain.", DEFAULT_ORDER, *(1.0, 100.0)
         )
 
     def _make_work(self, *, own_folder: bool) -> None:
         cores = os.cpu_count() or 1
-        self.workers = _number(
-            "Processes", max(1, cores - 1), (1, cores), "More are faster, and slow the live view."
+        self.workers = number_field(
+            "Processes", "More are faster, and slow the live view.", max(1, cores - 1), *(1, cores)
         )
-        self.folder = pmu.TextInput(
-            label="Results folder",
+        self.folder = field(
+            pmu.TextInput,
+            "Results folder",
+            "Where the rows go and are looked for. A temporary folder is removed when this page is "
+            "closed; download the rows to keep them.",
             placeholder="a temporary one",
-            description="Where the rows go and are looked for. A temporary folder is removed when "
-            "this page is closed; download the rows to keep them.",
-            margin=_MARGIN,
             visible=own_folder,
-            **_TIGHT,
         )
 
     def layout(self) -> list[Any]:
@@ -123,9 +119,9 @@ class StudyForm:
             self.methods,
             heading("Trials"),
             self.realizations,
-            _pair(self.seed, self.schedule),
+            pair(self.seed, self.schedule),
             self.threshold,
-            _pair(self.cutoff, self.order),
+            pair(self.cutoff, self.order),
             heading("Work"),
             self.workers,
             self.folder,
@@ -189,7 +185,7 @@ class StudyForm:
         self.realizations.value = study.realizations
         self.seed.value, self.schedule.value = settings.seed, settings.schedule
         self.cutoff.value, self.order.value = settings.gospa_cutoff, settings.gospa_order
-        own = study.points == CATALOGUE[study.name].points()
+        own = study.points == CATALOGUE[study.name].points
         self.threshold.value = "" if own else repr(study.points[0].object_threshold_db)
         # Its rows lie where this page keeps them.
         self.folder.value = ""
@@ -218,7 +214,7 @@ class StudyForm:
 
     def _study_chosen(self, *_: Any) -> None:
         entry = CATALOGUE[self.study_name.value]
-        panels = list(dict.fromkeys(point.panel for point in entry.points()))
+        panels = list(dict.fromkeys(point.panel for point in entry.points))
         methods = list(make_study(entry.name).methods)
         self.title.object = small_text(entry.title)
         self.panels.param.update(options=panels, value=panels[:1])
@@ -241,42 +237,6 @@ def _choice(label: str, text: str) -> Any:
     Not a group of toggle buttons: those are reached by the arrow keys only, and these do not work
     inside the shadow roots in which widgets live.
     """
-    return pmu.CheckBoxGroup(
-        label=label,
-        description=text,
-        options=[],
-        value=[],
-        inline=True,
-        sizing_mode="stretch_width",
-        size="small",
-        margin=(4, 16, 4, 16),
+    return field(
+        pmu.CheckBoxGroup, label, text, options=[], value=[], inline=True, margin=(4, 16, 4, 16)
     )
-
-
-def _number(label: str, value: int, bounds: tuple[int, int], text: str) -> Any:
-    return pmu.IntInput(
-        label=label,
-        value=value,
-        start=bounds[0],
-        end=bounds[1],
-        description=text,
-        margin=_MARGIN,
-        **_TIGHT,
-    )
-
-
-def _real(label: str, value: float, bounds: tuple[float, float], text: str) -> Any:
-    return pmu.FloatInput(
-        label=label,
-        value=value,
-        start=bounds[0],
-        end=bounds[1],
-        description=text,
-        margin=_MARGIN,
-        **_TIGHT,
-    )
-
-
-def _pair(left: Any, right: Any) -> Any:
-    left.margin, right.margin = _HALF
-    return pn.Row(left, right, margin=0, sizing_mode="stretch_width")
