@@ -8,7 +8,7 @@ import re
 import sys
 from importlib import import_module
 from pathlib import Path
-from pkgutil import walk_packages
+from pkgutil import iter_modules
 from typing import Any
 
 from docutils import nodes
@@ -40,29 +40,29 @@ myst_heading_anchors = 4
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+# A name in backticks is a link where there is one of that name, and else a name.
 default_role = "py:obj"
+suppress_warnings = ["ref.python"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
-autodoc_default_options = {"members": True, "undoc-members": False, "show-inheritance": False}
+autodoc_default_options = {"members": True}
 
-# Kernels are inner loops that only the library calls.
-_INTERNAL = ("vsep.kernels",)
 _FETCHED = re.compile(r"<(?:script|img|iframe|source)[^>]*\ssrc=\"(?:https?:)?//[^\"]*\"")
 _STYLES = re.compile(r"<link(?![^>]*rel=\"canonical\")[^>]*href=\"(?:https?:)?//[^\"]*\"|@import")
 _IN_STYLES = re.compile(r"url\(\s*[\"']?(?:https?:)?//[^)]*\)|@import[^;]*//")
 
 
 def public_modules(package: str) -> list[str]:
-    """Names of a package's public modules; those without content of their own are left out."""
-    root = import_module(package)
-    names = [module.name for module in walk_packages(root.__path__, f"{package}.")]
-    return [
-        name
-        for name in sorted(names)
-        if not any(part.startswith("_") for part in name.split("."))
-        and not name.startswith(_INTERNAL)
-        and not hasattr(import_module(name), "__path__")
-    ]
+    """Names of the public modules of a package and of its packages; of ``vsep`` its own alone."""
+    names = []
+    for module in iter_modules(import_module(package).__path__, f"{package}."):
+        if module.name.rpartition(".")[2].startswith("_"):
+            continue
+        if not module.ispkg:
+            names.append(module.name)
+        elif package != "vsep":
+            names += public_modules(module.name)
+    return sorted(names)
 
 
 class PublicNames(SphinxDirective):
