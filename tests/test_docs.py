@@ -1,15 +1,16 @@
 """The documents: commands are understood and run, examples run, links resolve, versions agree."""
 
 import argparse
+import contextlib
 import csv
 import glob
 import importlib
+import io
 import json
 import re
 import runpy
 import shlex
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -78,13 +79,16 @@ def parsed(line: str) -> argparse.Namespace:
     return cli.build_parser().parse_args(shlex.split(line)[1:])
 
 
-def subparsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Every command of a parser by its name, and the commands of commands."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for name, command in action.choices.items():
-                yield name, command
-                yield from subparsers(command)
+def help_texts(*words: str) -> dict[tuple[str, ...], str]:
+    """What ``--help`` says of the command line, of every command and of those within one."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), pytest.raises(SystemExit):
+        cli.main([*words, "--help"])
+    texts = {words: said.getvalue()}
+    _, _, listed = said.getvalue().partition("\ncommands:\n")
+    for name in re.findall(r"^    ([a-z-]+)", listed, flags=re.MULTILINE):
+        texts |= help_texts(*words, name)
+    return texts
 
 
 @pytest.mark.parametrize("line", VSEP_LINES)
@@ -104,23 +108,18 @@ def test_commands_are_understood(line: str) -> None:
 
 def test_every_command_and_no_other_is_in_the_table() -> None:
     table = set(re.findall(r"^\| `vsep ([a-z-]+)`", (DOCS / "command-line.md").read_text(), re.M))
-    top = [a for a in cli.build_parser()._actions if isinstance(a, argparse._SubParsersAction)]
-    assert table == set(top[0].choices)
+    assert table == {words[0] for words in help_texts() if words}
 
 
 def test_options_named_in_the_text_exist() -> None:
-    known = {
-        option
-        for _, parser in subparsers(cli.build_parser())
-        for action in parser._actions
-        for option in action.option_strings
-    } | {"--version"}
+    option_name = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
+    known = {option for text in help_texts().values() for option in option_name.findall(text)}
     unknown = {
         (name_of(path), option)
         for path in DOCUMENTS
         if path.stem != "changelog"
         for code in re.findall(r"`([^`\n]+)`", prose(path))
-        for option in re.findall(r"(?<![\w-])--[a-z][a-z-]*", code)
+        for option in option_name.findall(code)
         if option not in known | FOREIGN_OPTIONS
     }
     assert unknown == set()
