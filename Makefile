@@ -42,3 +42,13 @@ clean:
 	@$(PYTHON) -c 'import ensurepip, venv' \
 		|| { echo "vsep needs Python's venv module: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv .venv
+
+# The documentation site in build/docs: pages, executed examples, reference; a warning is an error.
+.PHONY: docs
+docs: .venv/.docs
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet assets/docs build/docs
+	@echo "build/docs/index.html"
+
+.venv/.docs: pyproject.toml | .venv/bin/pip
+	$(BIN)/pip install --quiet --editable '.[docs]'
+	touch $@

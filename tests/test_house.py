@@ -1,10 +1,8 @@
-"""The house rules that no tool checks: sizes, entries, what the README promises, what loads."""
+"""The house rules that no tool checks: sizes, entries, what loads."""
 
-import argparse
 import fnmatch
 import os
 import re
-import shlex
 import subprocess
 import sys
 import tomllib
@@ -13,13 +11,13 @@ from pathlib import Path
 
 import pytest
 from vsep_app import assets
-from vsep_app.cli import main as cli
 
 import vsep
 
 ROOT = Path(__file__).parents[1]
 TOP_LEVEL = {
     ".ci",
+    ".github",
     ".gitignore",
     "LICENSE",
     "Makefile",
@@ -34,7 +32,6 @@ MAX_LINES = 400
 TEXT_SUFFIXES = {".py", ".md", ".toml", ".css", ".html", ".js", ".txt", ""}
 # Home and scratch folders of one machine, spelled so that this file does not match itself.
 MACHINE_PATH = re.compile(r"(?<![\w.])/(?:work|farm|tmp|root|home)" + "/[a-z.]")
-README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def own_files() -> list[str]:
@@ -55,15 +52,6 @@ def own_files() -> list[str]:
 def python_sources() -> Iterator[Path]:
     for package in ("vsep", "app/vsep_app"):
         yield from (ROOT / package).rglob("*.py")
-
-
-def code_blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
-
-
-def shell_lines(program: str) -> list[str]:
-    lines = [line for block in code_blocks("sh") for line in block.splitlines()]
-    return [line for line in lines if line.split()[:1] == [program]]
 
 
 def test_no_module_is_too_long_to_know() -> None:
@@ -91,34 +79,6 @@ def test_the_page_fetches_nothing_from_outside() -> None:
         path = ROOT / name
         if path.suffix in {".py", ".css", ".html", ".js"} and "tests" not in path.parts:
             assert not fetched.search(path.read_text(encoding="utf-8")), name
-
-
-@pytest.mark.parametrize("line", shell_lines("vsep"))
-def test_commands_of_the_readme_are_understood(line: str) -> None:
-    options = cli.build_parser().parse_args(shlex.split(line)[1:])
-    assert isinstance(options, argparse.Namespace)
-
-
-@pytest.mark.parametrize("line", shell_lines("make"))
-def test_targets_of_the_readme_exist(line: str) -> None:
-    target = line.split()[1]
-    assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
-
-
-@pytest.mark.scenario
-@pytest.mark.parametrize("block", code_blocks("python"), ids=["presets", "real frame"])
-def test_examples_of_the_readme_run(
-    block: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(ROOT)
-    exec(compile(block, "README.md", "exec"), {})
-    assert capsys.readouterr().out.count("\n") >= 2
-
-
-def test_links_of_the_readme_lead_somewhere() -> None:
-    links = re.findall(r"\]\((?!https?://)([^)#]+)\)", README)
-    assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
 
 
 def test_the_public_names_exist() -> None:

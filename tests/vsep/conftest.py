@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from vsep._version import __version__
 from vsep.studies.study import Point
 
 FrameRow = Callable[..., dict[str, Any]]
@@ -39,6 +40,7 @@ def _row(realization=0, method="factorised", errors=(1e-4,), **changes):
         "iterations": 5,
         "termination": "converged",
         "seconds": 0.01,
+        "version": __version__,
     }
     return values | changes
 

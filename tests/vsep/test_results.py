@@ -32,6 +32,7 @@ LINE_KEYS = {
     "iterations",
     "termination",
     "seconds",
+    "version",
 }
 
 

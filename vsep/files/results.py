@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from vsep._version import __version__
 from vsep.analysis.angles import object_angles
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
@@ -40,7 +41,8 @@ def result_line(
     -------
     dict
         ``file``; ``radar``; ``objects``; ``interference``, one entry per burst of all antennas;
-        ``noise_precision`` in 1/power; ``iterations``; ``termination``; ``seconds``.
+        ``noise_precision`` in 1/power; ``iterations``; ``termination``; ``seconds``; ``version`` of
+        this package.
     """
     state = solution.state
     return {
@@ -52,6 +54,7 @@ def result_line(
         "iterations": solution.iterations,
         "termination": solution.termination.name.lower(),
         "seconds": round(solution.seconds, 6),
+        "version": __version__,
     }
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vsep._typing import BoolArray, FloatArray
+from vsep._version import __version__
 from vsep.separability.analytic import AnalyticMap
 from vsep.separability.cells import CellResult, coarser
 from vsep.separability.map_spec import Cell, MapSpec
@@ -130,7 +131,7 @@ def make_separability_map(
 
 
 def table_rows(separability_map: SeparabilityMap) -> list[dict[str, Any]]:
-    """Return one row a cell: its parameters, all layers, and the number of trials.
+    """Return one row a cell: its parameters, all layers, number of trials, version of vsep.
 
     A layer that comes from trials is empty where there are none.
     """
@@ -143,5 +144,6 @@ def table_rows(separability_map: SeparabilityMap) -> list[dict[str, Any]]:
             values[name] = (
                 float(f"{separability_map.layers[name][row, column]:.7g}") if shown else None
             )
-        rows.append({**values, "trials": int(separability_map.trials[row, column])})
+        trials = int(separability_map.trials[row, column])
+        rows.append({**values, "trials": trials, "version": __version__})
     return rows

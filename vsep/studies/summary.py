@@ -33,6 +33,8 @@ class Measure:
         What was measured of which method.
     interval : Interval
         The figure, its interval, how that was made, and of how many realisations.
+    versions : tuple of str
+        Those of this package that made the rows.
     """
 
     study: str
@@ -41,6 +43,7 @@ class Measure:
     method: str
     metric: str
     interval: Interval
+    versions: tuple[str, ...]
 
     def as_row(self) -> dict[str, Any]:
         """Return the figure as a flat dictionary."""
@@ -57,6 +60,7 @@ class Measure:
             "level": interval.level,
             "interval": interval.method,
             "realizations": interval.num_samples,
+            "version": " ".join(self.versions),
         }
 
 
@@ -97,6 +101,7 @@ def summarise(rows: Iterable[Row], metrics: Iterable[str] | None = None) -> list
                         method=method,
                         metric=name,
                         interval=interval,
+                        versions=tuple(sorted({row.get("version", "") for row in group.rows})),
                     )
                 )
     return measures
