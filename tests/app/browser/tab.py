@@ -1,6 +1,5 @@
 """What the tests of all pages do with the browser."""
 
-import json
 import re
 import shutil
 import time
@@ -27,6 +26,11 @@ COUNT_DRAWN = """
   return window.drawn_at
 }
 """
+FIGURES = """() => [...Bokeh.documents[0].all_models]
+    .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
+    .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
+    .filter(([name, r]) => r.width > 0)
+    .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
 SET_ADDRESS = """(query) => {
   const models = [...Bokeh.documents[0].all_models]
   models.find((m) => m.type === "panel.models.location.Location").search = query
@@ -101,8 +105,7 @@ def whole_address(query):
     assert errors == []
     settings = Settings(**values)
     stated = {key: getattr(settings, name) for name, key in QUERY_NAMES.items()}
-    texts = {key: v if isinstance(v, str) else json.dumps(v) for key, v in stated.items()}
-    return "?" + urlencode(texts)
+    return "?" + urlencode({key: "null" if v is None else v for key, v in stated.items()})
 
 
 class Dashboard:
@@ -191,6 +194,17 @@ class Dashboard:
         field = self.page.get_by_role("textbox", name=re.compile(f"^{label}"))
         field.fill(text)
         field.press("Tab")
+
+    def figures(self):
+        """Names of all figures that are shown."""
+        return [name for name, *_ in self.page.evaluate(FIGURES)]
+
+    def assert_figures_are_on_the_screen(self, *, number, least_size):
+        """All inside of it; they are laid out after the status is written."""
+        self.until(lambda: len(self.figures()) == number, f"{number} figures are laid out")
+        for name, left, top, right, bottom in self.page.evaluate(FIGURES):
+            assert (left >= 0, top >= 0, right <= 1400, bottom <= 900) == (True,) * 4, name
+            assert min(right - left, bottom - top) > least_size, name
 
     def drawn(self):
         return self.page.evaluate(COUNT_DRAWN)

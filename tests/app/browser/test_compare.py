@@ -9,11 +9,6 @@ from vsep_app.views.tables import MISSING
 from tests.app.browser.tab import PATIENCE_MS, Dashboard
 
 pytestmark = pytest.mark.ui
-FIGURES = """() => [...Bokeh.documents[0].all_models]
-    .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
-    .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
-    .filter(([name, r]) => r.width > 0)
-    .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
 # The largest value of each map: 0 as long as nothing is drawn.
 PEAKS = """() => [...Bokeh.documents[0].all_models]
     .filter((m) => m.type === "ImageModel" || m.type === "Image")
@@ -98,14 +93,11 @@ def test_three_chosen_methods_run_to_the_end_side_by_side(compare):
     assert re.fullmatch("[1-4]", rows["object-only"][2])
     assert all(re.fullmatch(r"\d+", rows[name][4]) for name in ("mca-2d", "masked"))
     assert float(rows["mca-2d"][6]) < float(rows["as received"][6]) - 20.0
-    boxes = compare.page.evaluate(FIGURES)
-    assert {name for name, *_ in boxes} == {
+    compare.assert_figures_are_on_the_screen(number=4, least_size=100)
+    assert set(compare.figures()) == {
         *(f"range-doppler-compare-{number}" for number in range(3)),
         "compare-sequence",
     }
-    for name, left, top, right, bottom in boxes:
-        assert (left >= 0, top >= 0, right <= 1400, bottom <= 900) == (True,) * 4, name
-        assert min(right - left, bottom - top) > 100, name
     assert sum(peak > 128 for peak in compare.page.evaluate(PEAKS)) == 3
 
 
@@ -147,13 +139,8 @@ def test_the_next_frame_knows_what_the_last_one_held(compare):
 def test_a_single_ramp_is_compared_by_its_delay_spectrum(compare):
     compare.show("preset=simulation-1&max_iterations=4&speed=30", "linear", "factorised")
     compare.until_finished()
-    compare.until(
-        lambda: (
-            {name for name, *_ in compare.page.evaluate(FIGURES)}
-            == {"compare-profile-0", "compare-profile-1", "compare-sequence"}
-        ),
-        "the spectra are shown",
-    )
+    spectra = {"compare-profile-0", "compare-profile-1", "compare-sequence"}
+    compare.until(lambda: set(compare.figures()) == spectra, "the spectra are shown")
 
 
 def test_what_cannot_be_compared_is_told_and_the_page_goes_on(compare, tmp_path, frame_arrays):

@@ -21,10 +21,6 @@ DOT = """() => {
   const y = view.frame.y_scale.compute(source.data.y[0])
   return [r.left + x, r.top + y, source.data.link[0]]
 }"""
-FIGURES = """() => [...Bokeh.documents[0].all_models]
-    .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
-    .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
-    .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
 INTERVALS = """() => {
   const m = [...Bokeh.documents[0].all_models]
     .find((m) => m.name === "study-RMSE / root CRLB" && Bokeh.index.find_one_by_id(m.id))
@@ -90,11 +86,7 @@ def test_a_small_study_runs_to_its_end_and_opens_its_outlier(studies):
     studies.until(lambda: studies.progress == "52 of 52 rows", "all rows are there")
     # A bootstrap of two realisations has an interval wherever both detected the object.
     studies.until(lambda: page.evaluate(INTERVALS) > 5, "the curves have intervals")
-    boxes = page.evaluate(FIGURES)
-    assert len(boxes) == 5
-    for name, left, top, right, bottom in boxes:
-        assert (left >= 0, top >= 0, right <= 1400, bottom <= 900) == (True,) * 4, name
-        assert min(right - left, bottom - top) > 100, name
+    studies.assert_figures_are_on_the_screen(number=5, least_size=100)
     first = page.locator("table.trials tbody tr").first
     iterations = int(first.locator("td").last.inner_text())
     with page.context.expect_page() as opened:
@@ -157,7 +149,7 @@ def test_an_example_is_shown_as_pictures(studies):
     key = studies.page.locator("div.key")
     key.get_by_text("received").wait_for(timeout=PATIENCE_MS)
     assert key.get_by_text("channel component").count() == 1
-    assert len(studies.page.evaluate(FIGURES)) == 3
+    assert len(studies.figures()) == 3
 
 
 def test_the_pages_lead_to_each_other_by_keyboard(studies):

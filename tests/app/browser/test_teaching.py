@@ -28,6 +28,8 @@ def test_an_experiment_from_choice_to_answer(dashboard):
     page.keyboard.press("Enter")
     answer.wait_for(timeout=PATIENCE_MS)
     dashboard.press("Interferer slope", "ArrowLeft")
+    page.wait_for_timeout(4000)
+    print(page.url, dashboard.slider("Interferer slope").input_value())
     dashboard.until(lambda: "slope=9.99" in page.url, "the slider is taken")
     dashboard.button("Start again").click()
     dashboard.until(lambda: "slope=10" in page.url, "the slope is set again")
