@@ -32,6 +32,16 @@ def test_a_slider_sets_its_setting_on_release_only(controls):
     assert controls.settings.snr_db == 41.0
 
 
+def test_a_value_can_be_released_again_after_something_else_has_set_another(controls):
+    slider = controls.widgets["snr_db"]
+    _release(slider, 41.0)
+    controls.settings.snr_db = 30.0
+    # A browser reports a release only if it differs from what it holds as released.
+    assert slider.value_throttled == 30.0
+    _release(slider, 41.0)
+    assert controls.settings.snr_db == 41.0
+
+
 def test_settings_show_in_the_widgets(controls):
     controls.settings.param.update(snr_db=12.0, schedule="paper", seed=99)
     assert controls.widgets["snr_db"].value == 12.0

@@ -50,6 +50,8 @@ def test_whole_run(timed, case):
     assert solution.objects.num_components >= 1
 
 
+# That it finds the same is for tests/vsep/test_literal.py to say; here its time is taken.
+@pytest.mark.slow
 @pytest.mark.benchmark(group="whole run")
 @pytest.mark.parametrize("case", LITERAL)
 def test_literal_run(timed, case):
@@ -63,6 +65,8 @@ def test_literal_run(timed, case):
     assert solution.objects.num_components >= 1
 
 
+# That all objects of the larger one are found is for tests/vsep/test_scale.py to say.
+@pytest.mark.slow
 @pytest.mark.benchmark(group="whole run")
 @pytest.mark.parametrize("size", LARGE)
 def test_run_of_a_large_frame(timed, size):

@@ -271,6 +271,10 @@ class Controls:
         def show(event: Any) -> None:
             if widget.value != event.new:
                 widget.value = event.new
+            if committed != "value":
+                # The browser reports changes only: the value committed last can be set again.
+                with param.edit_constant(widget):
+                    widget.param.update(**{committed: event.new})
 
         widget.param.watch(take, committed)
         self.settings.param.watch(show, name)

@@ -50,9 +50,9 @@ def tab(shared_tab, caplog, request):
 
 
 @pytest.fixture
-def dashboard(tab, app_url):
+def dashboard(tab, app_server):
     """The live view, with whatever the test before it has left there."""
-    return Dashboard(tab, app_url)
+    return Dashboard(tab, app_server)
 
 
 @pytest.fixture

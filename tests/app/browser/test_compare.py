@@ -26,7 +26,7 @@ class Compare(Dashboard):
 
     def loaded(self):
         # The first page of a server takes several times as long as the others.
-        self.page.wait_for_selector("table.methods", timeout=3 * PATIENCE_MS)
+        self.page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
         self.until(lambda: "methods=" in self.page.url, "the address is complete")
         return self
 
@@ -53,7 +53,7 @@ class Compare(Dashboard):
     def click(self, name):
         self.button(name).click()
 
-    def until(self, condition, what, patience_ms=2 * PATIENCE_MS):
+    def until(self, condition, what, patience_ms=PATIENCE_MS):
         super().until(condition, what, patience_ms)
 
     def until_finished(self, *, frame=0):
@@ -71,9 +71,9 @@ class Compare(Dashboard):
 
 
 @pytest.fixture
-def compare(tab, app_url):
+def compare(tab, app_server):
     """The page, with whatever the test before it has left there."""
-    return Compare(tab, app_url)
+    return Compare(tab, app_server)
 
 
 def test_three_chosen_methods_run_to_the_end_side_by_side(compare):

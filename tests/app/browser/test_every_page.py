@@ -52,7 +52,7 @@ CUT_OFF = """() => {
 def drawn(page, url, query):
     """Open a page and wait until it shows something and is at rest."""
     page.goto(url + query)
-    page.wait_for_selector("canvas", timeout=3 * PATIENCE_MS)
+    page.wait_for_selector("canvas", timeout=PATIENCE_MS)
     page.wait_for_function(
         "() => !document.querySelector('.pn-loading, .bk-loading')", timeout=PATIENCE_MS
     )
@@ -72,7 +72,7 @@ def drawn(page, url, query):
           return words.some((w) => status.textContent.startsWith(w))
         }""",
         arg=words,
-        timeout=3 * PATIENCE_MS,
+        timeout=PATIENCE_MS,
     )
 
 
@@ -102,10 +102,9 @@ def is_dark(page):
 
 def change_theme(page):
     """Change to the other theme; the colours of a page change one part after the other."""
-    dark = "document.querySelectorAll('.mui-dark').length > 0"
-    wanted = f"() => {dark.replace('>', '===')}" if is_dark(page) else f"() => {dark}"
+    wanted = "detached" if is_dark(page) else "attached"
     page.get_by_role("button", name="Toggle theme").click()
-    page.wait_for_function(wanted, timeout=PATIENCE_MS)
+    page.locator(".mui-dark").first.wait_for(state=wanted, timeout=PATIENCE_MS)
 
 
 def serious_violations_at_rest(page):

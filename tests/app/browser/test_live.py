@@ -21,7 +21,7 @@ def report(capsys):
 
     def say(text):
         with capsys.disabled():
-            sys.stdout.write(f"\n{text}\n")
+            sys.stderr.write(f"\n{text}\n")
 
     return say
 

@@ -47,9 +47,9 @@ class Recording(Dashboard):
 
 
 @pytest.fixture
-def recording(tab, app_url):
+def recording(tab, app_url, app_server):
     """The page, with whatever the test before it has left there."""
-    page = Recording(tab, app_url)
+    page = Recording(tab, app_server)
     if not tab.shows(f"{app_url}recording"):
         page.open().until_status("ready")
         page.until_told("example (without interference)")
@@ -86,7 +86,7 @@ def test_a_capture_is_mended_separated_saved_and_stored_over(recording, raw_capt
     with page.context.expect_page(timeout=PATIENCE_MS) as opened:
         recording.button("Open in live view").click()
     live = opened.value
-    live.locator("[role=status]", has_text="converged").wait_for(timeout=2 * PATIENCE_MS)
+    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
     assert "frame=" in live.url
     assert live.locator("table.components tbody tr").count() >= 2
 

@@ -72,10 +72,10 @@ def scrub(dashboard, iteration):
 
 
 @pytest.fixture
-def elsewhere(browser, app_url):
+def elsewhere(browser, app_server):
     """The live view in another browser, not yet opened."""
     tab = Tab(browser)
-    yield Dashboard(tab, app_url)
+    yield Dashboard(tab, app_server)
     faults = tab.take_faults()
     tab.close()
     assert faults == ([], [])
@@ -90,7 +90,6 @@ def test_a_shared_link_shows_the_same_picture_elsewhere(dashboard, elsewhere):
     elsewhere.open(dashboard.page.url.removeprefix(dashboard.url)).until_status("paused")
     elsewhere.until(lambda: elsewhere.iteration == 4, "iteration 4 is shown there")
     here, there = dashboard.page, elsewhere.page
-    print(there.evaluate(DRAWN), here.evaluate(DRAWN), here.url)
     elsewhere.until(lambda: there.evaluate(DRAWN) == here.evaluate(DRAWN), "it is equal")
     assert there.evaluate(DRAWN)["title"] == "Fast time, ramp 4"
     dashboard.button("Run").click()

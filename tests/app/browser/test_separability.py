@@ -36,12 +36,12 @@ def separability(tab, app_url):
 
 
 def test_trials_fill_the_map_and_a_click_opens_a_cell(separability):
-    separability.locator("span.status", has_text="25 of 25 cells").wait_for(timeout=3 * PATIENCE_MS)
+    separability.locator("span.status", has_text="25 of 25 cells").wait_for(timeout=PATIENCE_MS)
     left, top = separability.evaluate(MAP)["place"]
     with separability.context.expect_page() as opened:
         separability.mouse.click(left, top)
     live = opened.value
-    live.locator("[role=status]", has_text="converged").wait_for(timeout=2 * PATIENCE_MS)
+    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
     assert "sir_db%3D20.0" in live.url
     assert "snr_db%3D30.0" in live.url
 

@@ -44,9 +44,9 @@ class Studies(Dashboard):
         self.button(name).click()
 
     def until_status(self, word):
-        self.page.locator("[role=status]", has_text=word).wait_for(timeout=2 * PATIENCE_MS)
+        self.page.locator("[role=status]", has_text=word).wait_for(timeout=PATIENCE_MS)
 
-    def until(self, condition, what, patience_ms=2 * PATIENCE_MS):
+    def until(self, condition, what, patience_ms=PATIENCE_MS):
         super().until(condition, what, patience_ms)
 
     def quick(self, realizations):
@@ -70,9 +70,9 @@ class Studies(Dashboard):
 
 
 @pytest.fixture
-def studies(tab, app_url):
+def studies(tab, app_url, app_server):
     """The page of studies, with whatever the test before it has left there."""
-    page = Studies(tab, app_url)
+    page = Studies(tab, app_server)
     return page if tab.shows(f"{app_url}studies") else page.open()
 
 
@@ -92,7 +92,7 @@ def test_a_small_study_runs_to_its_end_and_opens_its_outlier(studies):
     with page.context.expect_page() as opened:
         first.locator("a").click()
     live = opened.value
-    live.locator("[role=status]", has_text="converged").wait_for(timeout=2 * PATIENCE_MS)
+    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
     assert live.get_by_text(f"iteration {iterations} of {iterations}").count() == 1
     assert "trial=fig-3%2F" in live.url
 
@@ -102,7 +102,7 @@ def test_a_study_stops_and_goes_on_where_it_was(studies):
     studies.click("Run")
     studies.until_status("running")
     studies.until(lambda: "left" in studies.progress, "the time left is told")
-    studies.page.locator("table.trials a").first.wait_for(timeout=2 * PATIENCE_MS)
+    studies.page.locator("table.trials a").first.wait_for(timeout=PATIENCE_MS)
     studies.click("Stop")
     studies.until_status("stopped")
     held = studies.rows
@@ -118,7 +118,7 @@ def test_a_study_stops_and_goes_on_where_it_was(studies):
 def test_a_click_on_a_dot_opens_its_trial_in_the_live_view(studies):
     studies.quick(200)
     studies.click("Run")
-    studies.page.locator("table.trials a").first.wait_for(timeout=2 * PATIENCE_MS)
+    studies.page.locator("table.trials a").first.wait_for(timeout=PATIENCE_MS)
     studies.click("Stop")
     studies.until_status("stopped")
     studies.page.wait_for_timeout(2500)
@@ -126,7 +126,7 @@ def test_a_click_on_a_dot_opens_its_trial_in_the_live_view(studies):
     with studies.page.context.expect_page() as opened:
         studies.page.mouse.click(left, top)
     live = opened.value
-    live.locator("[role=status]", has_text="converged").wait_for(timeout=2 * PATIENCE_MS)
+    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
     # Dots of several realizations may lie on each other: the study and the point are certain.
     assert "/".join(link.split("/")[:2]).replace("/", "%2F") in live.url
 

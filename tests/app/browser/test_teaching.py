@@ -28,8 +28,6 @@ def test_an_experiment_from_choice_to_answer(dashboard):
     page.keyboard.press("Enter")
     answer.wait_for(timeout=PATIENCE_MS)
     dashboard.press("Interferer slope", "ArrowLeft")
-    page.wait_for_timeout(4000)
-    print(page.url, dashboard.slider("Interferer slope").input_value())
     dashboard.until(lambda: "slope=9.99" in page.url, "the slider is taken")
     dashboard.button("Start again").click()
     dashboard.until(lambda: "slope=10" in page.url, "the slope is set again")
@@ -43,7 +41,7 @@ def test_an_experiment_of_the_compare_page_is_opened_there(dashboard):
     dashboard.show("?speed=30").until_status("converged")
     dashboard.choose("Experiment", "Why zeroing leaves ghosts", exact=False)
     dashboard.page.get_by_role("link", name="Open this experiment on its own page").click()
-    dashboard.page.wait_for_selector("table.methods", timeout=3 * PATIENCE_MS)
+    dashboard.page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
     dashboard.page.get_by_text("Where do dozens of false objects").wait_for(timeout=PATIENCE_MS)
     dashboard.until(
         lambda: "methods=zeroing%2Cmasked%2Cfactorised" in dashboard.page.url, "it is set"
