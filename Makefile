@@ -1,54 +1,75 @@
-# make demo   the running dashboard, in the browser
-# make test   everything that is checked: format, rules, types, tests
-# make bench  how long everything takes, with ratios to the reference
+# make demo       the running dashboard, in the browser
+# make test       what every change is checked by: format, rules, types, tests, browser
+# make test-fast  the same in a minute and a half: no types, no browser, no simulated scenes
+# make test-all   what a release is checked by: the long runs too
+# make bench      how long everything takes, with ratios to the reference
+# make docs       the documentation site, in build/docs
 PYTHON ?= python3
-BIN := .venv/bin
+VENV ?= .venv
+BIN := $(VENV)/bin
+# Further requirements of the environment, such as 'panel<1.10'.
+REQUIRE ?=
 # The matrices are small: a second thread of the linear algebra only costs time.
 export OMP_NUM_THREADS ?= 1
+# Files in the order in which they are collected: the browser's come last.
+PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test bench clean
+.PHONY: demo test test-fast test-all test-app bench docs clean
 
-demo: .venv/.program
+demo: $(VENV)/.program
 	$(BIN)/vsep serve --show
 
-# A browser and the server it looks at fill two cores; everything else is tested in two processes.
-test: .venv/.checks
+test: $(VENV)/.checks
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -m "not ui" --numprocesses 2 --dist loadfile
-	$(BIN)/python -m pytest -m ui
+	$(PYTEST) -m "not slow"
 
-bench: .venv/.checks
+test-fast: $(VENV)/.checks
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(PYTEST) -m "not (slow or ui or scenario or benchmark)"
+
+test-all: $(VENV)/.checks
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	$(PYTEST)
+
+# The part that depends on the releases of Panel and Bokeh, without a browser.
+test-app: $(VENV)/.checks
+	$(PYTEST) tests/app -m "not (slow or ui)"
+
+bench: $(VENV)/.checks
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only
 
 clean:
-	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
+	rm -rf .venv .venv-older .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
 
-# The stamps say what is installed; the checks need the program too.
-.venv/.program: pyproject.toml | .venv/bin/pip
-	$(BIN)/pip install --quiet --editable .
+# The stamps say what is installed; the checks need the program too. Kernels are compiled here, so
+# that neither a visitor nor a test waits for them.
+$(VENV)/.program: pyproject.toml | $(VENV)/bin/pip
+	$(BIN)/pip install --quiet --editable '.[dashboard]' $(REQUIRE)
 	$(BIN)/python -m vsep_app.jobs.warmup
 	touch $@
 
-.venv/.checks: pyproject.toml | .venv/bin/pip
-	$(BIN)/pip install --quiet --editable '.[dev]'
+$(VENV)/.checks: pyproject.toml | $(VENV)/bin/pip
+	$(BIN)/pip install --quiet --editable '.[dev]' $(REQUIRE)
 	$(BIN)/python -m vsep_app.jobs.warmup
-	touch $@ .venv/.program
+	touch $@ $(VENV)/.program
 
-.venv/bin/pip:
+$(VENV)/bin/pip:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 		|| { echo "vsep needs Python 3.11 or newer; set PYTHON=/path/to/python3"; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' \
 		|| { echo "vsep needs Python's venv module: apt-get install python3-venv"; exit 1; }
-	$(PYTHON) -m venv .venv
+	$(PYTHON) -m venv $(VENV)
 
-# The documentation site in build/docs: pages, executed examples, reference; a warning is an error.
-.PHONY: docs
-docs: .venv/.docs
+# Pages, executed examples and the reference of the interface; a warning is an error.
+docs: $(VENV)/.docs
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet assets/docs build/docs
 	@echo "build/docs/index.html"
 
-.venv/.docs: pyproject.toml | .venv/bin/pip
+$(VENV)/.docs: pyproject.toml | $(VENV)/bin/pip
 	$(BIN)/pip install --quiet --editable '.[docs]'
 	touch $@

@@ -13,6 +13,8 @@ def run(*arguments):
     subprocess.run([sys.executable, "-c", CODE, *map(str, arguments)], check=True, timeout=300)
 
 
+# What a report holds is for the tests of reports to say; here the time of a process is taken.
+@pytest.mark.slow
 @pytest.mark.benchmark(group="report")
 @pytest.mark.parametrize(
     ("flag", "name"),

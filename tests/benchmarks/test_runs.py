@@ -51,6 +51,8 @@ def test_whole_run(timed, case):
     assert solution.objects.num_components >= 1
 
 
+# That it finds the same is for tests/vsep/test_literal.py to say; here its time is taken.
+@pytest.mark.slow
 @pytest.mark.benchmark(group="whole run")
 @pytest.mark.parametrize("case", REFERENCE)
 def test_reference_run(timed, case):
@@ -67,6 +69,8 @@ def test_reference_run(timed, case):
     assert solution.objects.num_components >= 1
 
 
+# That all objects of the larger one are found is for tests/vsep/test_scale.py to say.
+@pytest.mark.slow
 @pytest.mark.benchmark(group="whole run")
 @pytest.mark.parametrize("size", LARGE)
 def test_run_of_a_large_frame(timed, size):

@@ -8,7 +8,7 @@ from tests.load.classroom import health, lesson, served, summary
 def test_a_small_class_gets_its_pictures_and_leaves_nothing_running():
     with served() as url:
         students, healths = asyncio.run(
-            lesson(url, sessions=4, seconds=12.0, pause_s=(3.0, 5.0), patience_s=60.0)
+            lesson(url, sessions=4, seconds=6.0, pause_s=(1.5, 2.5), patience_s=60.0)
         )
         figures = summary(students, healths, 0.0)
         after = health(url)

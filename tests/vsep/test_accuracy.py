@@ -61,7 +61,8 @@ def misses_and_false_alarms(objects, truth, shape):
 
 
 @pytest.mark.scenario
-@pytest.mark.parametrize("sir_db", [-20.0, 0.0, 15.0])
+# Bursts far above the objects and bursts below them; between both in the longer run.
+@pytest.mark.parametrize("sir_db", [-20.0, pytest.param(0.0, marks=pytest.mark.slow), 15.0])
 def test_simulation_2_is_as_good_as_without_interference(sir_db):
     interfered_counts, clean_counts = [], []
     for seed in range(20):
@@ -78,6 +79,9 @@ def test_simulation_2_is_as_good_as_without_interference(sir_db):
         clean_counts.append(misses_and_false_alarms(reference, clean.truth, model.shape))
     misses, false_alarms = np.mean(interfered_counts, axis=0)
     clean_misses, clean_false_alarms = np.mean(clean_counts, axis=0)
+    # Independent trials missed 0.3 of the ten objects a frame, which is 6 in 20 frames; 14 are
+    # beyond the 99.9 % point of a Poisson count.
+    assert clean_misses <= 0.7
     assert abs(misses - clean_misses) <= 0.3
     assert abs(false_alarms - clean_false_alarms) <= 0.25
     assert np.max(interfered_counts, axis=0)[1] <= 5

@@ -23,7 +23,7 @@ def group(point, **columns):
 
 
 def test_boxes_have_quartiles_whiskers_and_outliers():
-    values = [*np.arange(1.0, 10.0), 100.0]
+    values = [*np.arange(1.0, 10.0), 14.0, 22.0, 100.0]
     point = {"panel": "5d-f", "snr_db": 60.0, "sir_db": 15.0}
     frames = group(point, misses=values, false_alarms=values, errors=[[value] for value in values])
     grouped = {("fig-5", 0, "factorised"): frames}
@@ -31,8 +31,10 @@ def test_boxes_have_quartiles_whiskers_and_outliers():
     (box,) = misses.boxes
     first, middle, third = np.quantile(values, [0.25, 0.5, 0.75])
     assert (box.first, box.middle, box.third) == (first, middle, third)
-    assert (box.low, box.high) == (1.0, 9.0)
-    assert box.outliers == (100.0,)
+    # Tukey's whiskers reach 1.5 times the quartiles' distance of 6.5: to 20, not to 22.
+    assert third + 1.5 * (third - first) == 20.0
+    assert (box.low, box.high) == (1.0, 14.0)
+    assert box.outliers == (22.0, 100.0)
     assert error.boxes[0].middle == middle
     assert box_panels(grouped, replace(STRONG, sir_db=-15.0)) == []
 

@@ -129,6 +129,17 @@ def test_both_sources_and_the_noise_account_for_the_frame(received, solution):
     )
 
 
+def test_the_separability_ratio_is_that_of_dense_matrices(received, solution):
+    objects = solution.objects
+    ramp, sample = np.mgrid[: received.shape[0], : received.shape[1]]
+    turns = np.multiply.outer(sample, objects.beats) + np.multiply.outer(ramp, objects.dopplers)
+    atoms = np.exp(-2j * np.pi * turns).reshape(received.size, -1) / np.sqrt(received.size)
+    own = atoms.conj().T @ (atoms @ objects.amplitudes)
+    other = atoms.conj().T @ solution.state.interference_signal.ravel()
+    ratio_db = 20.0 * np.log10(np.linalg.norm(own) / np.linalg.norm(other))
+    assert solution.infos[-1].separability_ratio_db == pytest.approx(ratio_db, abs=1e-6)
+
+
 def test_events_tell_the_whole_story_of_the_components(solution):
     events = [event for info in solution.infos for event in info.events]
     added = count_events(events, EventKind.OBJECT_ADDED)

@@ -181,7 +181,9 @@ def test_paused_and_resumed_run_is_the_same_with_a_correction():
 
 
 @pytest.mark.scenario
-@pytest.mark.parametrize(("order", "sir_db"), [(8, -40.0), (4, -30.0)])
+@pytest.mark.parametrize(
+    ("order", "sir_db"), [(8, -40.0), pytest.param(4, -30.0, marks=pytest.mark.slow)]
+)
 def test_objects_are_found_through_a_wrong_filter(order, sir_db):
     false_alarms, largest = [], []
     for seed in range(2, 7):

@@ -85,6 +85,19 @@ def test_noise_precision_and_deviations_account_for_the_lost_samples(scene):
     np.testing.assert_allclose(np.concatenate([std.beats, std.dopplers]), dense, rtol=0.25)
 
 
+def test_the_weights_are_as_uncertain_as_the_used_samples_leave_them(scene):
+    received, mask = scene
+    state = run(MaskedSeparator(model=MODEL, mask=mask), received).state
+    points = np.stack([state.objects.beats, state.objects.dopplers], axis=1)
+    atoms = np.stack([lines(point[None], np.ones(1))[~mask] for point in points], axis=1)
+    atoms /= np.sqrt(mask.size)
+    inverse = state.noise_precision * atoms.conj().T @ atoms + np.diag(state.objects.precisions)
+    dense = np.diagonal(np.linalg.inv(inverse)).real
+    # Every atom loses its quarter; only how the gaps correlate the three is left to the average.
+    found = np.diagonal(state.objects.covariance).real
+    np.testing.assert_allclose(found, dense, rtol=0.1)
+
+
 def test_what_flagged_samples_hold_plays_no_part(scene):
     received, mask = scene
     estimator = MaskedSeparator(model=MODEL, mask=mask)

@@ -6,19 +6,9 @@ import time
 
 import pytest
 
-from tests.app.test_browser import (  # noqa: F401
-    CHROMIUM,
-    PATIENCE_MS,
-    app_url,
-    browser_context_args,
-    browser_type_launch_args,
-    watched,
-)
+from tests.app.browser.tab import PATIENCE_MS, Dashboard
 
-pytestmark = [
-    pytest.mark.ui,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
-]
+pytestmark = pytest.mark.ui
 # The server forgets a page 4 s after its tab is closed and looks every 2 s; then the workers end
 # within a fifth of a second. The rest is room for a busy machine.
 GONE_S = 20.0
@@ -31,10 +21,6 @@ DOT = """() => {
   const y = view.frame.y_scale.compute(source.data.y[0])
   return [r.left + x, r.top + y, source.data.link[0]]
 }"""
-FIGURES = """() => [...Bokeh.documents[0].all_models]
-    .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
-    .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
-    .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
 INTERVALS = """() => {
   const m = [...Bokeh.documents[0].all_models]
     .find((m) => m.name === "study-RMSE / root CRLB" && Bokeh.index.find_one_by_id(m.id))
@@ -44,32 +30,35 @@ INTERVALS = """() => {
 }"""
 
 
-class Studies:
+class Studies(Dashboard):
     """What the tests do with the page."""
 
-    def __init__(self, page):
-        self.page = page
+    ROUTE = "studies"
 
-    def press(self, name):
-        self.page.get_by_role("button", name=re.compile(f"^{name}")).click()
+    def loaded(self):
+        self.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
+        self.page.wait_for_timeout(500)
+        return self
 
-    def until(self, word):
-        self.page.locator("[role=status]", has_text=word).wait_for(timeout=2 * PATIENCE_MS)
+    def click(self, name):
+        self.button(name).click()
 
-    def choose(self, label, option):
-        self.page.get_by_role("combobox", name=re.compile(f"^{label}")).click()
-        self.page.get_by_role("menuitem", name=option, exact=True).click()
+    def until_status(self, word):
+        self.page.locator("[role=status]", has_text=word).wait_for(timeout=PATIENCE_MS)
 
-    def type(self, label, text):
-        field = self.page.get_by_role("textbox", name=re.compile(f"^{label}"))
-        field.fill(text)
-        field.press("Tab")
+    def until(self, condition, what, patience_ms=PATIENCE_MS):
+        super().until(condition, what, patience_ms)
 
     def quick(self, realizations):
         """Choose two methods that take little time."""
+        self.choose("Study", "fig-3")
         for method in ("factorised", "joint", "masked"):
-            self.page.get_by_role("checkbox", name=method).click()
+            self.page.get_by_role("checkbox", name=method).uncheck()
         self.type("Realizations", str(realizations))
+
+    @property
+    def header(self):
+        return self.progress
 
     @property
     def progress(self):
@@ -79,102 +68,88 @@ class Studies:
     def rows(self):
         return int(self.progress.split(" ")[0])
 
-    def wait(self, condition, what):
-        deadline = time.monotonic() + 2 * PATIENCE_MS / 1000.0
-        while not condition():
-            assert time.monotonic() < deadline, f"waited in vain until {what}"
-            self.page.wait_for_timeout(50)
-
-    def upload(self, name, content):
-        file = {"name": name, "mimeType": "application/octet-stream", "buffer": content}
-        self.page.locator("input[type=file]").set_input_files(file)
-
 
 @pytest.fixture
-def studies(watched, app_url):  # noqa: F811
-    """The page of studies, opened."""
-    watched.goto(f"{app_url}studies")
-    watched.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
-    watched.wait_for_timeout(500)
-    return Studies(watched)
+def studies(tab, app_url, app_server):
+    """The page of studies, with whatever the test before it has left there."""
+    page = Studies(tab, app_server)
+    return page if tab.shows(f"{app_url}studies") else page.open()
 
 
 def test_a_small_study_runs_to_its_end_and_opens_its_outlier(studies):
     page = studies.page
     studies.quick(2)
     studies.choose("Value", "iterations")
-    studies.press("Run")
-    studies.until("running")
-    studies.until("finished")
-    studies.wait(lambda: studies.progress == "52 of 52 rows", "all rows are there")
+    studies.click("Run")
+    studies.until_status("running")
+    studies.until_status("finished")
+    studies.until(lambda: studies.progress == "52 of 52 rows", "all rows are there")
     # A bootstrap of two realisations has an interval wherever both detected the object.
-    studies.wait(lambda: page.evaluate(INTERVALS) > 5, "the curves have intervals")
-    boxes = page.evaluate(FIGURES)
-    assert len(boxes) == 5
-    for name, left, top, right, bottom in boxes:
-        assert (left >= 0, top >= 0, right <= 1400, bottom <= 900) == (True,) * 4, name
-        assert min(right - left, bottom - top) > 100, name
+    studies.until(lambda: page.evaluate(INTERVALS) > 5, "the curves have intervals")
+    studies.assert_figures_are_on_the_screen(number=5, least_size=100)
     first = page.locator("table.trials tbody tr").first
     iterations = int(first.locator("td").last.inner_text())
     with page.context.expect_page() as opened:
         first.locator("a").click()
     live = opened.value
-    live.locator("[role=status]", has_text="converged").wait_for(timeout=2 * PATIENCE_MS)
+    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
     assert live.get_by_text(f"iteration {iterations} of {iterations}").count() == 1
     assert "trial=fig-3%2F" in live.url
 
 
 def test_a_study_stops_and_goes_on_where_it_was(studies):
     studies.quick(200)
-    studies.press("Run")
-    studies.until("running")
-    studies.wait(lambda: "left" in studies.progress, "the time left is told")
-    studies.page.locator("table.trials a").first.wait_for(timeout=2 * PATIENCE_MS)
-    studies.press("Stop")
-    studies.until("stopped")
+    studies.click("Run")
+    studies.until_status("running")
+    studies.until(lambda: "left" in studies.progress, "the time left is told")
+    studies.page.locator("table.trials a").first.wait_for(timeout=PATIENCE_MS)
+    studies.click("Stop")
+    studies.until_status("stopped")
     held = studies.rows
     studies.page.wait_for_timeout(1500)
     assert studies.rows == held > 0
-    studies.press("Run")
-    studies.until("running")
-    studies.wait(lambda: studies.rows > held, "there are more rows")
-    studies.press("Stop")
-    studies.until("stopped")
+    studies.click("Run")
+    studies.until_status("running")
+    studies.until(lambda: studies.rows > held, "there are more rows")
+    studies.click("Stop")
+    studies.until_status("stopped")
 
 
 def test_a_click_on_a_dot_opens_its_trial_in_the_live_view(studies):
     studies.quick(200)
-    studies.press("Run")
-    studies.page.locator("table.trials a").first.wait_for(timeout=2 * PATIENCE_MS)
-    studies.press("Stop")
-    studies.until("stopped")
+    studies.click("Run")
+    studies.page.locator("table.trials a").first.wait_for(timeout=PATIENCE_MS)
+    studies.click("Stop")
+    studies.until_status("stopped")
     studies.page.wait_for_timeout(2500)
     left, top, link = studies.page.evaluate(DOT)
     with studies.page.context.expect_page() as opened:
         studies.page.mouse.click(left, top)
     live = opened.value
-    live.locator("[role=status]", has_text="converged").wait_for(timeout=2 * PATIENCE_MS)
+    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
     # Dots of several realizations may lie on each other: the study and the point are certain.
     assert "/".join(link.split("/")[:2]).replace("/", "%2F") in live.url
-
-
-def test_an_example_is_shown_as_pictures(studies):
-    studies.choose("Study", "fig-2")
-    studies.press("Run")
-    studies.until("finished")
-    key = studies.page.locator("div.key")
-    key.get_by_text("received").wait_for(timeout=PATIENCE_MS)
-    assert key.get_by_text("channel component").count() == 1
-    assert len(studies.page.evaluate(FIGURES)) == 3
 
 
 def test_a_bad_file_is_told_and_the_page_goes_on(studies):
     studies.upload("notes.jsonl", b"these are notes\n")
     notice = studies.page.get_by_text("Line 1 of notes.jsonl is no row of a study")
     notice.first.wait_for(timeout=PATIENCE_MS)
+    studies.quick(200)
+    studies.click("Run")
+    studies.until_status("running")
+    studies.click("Stop")
+    studies.until_status("stopped")
+
+
+def test_an_example_is_shown_as_pictures(studies):
     studies.choose("Study", "fig-2")
-    studies.press("Run")
-    studies.until("finished")
+    studies.click("Run")
+    studies.until_status("finished")
+    key = studies.page.locator("div.key")
+    key.get_by_text("received").wait_for(timeout=PATIENCE_MS)
+    assert key.get_by_text("channel component").count() == 1
+    assert len(studies.figures()) == 3
 
 
 def test_the_pages_lead_to_each_other_by_keyboard(studies):
@@ -197,8 +172,8 @@ def test_closing_the_tab_ends_the_workers(studies):
 
     # All methods on sixteen ramps: a trial takes seconds.
     studies.choose("Study", "fig-5")
-    studies.press("Run")
-    studies.wait(workers, "a worker is there")
+    studies.click("Run")
+    studies.until(workers, "a worker is there")
     studies.page.close()
     deadline = time.monotonic() + GONE_S
     while workers():

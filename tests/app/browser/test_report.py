@@ -7,21 +7,9 @@ import sys
 import pytest
 from vsep_app.report.metadata import read_account
 
-from tests.app.test_browser import (  # noqa: F401
-    CHROMIUM,
-    PATIENCE_MS,
-    Dashboard,
-    app_url,
-    browser_context_args,
-    browser_type_launch_args,
-    dashboard,
-    watched,
-)
+from tests.app.browser.tab import PATIENCE_MS, Dashboard, Tab
 
-pytestmark = [
-    pytest.mark.ui,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
-]
+pytestmark = pytest.mark.ui
 DRAWN = """() => {
   const read = (name) => [...Bokeh.documents[0].all_models]
     .find((m) => m.name === name && Bokeh.index.find_one_by_id(m.id))
@@ -36,16 +24,14 @@ DRAWN = """() => {
 }"""
 
 
-def test_reports_open_and_a_recorded_run_plays_from_disk_without_a_request(page, tmp_path):
+def test_reports_open_and_a_recorded_run_plays_from_disk_without_a_request(tab, tmp_path):
     report, out = tmp_path / "report.html", tmp_path / "run.html"
     # A process of its own, as for a user.
     command = f"report --preset simulation-2-b --out {report} --record {out}"
     code = f"from vsep_app.cli.main import main; raise SystemExit(main({command.split()!r}))"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
-    requests, errors = [], []
+    page, requests = tab.context.new_page(), []
     page.on("request", lambda request: requests.append(request.url))
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
     page.goto(report.as_uri())
     page.wait_for_selector("canvas", timeout=PATIENCE_MS)
     assert page.locator("table.components tr.found").count() == 10
@@ -72,29 +58,48 @@ def test_reports_open_and_a_recorded_run_plays_from_disk_without_a_request(page,
     page.keyboard.press("End")
     assert page.evaluate(DRAWN) == last
     assert page.locator("ol.log li:visible").count() == page.locator("ol.log li").count()
-    assert (requests, errors) == ([report.as_uri(), out.as_uri()], [])
+    assert requests == [report.as_uri(), out.as_uri()]
 
 
-def test_a_shared_link_shows_the_same_picture_elsewhere(dashboard, browser):  # noqa: F811
-    dashboard.open("?preset=simulation-2-b&iteration=3&ramp=4&speed=30").until_status("paused")
-    dashboard.until(lambda: dashboard.iteration == 3, "iteration 3 is shown")
+def scrub(dashboard, iteration):
+    """Look at an early iteration of the run that is shown."""
+    dashboard.press("Iteration", "Home")
+    for number in range(iteration + 1):
+        dashboard.until(lambda n=number: dashboard.iteration == n, f"iteration {number} is shown")
+        if number < iteration:
+            dashboard.page.keyboard.press("ArrowRight")
+    dashboard.until_status("paused")
+
+
+@pytest.fixture
+def elsewhere(browser, app_server):
+    """The live view in another browser, not yet opened."""
+    tab = Tab(browser)
+    yield Dashboard(tab, app_server)
+    faults = tab.take_faults()
+    tab.close()
+    assert faults == ([], [])
+
+
+def test_a_shared_link_shows_the_same_picture_elsewhere(dashboard, elsewhere):
+    dashboard.show("?preset=simulation-2-b&ramp=4&speed=30").until_status("converged")
+    scrub(dashboard, 3)
     dashboard.until(lambda: "iteration=3" in dashboard.page.url, "the address has it")
     dashboard.button("Step").click()
     dashboard.until(lambda: "iteration=4" in dashboard.page.url, "the address follows")
-    elsewhere = browser.new_page(viewport={"width": 1400, "height": 900})
-    other = Dashboard(elsewhere, dashboard.page.url).open()
-    other.until_status("paused")
-    other.until(lambda: other.iteration == 4, "iteration 4 is shown there")
-    other.until(lambda: elsewhere.evaluate(DRAWN) == dashboard.page.evaluate(DRAWN), "it is equal")
-    elsewhere.close()
+    elsewhere.open(dashboard.page.url.removeprefix(dashboard.url)).until_status("paused")
+    elsewhere.until(lambda: elsewhere.iteration == 4, "iteration 4 is shown there")
+    here, there = dashboard.page, elsewhere.page
+    elsewhere.until(lambda: there.evaluate(DRAWN) == here.evaluate(DRAWN), "it is equal")
+    assert there.evaluate(DRAWN)["title"] == "Fast time, ramp 4"
     dashboard.button("Run").click()
     dashboard.until_status("converged")
     dashboard.until(lambda: "&iteration=" not in dashboard.page.url, "a run that ended needs none")
 
 
-def test_a_snapshot_is_downloaded_and_says_what_was_shown(dashboard, tmp_path):  # noqa: F811
-    dashboard.open("?preset=simulation-2-b&iteration=2&speed=30").until_status("paused")
-    dashboard.until(lambda: dashboard.iteration == 2, "iteration 2 is shown")
+def test_a_snapshot_is_downloaded_and_says_what_was_shown(dashboard, tmp_path):
+    dashboard.show("?preset=simulation-2-b&speed=30").until_status("converged")
+    scrub(dashboard, 2)
     names = []
     for item in ("Page", "Results"):
         dashboard.page.get_by_role("button", name=re.compile("Snapshot")).click()
@@ -108,9 +113,9 @@ def test_a_snapshot_is_downloaded_and_says_what_was_shown(dashboard, tmp_path): 
     assert (told[0]["spec"]["iteration"], told[0]["result"]["iterations"]) == (2, 2)
 
 
-def test_the_link_is_copied(dashboard, context):  # noqa: F811
-    context.grant_permissions(["clipboard-read", "clipboard-write"])
-    dashboard.open("?seed=11").until_status("converged")
+def test_the_link_is_copied(dashboard):
+    dashboard.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    dashboard.show("?seed=11").until_status("converged")
     dashboard.page.get_by_role("button", name="Copy link").click()
     dashboard.page.get_by_text("Link copied").wait_for(timeout=PATIENCE_MS)
     copied = dashboard.page.evaluate("navigator.clipboard.readText()")

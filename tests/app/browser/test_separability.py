@@ -1,22 +1,13 @@
 """The laboratory in a headless browser: it draws, follows the controls, and opens a cell."""
 
 import re
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 
-from tests.app.test_browser import (  # noqa: F401
-    CHROMIUM,
-    PATIENCE_MS,
-    app_url,
-    browser_context_args,
-    browser_type_launch_args,
-    watched,
-)
+from tests.app.browser.tab import PATIENCE_MS
 
-pytestmark = [
-    pytest.mark.ui,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
-]
+pytestmark = pytest.mark.ui
 QUERY = "separability?x=sir_db%3D-40:40:5&y=snr_db%3D20:60:5&method=object-only&trials=1"
 MAP = """() => {
   const m = [...Bokeh.documents[0].all_models]
@@ -33,22 +24,36 @@ DRAWN = """(title) => {
 
 
 @pytest.fixture
-def separability(watched, app_url):  # noqa: F811
+def separability(tab, app_url):
     """The page with a small map, drawn."""
-    watched.goto(app_url + QUERY)
-    watched.wait_for_function(DRAWN, arg="condition (27), all objects [dB]", timeout=PATIENCE_MS)
-    return watched
+    address = app_url + QUERY
+    page = tab.page
+    asked, shown = (parse_qs(urlsplit(url).query) for url in (address, page.url))
+    if not tab.shows(address) or any(shown.get(key) != asked[key] for key in asked):
+        page.goto(address)
+    page.wait_for_function(DRAWN, arg="condition (27), all objects [dB]", timeout=PATIENCE_MS)
+    return page
 
 
 def test_trials_fill_the_map_and_a_click_opens_a_cell(separability):
-    separability.locator("span.status", has_text="25 of 25 cells").wait_for(timeout=3 * PATIENCE_MS)
+    separability.locator("span.status", has_text="25 of 25 cells").wait_for(timeout=PATIENCE_MS)
     left, top = separability.evaluate(MAP)["place"]
     with separability.context.expect_page() as opened:
         separability.mouse.click(left, top)
     live = opened.value
-    live.locator("[role=status]", has_text="converged").wait_for(timeout=2 * PATIENCE_MS)
+    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
     assert "sir_db%3D20.0" in live.url
     assert "snr_db%3D30.0" in live.url
+
+
+def test_a_range_of_nonsense_is_told(separability):
+    field = separability.get_by_role("textbox", name="To", exact=True).first
+    field.fill("-90")
+    field.press("Tab")
+    notice = separability.get_by_text("sir_db goes from -40 to -90")
+    notice.first.wait_for(timeout=PATIENCE_MS)
+    field.fill("40")
+    field.press("Tab")
 
 
 def test_the_map_follows_layer_and_axis_and_the_address_keeps_them(separability):
@@ -65,11 +70,3 @@ def test_the_map_follows_layer_and_axis_and_the_address_keeps_them(separability)
     page.reload()
     page.wait_for_function(DRAWN, arg="coherence of the bases", timeout=PATIENCE_MS)
     assert "layer=coherence" in page.url
-
-
-def test_a_range_of_nonsense_is_told(separability):
-    field = separability.get_by_role("textbox", name="To", exact=True).first
-    field.fill("-90")
-    field.press("Tab")
-    notice = separability.get_by_text("sir_db goes from -40 to -90")
-    notice.first.wait_for(timeout=PATIENCE_MS)

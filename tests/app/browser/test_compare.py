@@ -1,30 +1,14 @@
 """The compare page in a headless browser: choose, run to the end, step, and drive a sequence."""
 
 import re
-import time
 
 import numpy as np
 import pytest
 from vsep_app.views.tables import MISSING
 
-from tests.app.test_browser import (  # noqa: F401
-    CHROMIUM,
-    PATIENCE_MS,
-    app_url,
-    browser_context_args,
-    browser_type_launch_args,
-    watched,
-)
+from tests.app.browser.tab import PATIENCE_MS, Dashboard
 
-pytestmark = [
-    pytest.mark.ui,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
-]
-FIGURES = """() => [...Bokeh.documents[0].all_models]
-    .filter((m) => m.type === "Figure" && Bokeh.index.find_one_by_id(m.id))
-    .map((m) => [m.name, Bokeh.index.find_one_by_id(m.id).el.getBoundingClientRect()])
-    .filter(([name, r]) => r.width > 0)
-    .map(([name, r]) => [name, r.left, r.top, r.right, r.bottom])"""
+pytestmark = pytest.mark.ui
 # The largest value of each map: 0 as long as nothing is drawn.
 PEAKS = """() => [...Bokeh.documents[0].all_models]
     .filter((m) => m.type === "ImageModel" || m.type === "Image")
@@ -35,42 +19,42 @@ PEAKS = """() => [...Bokeh.documents[0].all_models]
 QUICK = "max_iterations=4&speed=30&preset=simulation-2-a"
 
 
-class Compare:
+class Compare(Dashboard):
     """What the tests do with the page."""
 
-    def __init__(self, page, url):
-        self.page, self.url = page, url
+    ROUTE = "compare"
 
-    def open(self, query):
-        self.page.goto(f"{self.url}compare?{query}")
+    def loaded(self):
         # The first page of a server takes several times as long as the others.
-        self.page.wait_for_selector("table.methods", timeout=3 * PATIENCE_MS)
+        self.page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
+        self.until(lambda: "methods=" in self.page.url, "the address is complete")
         return self
 
-    def press(self, name):
+    def show(self, query, *methods):
+        super().show(f"?{query}")
+        wanted = [*methods, *["none"] * (4 - len(methods))]
+        if self.methods() != wanted:
+            # No method can be chosen twice, on the way neither.
+            spare = next(m for m in ("linear", "iht") if m not in {*wanted, *self.methods()})
+            first, second, *others = enumerate(wanted, 1)
+            for number, method in ((4, "none"), (3, "none"), (1, spare), second, first, *others):
+                self.choose_method(number, method)
+        return self
+
+    def methods(self):
+        chosen = [self.page.get_by_role("combobox", name=f"Method {n}") for n in range(1, 5)]
+        return [each.inner_text().strip() for each in chosen]
+
+    def choose_method(self, number, method):
+        if self.methods()[number - 1] != method:
+            self.choose(f"Method {number}", method)
+            self.until(lambda: self.methods()[number - 1] == method, f"{method} is chosen")
+
+    def click(self, name):
         self.button(name).click()
 
-    def button(self, name):
-        return self.page.get_by_role("button", name=re.compile(f"^{name}"))
-
-    def choose(self, label, option):
-        self.page.get_by_role("combobox", name=re.compile(f"^{label}")).click()
-        self.page.get_by_role("menuitem", name=option, exact=True).click()
-
-    @property
-    def header(self):
-        return self.page.locator("span:has(> [role=status])").first.inner_text()
-
-    @property
-    def iteration(self):
-        number = re.search(r"iteration (\d+) of", self.header)
-        return int(number[1]) if number else 0
-
-    def until(self, condition, what):
-        deadline = time.monotonic() + 2 * PATIENCE_MS / 1000.0
-        while not condition():
-            assert time.monotonic() < deadline, f"waited in vain until {what}; {self.header}"
-            self.page.wait_for_timeout(50)
+    def until(self, condition, what, patience_ms=PATIENCE_MS):
+        super().until(condition, what, patience_ms)
 
     def until_finished(self, *, frame=0):
         self.until(
@@ -85,19 +69,15 @@ class Compare:
             for cells in ([*map(str.strip, row.locator("td").all_inner_texts())] for row in rows)
         }
 
-    def upload(self, name, content):
-        file = {"name": name, "mimeType": "application/octet-stream", "buffer": content}
-        self.page.locator("input[type=file]").set_input_files(file)
-
 
 @pytest.fixture
-def compare(watched, app_url):  # noqa: F811
-    """The page, not yet opened."""
-    return Compare(watched, app_url)
+def compare(tab, app_server):
+    """The page, with whatever the test before it has left there."""
+    return Compare(tab, app_server)
 
 
 def test_three_chosen_methods_run_to_the_end_side_by_side(compare):
-    compare.open(f"{QUICK}&methods=zeroing,masked")
+    compare.show(QUICK, "zeroing", "masked")
     compare.choose("Method 1", "mca-2d")
     compare.choose("Method 3", "object-only")
     compare.until(
@@ -113,36 +93,33 @@ def test_three_chosen_methods_run_to_the_end_side_by_side(compare):
     assert re.fullmatch("[1-4]", rows["object-only"][2])
     assert all(re.fullmatch(r"\d+", rows[name][4]) for name in ("mca-2d", "masked"))
     assert float(rows["mca-2d"][6]) < float(rows["as received"][6]) - 20.0
-    boxes = compare.page.evaluate(FIGURES)
-    assert {name for name, *_ in boxes} == {
+    compare.assert_figures_are_on_the_screen(number=4, least_size=100)
+    assert set(compare.figures()) == {
         *(f"range-doppler-compare-{number}" for number in range(3)),
         "compare-sequence",
     }
-    for name, left, top, right, bottom in boxes:
-        assert (left >= 0, top >= 0, right <= 1400, bottom <= 900) == (True,) * 4, name
-        assert min(right - left, bottom - top) > 100, name
     assert sum(peak > 128 for peak in compare.page.evaluate(PEAKS)) == 3
 
 
 def test_pause_step_and_back_move_all_methods_together(compare):
-    compare.open(f"{QUICK}&methods=mca-2d,iht&speed=3")
+    compare.show(f"{QUICK}&speed=3", "mca-2d", "iht")
     compare.until(lambda: compare.iteration >= 2, "two iterations are shown")
-    compare.press("Pause")
+    compare.click("Pause")
     compare.until(lambda: "paused" in compare.header, "it is paused")
     iteration = compare.iteration
-    compare.press("Step")
+    compare.click("Step")
     compare.until(lambda: f"iteration {iteration + 1} of" in compare.header, "it has stepped")
     compare.until(lambda: compare.rows()["mca-2d"][2] == str(iteration + 1), "the table tells")
-    compare.press("Back")
+    compare.click("Back")
     compare.until(lambda: f"iteration {iteration} of" in compare.header, "it has gone back")
     compare.until(lambda: compare.rows()["mca-2d"][2] == str(iteration), "the table tells")
 
 
 def test_the_next_frame_knows_what_the_last_one_held(compare):
-    compare.open("methods=pm-ist,ist&preset=simulation-2-b&max_iterations=2&speed=30")
+    compare.show("preset=simulation-2-b&max_iterations=2&speed=30", "pm-ist", "ist")
     compare.until_finished()
     assert compare.rows()["pm-ist"][8] == "0 peaks"
-    compare.press("Next frame")
+    compare.click("Next frame")
     compare.until_finished(frame=1)
     compare.until(lambda: compare.rows()["pm-ist"][8] == "1 peak", "there is a prior")
     compare.until(lambda: "+" in compare.rows()["ist"][2], "the table is the last one")
@@ -154,25 +131,20 @@ def test_the_next_frame_knows_what_the_last_one_held(compare):
     compare.page.get_by_role("switch", name=re.compile("^Play")).click()
     compare.until(lambda: "frame 3 of" in compare.header, "frames follow by themselves")
     compare.page.get_by_role("switch", name=re.compile("^Play")).click()
-    compare.press("First")
+    compare.click("First")
     compare.until_finished()
     compare.until(lambda: compare.rows()["pm-ist"][8] == "0 peaks", "the prior is forgotten")
 
 
 def test_a_single_ramp_is_compared_by_its_delay_spectrum(compare):
-    compare.open("methods=linear,factorised&preset=simulation-1&max_iterations=4&speed=30")
+    compare.show("preset=simulation-1&max_iterations=4&speed=30", "linear", "factorised")
     compare.until_finished()
-    compare.until(
-        lambda: (
-            {name for name, *_ in compare.page.evaluate(FIGURES)}
-            == {"compare-profile-0", "compare-profile-1", "compare-sequence"}
-        ),
-        "the spectra are shown",
-    )
+    spectra = {"compare-profile-0", "compare-profile-1", "compare-sequence"}
+    compare.until(lambda: set(compare.figures()) == spectra, "the spectra are shown")
 
 
 def test_what_cannot_be_compared_is_told_and_the_page_goes_on(compare, tmp_path, frame_arrays):
-    compare.open(f"{QUICK}&methods=linear,magic&mask=guess")
+    compare.open(f"?{QUICK}&methods=linear,magic&mask=guess")
     told = compare.page.get_by_text
     told("method is 'magic'; it must be one of").first.wait_for(timeout=PATIENCE_MS)
     told("mask is guess; it must be one of").first.wait_for(timeout=PATIENCE_MS)
@@ -189,15 +161,13 @@ def test_what_cannot_be_compared_is_told_and_the_page_goes_on(compare, tmp_path,
     assert compare.button("Next frame").is_disabled()
 
 
-def test_the_live_view_leads_here_with_its_scene_by_keyboard(compare):
+def test_the_live_view_leads_here_with_its_scene_by_keyboard(compare, dashboard):
     page = compare.page
-    page.goto(f"{compare.url}?preset=simulation-2-c&seed=11&max_iterations=3")
-    page.locator("[role=status]").first.wait_for(timeout=PATIENCE_MS)
-    compare.until(lambda: "iteration 3 of 3" in compare.header, "the live run has ended")
+    dashboard.show("?preset=simulation-2-c&seed=11&max_iterations=3")
+    dashboard.until(lambda: "iteration 3 of 3" in dashboard.header, "the live run has ended")
     page.get_by_role("link", name="Compare").focus()
     page.keyboard.press("Enter")
-    page.wait_for_selector("table.methods", timeout=3 * PATIENCE_MS)
-    compare.until(lambda: "methods=" in page.url, "the address is complete")
+    compare.loaded()
     assert "/compare?" in page.url
     assert "preset=simulation-2-c" in page.url
     assert "seed=11" in page.url

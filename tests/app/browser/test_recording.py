@@ -6,21 +6,10 @@ import re
 import pytest
 from vsep_app.cli.main import main
 
-from tests.app.test_browser import (  # noqa: F401
-    CHROMIUM,
-    PATIENCE_MS,
-    Dashboard,
-    app_url,
-    browser_context_args,
-    browser_type_launch_args,
-    watched,
-)
+from tests.app.browser.tab import PATIENCE_MS, Dashboard
 from vsep.files.frame import read_frame
 
-pytestmark = [
-    pytest.mark.ui,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium found on the PATH"),
-]
+pytestmark = pytest.mark.ui
 RECORDING, RESPONSE, REFERENCE = range(3)
 WIDE_ENOUGH = """(name) => [...Bokeh.documents[0].all_models]
   .filter((m) => m.name === name && m.type === "Figure")
@@ -46,6 +35,8 @@ BEYOND_THE_EDGE = """() => {
 class Recording(Dashboard):
     """What the tests do with the page."""
 
+    ROUTE = "recording"
+
     def drop(self, zone, *files):
         """Give the browser files of a name and a content."""
         chosen = [
@@ -54,17 +45,14 @@ class Recording(Dashboard):
         ]
         self.page.locator("input[type=file]").nth(zone).set_input_files(chosen)
 
-    def until_told(self, words):
-        self.page.get_by_text(words).first.wait_for(timeout=PATIENCE_MS)
-
 
 @pytest.fixture
-def recording(watched, app_url):  # noqa: F811
-    """The page, which shows its example."""
-    page = Recording(watched, f"{app_url}recording")
-    page.open()
-    page.until_status("ready")
-    page.until_told("example (without interference)")
+def recording(tab, app_url, app_server):
+    """The page, with whatever the test before it has left there."""
+    page = Recording(tab, app_server)
+    if not tab.shows(f"{app_url}recording"):
+        page.open().until_status("ready")
+        page.until_told("example (without interference)")
     return page
 
 
@@ -97,11 +85,10 @@ def test_a_capture_is_mended_separated_saved_and_stored_over(recording, raw_capt
     assert frame.radar.shape == (16, 128)
     with page.context.expect_page(timeout=PATIENCE_MS) as opened:
         recording.button("Open in live view").click()
-    live = Dashboard(opened.value, "")
-    live.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
-    live.until_status("converged")
-    assert "frame=" in live.page.url
-    assert live.page.locator("table.components tbody tr").count() >= 2
+    live = opened.value
+    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
+    assert "frame=" in live.url
+    assert live.locator("table.components tbody tr").count() >= 2
 
 
 def test_files_of_nonsense_are_told_in_a_sentence(recording, raw_capture):
@@ -124,7 +111,7 @@ def test_files_of_nonsense_are_told_in_a_sentence(recording, raw_capture):
 @pytest.mark.parametrize("width", [1280, 1024])
 def test_nothing_is_wider_than_the_window(recording, width):
     page = recording.page
-    page.set_viewport_size({"width": width, "height": 800})
+    recording.tab.resize({"width": width, "height": 800})
     # The row is laid out anew before the views are.
     page.wait_for_function("(width) => innerWidth === width", arg=width, timeout=PATIENCE_MS)
     recording.until(lambda: page.evaluate(BEYOND_THE_EDGE) == [], "all lies inside of the window")
