@@ -141,7 +141,9 @@ def test_a_frame_too_large_is_refused_before_it_is_read(tmp_path: Path) -> None:
         read_raw(str(path), settings("dca1000-xwr16xx", num_ramps=None))
 
 
-@pytest.mark.parametrize("name", ["nowhere.bin", "nul\0.bin"])
-def test_a_file_that_cannot_be_read_is_told(tmp_path: Path, name: str) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
+@pytest.mark.parametrize(
+    ("name", "words"), [("nowhere.bin", "does not exist"), ("nul\0.bin", "cannot be read")]
+)
+def test_a_file_that_cannot_be_read_is_told(tmp_path: Path, name: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
         read_raw(str(tmp_path / name), settings("tsw1400", num_ramps=None))

@@ -2,9 +2,12 @@
 
 Every array's header is read and judged before its data: an archive may be cut off, lie about its
 sizes, hold pickled objects or expand to more than the machine's memory. Whatever is wrong ends as
-one sentence in an `InputError`.
+one sentence in an `InputError`. Memory is bounded by what the archive itself weighs: the arrays
+read of it may expand to `EXPANSION` times its bytes, and to `MIN_EXPANDED_BYTES` in any case.
 """
 
+import io
+import struct
 import tokenize
 import zipfile
 import zlib
@@ -17,11 +20,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsep.errors import InputError
+from vsep.files.opening import open_regular
 
 MAX_SAMPLES = 64 * 2**20
 """Largest number of elements of one array, a gibibyte of complex128."""
 
+MAX_MEMBERS = 1024
+"""Largest number of arrays of an archive, or of variables of a MATLAB file."""
+
+EXPANSION = 64
+"""How many times its own size a compressed file may expand to; recorded samples reach 2 to 5."""
+
+MIN_EXPANDED_BYTES = 64 * 2**20
+"""What any compressed file may expand to: a small frame of zeros compresses a thousandfold."""
+
 _MAX_TEXT = 4096
+_MAX_DIRECTORY = 256 * MAX_MEMBERS  # bytes of an archive's directory
+_MAX_ITEM = 64  # bytes of an element; complex128 has 16
 # RuntimeError: encrypted members and unknown kinds of compression.
 _UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, OSError, ValueError)
 
@@ -60,23 +75,40 @@ class Archive:
 
     def __init__(self, source: Source, name: str) -> None:
         self.name = name
-        if isinstance(source, str | Path) and Path(source).is_dir():
-            raise InputError(f"{name} is a directory; a frame file (.npz) is needed.")
+        self._own_file: BinaryIO | None = None
+        if isinstance(source, str | Path):
+            source = self._own_file = open_regular(source, name, "a frame file (.npz)")
+        file: BinaryIO = source
         try:
-            self._zip = zipfile.ZipFile(source)
-        except FileNotFoundError as error:
-            raise InputError(f"{name} does not exist; give the path of a frame file.") from error
-        except (zipfile.BadZipFile, RuntimeError) as error:
+            num_bytes = file.seek(0, io.SEEK_END)
+            _require_short_directory(file, num_bytes, name)
+            self._left = max(EXPANSION * num_bytes, MIN_EXPANDED_BYTES)
+            self._zip = zipfile.ZipFile(file)
+        except InputError:
+            self._close_own()
+            raise
+        except (zipfile.BadZipFile, RuntimeError, struct.error) as error:
+            self._close_own()
             # RuntimeError: a version of the zip format that Python does not know.
             raise InputError(
                 f"{name} is not a frame file; an .npz archive written by numpy.savez is needed, "
                 "complete and uncut."
             ) from error
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or "the path is not usable"
+            self._close_own()
+            reason = getattr(error, "strerror", None) or "it is no zip archive"
             raise InputError(
                 f"{name} cannot be read: {reason}; a readable file is needed."
             ) from error
+        if len(self._zip.NameToInfo) > MAX_MEMBERS:
+            self.__exit__(None, None, None)
+            raise InputError(
+                f"{name} holds {len(self._zip.NameToInfo)} files; at most {MAX_MEMBERS} are read."
+            )
+
+    def _close_own(self) -> None:
+        if self._own_file is not None:
+            self._own_file.close()
 
     def __enter__(self) -> Self:
         """Return the archive itself."""
@@ -88,8 +120,9 @@ class Archive:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Close the file."""
+        """Close the file, if it was opened here."""
         self._zip.close()
+        self._close_own()
 
     def __contains__(self, key: str) -> bool:
         """Whether the archive holds the array `key`."""
@@ -123,6 +156,12 @@ class Archive:
         member = self._zip.NameToInfo.get(f"{key}.npy")
         if member is None:
             raise InputError(f"{self.name} holds no array {key!r}, which a frame file needs.")
+        if member.file_size > self._left:
+            raise InputError(
+                f"{self.name}: array {key!r} expands to {member.file_size} bytes, over {EXPANSION} "
+                "times the size of the archive; write the file again with numpy.savez."
+            )
+        self._left -= member.file_size
         try:
             with self._zip.open(member) as stream:
                 where = f"{self.name}: array {key!r}"
@@ -163,6 +202,32 @@ class Archive:
             raise InputError(f"{self.name}: {key} has type {value.dtype}; one text is needed.")
         item = value.reshape(()).item()
         return item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)
+
+
+def _require_short_directory(file: BinaryIO, num_bytes: int, name: str) -> None:
+    """Judge the size of a zip archive's directory, which is read as a whole when it is opened.
+
+    The end record is the last thing of an archive but for a comment; archives of over 65,534 files
+    or 4 GiB have another one before it.
+    """
+    file.seek(max(0, num_bytes - 22 - 2**16))
+    tail = file.read()
+    file.seek(0)
+    place = tail.rfind(b"PK\x05\x06")
+    if place < 0 or place + 22 > len(tail):
+        return  # no archive at all, which is told when it is opened
+    (length,) = struct.unpack_from("<L", tail, place + 12)
+    locator = place - 20
+    if locator >= 0 and tail[locator : locator + 4] == b"PK\x06\x07":
+        (start,) = struct.unpack_from("<Q", tail, locator + 8)
+        file.seek(min(start, num_bytes))
+        record = file.read(56)
+        file.seek(0)
+        (length,) = struct.unpack_from("<Q", record, 40)
+    if length > _MAX_DIRECTORY:
+        raise InputError(
+            f"{name} lists its files in {length} bytes; at most {_MAX_DIRECTORY} are read."
+        )
 
 
 def read_array(
@@ -210,8 +275,16 @@ def _judge(where: str, header: _Header, num_bytes: int, max_elements: int) -> No
             f"{where} declares the shape {_shape_text(header.shape)}; at most {max_elements} "
             f"element{'s are' if max_elements > 1 else ' is'} allowed."
         )
-    if header.dtype.kind in "US" and header.dtype.itemsize > 4 * _MAX_TEXT:
-        raise InputError(f"{where} is a text of over {_MAX_TEXT} characters, the longest allowed.")
+    if header.dtype.kind in "US":
+        if header.num_elements * header.dtype.itemsize > 4 * _MAX_TEXT:
+            raise InputError(
+                f"{where} is a text of over {_MAX_TEXT} characters, the longest allowed."
+            )
+    elif header.dtype.itemsize > _MAX_ITEM:
+        raise InputError(
+            f"{where} has elements of {header.dtype.itemsize} bytes; numbers are needed, at most "
+            f"{_MAX_ITEM} bytes long."
+        )
     if header.num_elements * header.dtype.itemsize != num_bytes:
         raise InputError(
             f"{where} declares the shape {_shape_text(header.shape)} of {header.dtype} but "
@@ -233,8 +306,9 @@ def _read_header(stream: IO[bytes]) -> _Header:
     except (SyntaxError, TypeError, MemoryError, OverflowError, tokenize.TokenError) as error:
         # NumPy evaluates the header as a Python literal, and passes on how that fails.
         raise ValueError("no array header") from error
-    if any(length < 0 for length in shape):
-        raise ValueError(f"negative length in shape {shape}")
+    # A header is a Python literal: True is a length there, too.
+    if any(type(length) is not int or length < 0 for length in shape):
+        raise ValueError(f"length that is no count in shape {shape}")
     return _Header(shape=shape, dtype=dtype)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsep.errors import InputError
-from vsep.files.archive import MAX_SAMPLES
+from vsep.files.archive import EXPANSION, MAX_MEMBERS, MAX_SAMPLES, MIN_EXPANDED_BYTES
 
 _Order: TypeAlias = Literal["little", "big"]
 _HEADER = 128  # bytes
@@ -39,6 +39,10 @@ _AGAIN = "save it again in MATLAB with save(name, variable, '-v7')"
 
 class _DamageError(Exception):
     """A length or type that cannot be."""
+
+
+class _TooManyError(Exception):
+    """More elements than are looked at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +103,10 @@ def _found(file: IO[bytes], path: str) -> dict[str, _Variable]:
         raise InputError(f"{path} is no MATLAB file of version 5 to 7; {_AGAIN}.")
     try:
         return {each.name: each for each in _variables(file, order)}
+    except _TooManyError:
+        raise InputError(
+            f"{path} holds more than {MAX_MEMBERS} variables; save the recording alone."
+        ) from None
     except (_DamageError, zlib.error, OSError) as error:
         raise _damaged(path) from error
 
@@ -129,7 +137,11 @@ def _variables(file: IO[bytes], order: _Order) -> Iterator[_Variable]:
     """Yield what the elements of a file say of themselves; others than matrices have no name."""
     size = file.seek(0, os.SEEK_END)
     place = _HEADER
-    while place < size:
+    for number in itertools.count(1):
+        if place >= size:
+            return
+        if number > MAX_MEMBERS:
+            raise _TooManyError
         file.seek(place)
         tag = file.read(8)
         kind, length = (int.from_bytes(tag[i : i + 4], order) for i in (0, 4))
@@ -213,7 +225,8 @@ def _judge(path: str, variable: _Variable) -> None:
 
 
 def _values(file: IO[bytes], variable: _Variable) -> NDArray[Any]:
-    content = _content(file, variable.element, variable.order, _MAX_BYTES)
+    most = min(_MAX_BYTES, max(EXPANSION * variable.element[2], MIN_EXPANDED_BYTES))
+    content = _content(file, variable.element, variable.order, most)
     count = int(np.prod(variable.shape))
     real, place = _numbers(content, variable.place, variable.order, count)
     kind = np.dtype(_NUMBERS[variable.class_number])

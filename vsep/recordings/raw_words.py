@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from vsep.errors import InputError
 from vsep.files.archive import MAX_SAMPLES
+from vsep.files.opening import open_regular
 from vsep.recordings.settings import RecordingSettings
 
 FOUR_LANES = 4
@@ -50,22 +51,17 @@ def read_raw(path: str, settings: RecordingSettings) -> tuple[NDArray[Any], tupl
     """
     num_samples = settings.num_samples or 0
     words_per_ramp = _words_per_ramp(settings, num_samples)
-    try:
-        num_bytes = os.path.getsize(path)
+    with open_regular(path, path, "a recording") as file:
+        num_bytes = os.fstat(file.fileno()).st_size
         num_ramps, skipped, remarks = _place(path, settings, num_bytes, _WORD * words_per_ramp)
         _require_size(path, num_ramps * words_per_ramp)
         unsigned = settings.format == "tsw1400"
         words = np.fromfile(
-            path,
+            file,
             dtype="<u2" if unsigned else "<i2",
             count=num_ramps * words_per_ramp,
             offset=skipped,
         ).astype(np.int32)
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        reason = getattr(error, "strerror", None) or "the path is not usable"
-        raise InputError(f"{path} cannot be read: {reason}; a readable file is needed.") from error
     if unsigned:
         words -= 2**15
     half = 2 ** (settings.adc_bits - 1)

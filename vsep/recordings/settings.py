@@ -16,6 +16,7 @@ from typing import Any, Final
 from vsep._optional import require_library
 from vsep._validation import require_range
 from vsep.errors import InputError
+from vsep.files.opening import read_bounded
 
 RAW_FORMATS: Final = ("dca1000-xwr14xx", "dca1000-xwr16xx", "tsw1400")
 FORMATS: Final = ("mat", "npy", "npz", *RAW_FORMATS)
@@ -24,6 +25,7 @@ SAMPLE_KINDS: Final = ("complex", "real")
 ADC_BITS: Final = (12, 14, 16)
 MAX_FILE = 65536  # bytes of a settings file
 _MOST = 2**20
+_MAX_BITS = 14_000  # of an integer; Python writes no longer ones than 4,300 digits
 _RAMP_COUNTS = ("num_samples", "num_ramps")
 _NUMBERS = (
     "start_frequency_hz",
@@ -128,6 +130,9 @@ class RecordingSettings:
         require_range("frame", self.frame, 0, _MOST)
         require_range("crop_start_samples", self.crop_start_samples, 0, _MOST)
         require_range("adc_start_s", self.adc_start_s, 0.0, 1.0, "s")
+        # As `ChirpSequence` asks, but before anything is divided by them.
+        require_range("sample_rate_hz", self.sample_rate_hz, 1e2, 1e12, "Hz")
+        require_range("ramp_period_s", self.ramp_period_s, 1e-9, 1e2, "s")
         if self.format in RAW_FORMATS and self.num_samples is None:
             raise InputError(f"num_samples is not given; a file of format {self.format} needs it.")
 
@@ -239,18 +244,13 @@ def _shown(value: Any) -> str:
     """Write a value of any size on one short line."""
     if isinstance(value, dict | list):
         return "a list" if isinstance(value, list) else "a group of settings"
+    if isinstance(value, int) and value.bit_length() > _MAX_BITS:
+        return "a number of thousands of digits"  # which Python does not write
     return str(value)[:40] if not isinstance(value, str) else repr(value[:40])
 
 
 def _read_text(path: str) -> str:
-    try:
-        with open(path, "rb") as file:
-            content = file.read(MAX_FILE + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "the path is not usable"
-        raise InputError(f"{path} cannot be read: {reason}; a settings file is needed.") from error
-    if len(content) > MAX_FILE:
-        raise InputError(f"{path} is larger than {MAX_FILE} bytes; is it a settings file?")
+    content = read_bounded(path, path, "a settings file", MAX_FILE)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -269,7 +269,12 @@ def _from_json(path: str, text: str) -> Any:
 def _from_yaml(path: str, text: str) -> Any:
     yaml = require_library("yaml", f"{path} is YAML; it", "yaml")
     try:
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
+            # A few lines of aliases of aliases stand for millions of values.
+            raise InputError(f"{path} refers to parts of itself by *; write each value out.")
         return yaml.safe_load(text)
+    except InputError:
+        raise
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" in line {mark.line + 1}" if mark is not None else ""

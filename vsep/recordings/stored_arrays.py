@@ -5,12 +5,13 @@ Sizes are judged before data are read; pickled objects, cells and structures are
 
 import os
 from collections.abc import Callable
-from typing import IO, Any, Final
+from typing import Any, Final
 
 from numpy.typing import NDArray
 
 from vsep.errors import InputError
 from vsep.files.archive import Archive, read_array
+from vsep.files.opening import open_regular
 from vsep.recordings.matlab import choose_array, read_matlab
 from vsep.recordings.settings import RecordingSettings
 
@@ -32,7 +33,7 @@ def read_stored_array(path: str, settings: RecordingSettings) -> NDArray[Any]:
 def _read_npy(path: str, key: str | None) -> NDArray[Any]:
     if key is not None:
         raise InputError(f"key is {key[:40]!r}; a .npy file holds one array without a name.")
-    with _opened(path) as file:
+    with open_regular(path, path, "a recording") as file:
         return read_array(file, path, os.path.getsize(path))
 
 
@@ -42,16 +43,8 @@ def _read_npz(path: str, key: str | None) -> NDArray[Any]:
 
 
 def _read_mat(path: str, key: str | None) -> NDArray[Any]:
-    with _opened(path) as file:
+    with open_regular(path, path, "a recording") as file:
         return read_matlab(file, path, key)
-
-
-def _opened(path: str) -> IO[bytes]:
-    try:
-        return open(path, "rb")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "the path is not usable"
-        raise InputError(f"{path} cannot be read: {reason}; a readable file is needed.") from error
 
 
 _READERS: Final[dict[str, Callable[[str, str | None], NDArray[Any]]]] = {

@@ -7,6 +7,7 @@ from typing import Any, Final
 from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.files.frame import SETTINGS_OF_RADAR
+from vsep.files.opening import open_regular
 from vsep.recordings.matlab import matlab_shapes, read_matlab
 from vsep.recordings.settings import MAX_FILE, NEEDED_SETTINGS, SETTING_NAMES
 
@@ -116,7 +117,7 @@ def _of_json(text: str) -> dict[str, Any]:
 
 
 def _of_matlab(path: str, name: str) -> dict[str, Any]:
-    with open(path, "rb") as file:
+    with open_regular(path, name, "a recording") as file:
         shapes = matlab_shapes(file, name)
         sizes = {key: _count(shape) for key, shape in shapes.items()}
         found: dict[str, Any] = {}

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TextIO, TypeAlias
 
 from vsep.errors import InputError
+from vsep.files.opening import read_bounded
 from vsep.files.results import as_json
 from vsep.studies.catalogue import make_study, require_study
 from vsep.studies.study import Point, Study, Trial, TrialSettings
@@ -22,6 +23,7 @@ RowKey: TypeAlias = tuple[str, int, int, str]
 _FIRST_KEY = b'{"study": '
 # What every row has, and what a finished one has besides; a number may be null, which is NaN.
 _NUMBER = (int, float)
+_MAX_INTEGER = 2**63
 _HEAD: dict[str, type | tuple[type, ...]] = {
     **dict.fromkeys(("study", "method", "status", "schedule"), str),
     **dict.fromkeys(("point_index", "realization", "seed"), int),
@@ -33,6 +35,8 @@ _RESULTS: dict[str, type | tuple[type, ...]] = {
     **dict.fromkeys(("misses", "false_alarms", "iterations", "seconds"), (*_NUMBER, type(None))),
     "termination": str,
 }
+_TEXTS = {"study", "method", "status", "schedule", "termination", "reason", "version", "preset"}
+_POINT_TEXTS = {"panel", "scene", "interference_model"}
 _LISTS = ("errors", "beat_errors", "beat_stds")
 _LISTS_OF_SEVERAL_RAMPS = ("doppler_errors", "doppler_stds")
 
@@ -75,7 +79,7 @@ def read_rows(path: str | Path) -> list[Row]:
     OSError
         If the file cannot be read.
     """
-    content = Path(path).read_bytes()
+    content = read_bounded(path, str(path), "a file of rows")
     whole = content[: content.rfind(b"\n") + 1]
     _require_torn_row(path, content[len(whole) :])
     rows = [_parse(path, number, line) for number, line in enumerate(whole.splitlines(), 1)]
@@ -92,7 +96,7 @@ def repair(path: str | Path) -> None:
     OSError
         If the file cannot be read or written.
     """
-    content = Path(path).read_bytes()
+    content = read_bounded(path, str(path), "a file of rows")
     length = content.rfind(b"\n") + 1
     _require_torn_row(path, content[length:])
     if length < len(content):
@@ -190,14 +194,38 @@ def _parse(path: str | Path, number: int, line: bytes) -> Row:
 
 
 def _is_whole(row: dict[str, Any]) -> bool:
-    """Whether a row has all that a figure is made of, in the right types."""
-    return _has_head(row) and (row["status"] == FAILED or _has_results(row))
+    """Whether a row has all that a figure is made of, and every entry is of its kind."""
+    plain = all(_is_of_kind(name, value) for name, value in row.items() if name != "point")
+    return plain and _has_head(row) and (row["status"] == FAILED or _has_results(row))
+
+
+def _is_of_kind(name: str, value: Any) -> bool:
+    """Whether an entry is what its name says: a text, a list of numbers, or a number."""
+    if value is None:
+        return True
+    if name in _TEXTS:
+        return isinstance(value, str)
+    if isinstance(value, list):
+        return name.endswith(("errors", "stds", "assigned")) and all(map(_is_number, value))
+    return _is_number(value)
+
+
+def _is_number(value: Any) -> bool:
+    """Whether a value is null or a number that a float can be."""
+    if isinstance(value, int):
+        return abs(value) < _MAX_INTEGER
+    return value is None or isinstance(value, float)
 
 
 def _has_head(row: dict[str, Any]) -> bool:
     if not _has(row, _HEAD) or row["status"] not in (DONE, FAILED):
         return False
     if min(row["point_index"], row["realization"]) < 0:
+        return False
+    entries = row["point"].items()
+    if not all(isinstance(value, str) or _is_number(value) for _, value in entries):
+        return False
+    if any(isinstance(value, str) != (name in _POINT_TEXTS) for name, value in entries):
         return False
     try:
         point = trial_of_row(row).point
@@ -209,13 +237,7 @@ def _has_head(row: dict[str, Any]) -> bool:
 def _has_results(row: dict[str, Any]) -> bool:
     several = row.get("num_ramps", 1) != 1
     lists = (*_LISTS, *_LISTS_OF_SEVERAL_RAMPS) if several else _LISTS
-    return (
-        _has(row, _RESULTS)
-        and _has(row, dict.fromkeys(lists, list))
-        and all(
-            value is None or isinstance(value, _NUMBER) for name in lists for value in row[name]
-        )
-    )
+    return _has(row, _RESULTS) and _has(row, dict.fromkeys(lists, list))
 
 
 def _has(row: dict[str, Any], types: dict[str, Any]) -> bool:
