@@ -1,0 +1,119 @@
+"""Options of the commands that run an estimator: its choice and its settings."""
+
+from typing import Any, Final
+
+from vsep.files.frame_mask import MASK_NAMES
+from vsep.inference.core.schedule import SCHEDULES
+from vsep.inference.registry import ESTIMATORS
+from vsep.studies.methods import method_names
+from vsep.studies.study import TrialSettings
+from vsep_app.cli.shared_options import defaults_of, listed
+
+DEFAULT_ESTIMATOR: Final = next(iter(ESTIMATORS))
+ESTIMATOR_SETTINGS: Final = (
+    "mask",
+    "schedule",
+    "false_alarm_rate",
+    "object_threshold_db",
+    "interference_threshold_db",
+    "max_iterations",
+)
+"""Options that are settings of an estimator; None where they are not given."""
+
+
+def estimator_settings() -> dict[str, frozenset[str]]:
+    """Return the names of the settings of every estimator."""
+    return {name: frozenset(defaults_of(kind)) for name, kind in ESTIMATORS.items()}
+
+
+def add_mask_option(parser: Any, takers: str = "") -> None:
+    """Add ``--mask``, which says how interfered samples are found."""
+    parser.add_argument(
+        "--mask",
+        choices=MASK_NAMES,
+        help="interfered samples: from the frame file (truth), or as this detector finds them "
+        f"(default: truth if the file has it, else autoregressive{takers})",
+    )
+
+
+def add_schedule_option(parser: Any) -> None:
+    """Add ``--schedule``, the order of updates."""
+    parser.add_argument(
+        "--schedule",
+        choices=tuple(SCHEDULES),
+        help="order of the updates; paper is the literal one of the paper, for comparison "
+        f"(default: {_default('schedule')}{_takers('schedule')})",
+    )
+
+
+def add_false_alarm_option(parser: Any) -> None:
+    """Add ``--false-alarm-rate``."""
+    parser.add_argument(
+        "--false-alarm-rate",
+        type=float,
+        metavar="X",
+        help="objects expected in a frame of noise alone "
+        f"(default: {_default('false_alarm_rate')})",
+    )
+
+
+def add_estimator_options(parser: Any) -> None:
+    """Add the choice of the estimator and all its settings; None where they are not given."""
+    group = parser.add_argument_group("the estimator")
+    group.add_argument(
+        "--estimator",
+        choices=tuple(ESTIMATORS),
+        help="objects and interference with separate posteriors or a joint one, objects alone, or "
+        f"objects from the samples that the mask leaves (default: {DEFAULT_ESTIMATOR})",
+    )
+    add_mask_option(group, _takers("mask"))
+    add_schedule_option(group)
+    threshold = group.add_mutually_exclusive_group()
+    add_false_alarm_option(threshold)
+    threshold.add_argument(
+        "--object-threshold-db", type=float, metavar="X", help="the object threshold itself"
+    )
+    group.add_argument(
+        "--interference-threshold-db",
+        type=float,
+        metavar="X",
+        help="threshold of interference-channel components "
+        f"(default: that of the schedule{_takers('interference_threshold_db')})",
+    )
+    group.add_argument(
+        "--max-iterations",
+        type=int,
+        metavar="N",
+        help=f"where a run stops at the latest (default: {_default('max_iterations')})",
+    )
+
+
+def add_seed_option(parser: Any, what: str) -> None:
+    """Add ``--seed``, as studies and maps take it."""
+    default = defaults_of(TrialSettings)["seed"]
+    parser.add_argument("--seed", type=int, metavar="N", help=f"{what} (default: {default})")
+
+
+def add_workers_option(parser: Any) -> None:
+    """Add ``--workers``, as studies and maps take it."""
+    parser.add_argument("--workers", type=int, metavar="N", help="local processes (default: 1)")
+
+
+def method_settings() -> dict[str, frozenset[str]]:
+    """Return the names of the settings of every method of the studies."""
+    return {name: estimator_settings().get(name, frozenset()) for name in method_names()}
+
+
+def default_of(estimator: str, setting: str) -> Any:
+    """Return the default of an estimator's setting."""
+    return defaults_of(ESTIMATORS[estimator])[setting]
+
+
+def _default(setting: str) -> Any:
+    return default_of(DEFAULT_ESTIMATOR, setting)
+
+
+def _takers(setting: str) -> str:
+    """Return who takes a setting, for a help text."""
+    names = [name for name, settings in estimator_settings().items() if setting in settings]
+    return f"; for {listed(names)}"
