@@ -12,7 +12,12 @@ from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.response_file import write_response
 from vsep.units import to_db
-from vsep_app.cli.shared_options import add_out, require_folder, require_other_file
+from vsep_app.cli.shared_options import (
+    add_number,
+    add_out,
+    require_folder,
+    require_other_file,
+)
 
 DESCRIPTION = (
     "Estimate the receiver's complex response from the bursts in frame files of one receiver, and "
@@ -29,11 +34,10 @@ examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("frames", nargs="+", metavar="RECORDING", help="a frame file, *.npz")
-    parser.add_argument(
+    add_number(
+        parser,
         "--slope-difference",
-        type=float,
-        metavar="X",
-        help="slope at which the bursts sweep in the frame files, Hz/s, where it is known "
+        "slope at which the bursts sweep in the frame files, Hz/s, where it is known "
         "(default: estimated from the bursts)",
     )
     add_out(parser, "the response file, *.npz, for separate")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from vsep.files.frame import write_frame
 from vsep.recordings.convert import convert_recording
 from vsep.recordings.settings import read_settings
-from vsep_app.cli.shared_options import add_out, require_other_file
+from vsep_app.cli.shared_options import add_file, add_number, add_out, require_other_file
 
 DESCRIPTION = (
     "Make a frame file of a sensor's recording: MATLAB, NumPy, or a raw capture of a Texas "
@@ -36,12 +36,8 @@ assets/docs/recordings.md explains all of them. What looks wrong is said on stan
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("recording", metavar="RAW", help="the recording")
-    parser.add_argument(
-        "--settings", required=True, metavar="FILE", help="what it is, *.json, *.yaml or *.yml"
-    )
-    parser.add_argument(
-        "--frame", type=int, metavar="N", help="which frame of it, from 0, instead of the settings'"
-    )
+    add_file(parser, "--settings", "what it is, *.json, *.yaml or *.yml", required=True)
+    add_number(parser, "--frame", "which frame of it, from 0, instead of the settings'", kind=int)
     add_out(parser, "the frame file, *.npz")
 
 

@@ -7,7 +7,7 @@ from vsep.inference.core.schedule import SCHEDULES
 from vsep.inference.registry import ESTIMATORS
 from vsep.studies.methods import method_names
 from vsep.studies.study import TrialSettings
-from vsep_app.cli.shared_options import defaults_of, listed
+from vsep_app.cli.shared_options import add_number, defaults_of, listed
 
 DEFAULT_ESTIMATOR: Final = next(iter(ESTIMATORS))
 ESTIMATOR_SETTINGS: Final = (
@@ -48,12 +48,10 @@ def add_schedule_option(parser: Any) -> None:
 
 def add_false_alarm_option(parser: Any) -> None:
     """Add ``--false-alarm-rate``."""
-    parser.add_argument(
+    add_number(
+        parser,
         "--false-alarm-rate",
-        type=float,
-        metavar="X",
-        help="objects expected in a frame of noise alone "
-        f"(default: {_default('false_alarm_rate')})",
+        f"objects expected in a frame of noise alone (default: {_default('false_alarm_rate')})",
     )
 
 
@@ -70,33 +68,30 @@ def add_estimator_options(parser: Any) -> None:
     add_schedule_option(group)
     threshold = group.add_mutually_exclusive_group()
     add_false_alarm_option(threshold)
-    threshold.add_argument(
-        "--object-threshold-db", type=float, metavar="X", help="the object threshold itself"
-    )
-    group.add_argument(
+    add_number(threshold, "--object-threshold-db", "the object threshold itself")
+    add_number(
+        group,
         "--interference-threshold-db",
-        type=float,
-        metavar="X",
-        help="threshold of interference-channel components "
+        "threshold of interference-channel components "
         f"(default: that of the schedule{_takers('interference_threshold_db')})",
     )
-    group.add_argument(
+    add_number(
+        group,
         "--max-iterations",
-        type=int,
-        metavar="N",
-        help=f"where a run stops at the latest (default: {_default('max_iterations')})",
+        f"where a run stops at the latest (default: {_default('max_iterations')})",
+        kind=int,
     )
 
 
 def add_seed_option(parser: Any, what: str) -> None:
     """Add ``--seed``, as studies and maps take it."""
     default = defaults_of(TrialSettings)["seed"]
-    parser.add_argument("--seed", type=int, metavar="N", help=f"{what} (default: {default})")
+    add_number(parser, "--seed", f"{what} (default: {default})", kind=int)
 
 
 def add_workers_option(parser: Any) -> None:
     """Add ``--workers``, as studies and maps take it."""
-    parser.add_argument("--workers", type=int, metavar="N", help="local processes (default: 1)")
+    add_number(parser, "--workers", "local processes (default: 1)", kind=int)
 
 
 def method_settings() -> dict[str, frozenset[str]]:

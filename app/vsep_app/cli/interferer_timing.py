@@ -8,7 +8,7 @@ from typing import Any
 from vsep.errors import InputError
 from vsep.files.results import as_json
 from vsep.files.timing_lines import read_timings, timing_line, write_timing_table
-from vsep_app.cli.shared_options import require_dashboard
+from vsep_app.cli.shared_options import add_file, require_dashboard
 
 DESCRIPTION = (
     "Estimate slope, chirp interval and time offset of the interfering radars from the times at "
@@ -26,10 +26,10 @@ _PICTURES = (".png", ".svg")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("results", metavar="RESULTS", help="what vsep separate wrote, *.jsonl")
-    parser.add_argument(
+    add_file(
+        parser,
         "--out",
-        metavar="FILE",
-        help="the crossing times of the first frame with their residuals as a picture, *.png or "
+        "the crossing times of the first frame with their residuals as a picture, *.png or "
         "*.svg, or all bursts as a table, *.csv",
     )
 

@@ -135,7 +135,3 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         command.set_defaults(run=module.run)
         module.add_options(command)
     return parser.parse_args(arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -32,14 +32,13 @@ class _NoBar:
         return iter(self._iterable)
 
     def update(self, _: int) -> None:
-        """Draw nothing."""
+        pass
 
     def close(self) -> None:
-        """Wipe nothing."""
+        pass
 
     @staticmethod
     def write(text: str, file: TextIO) -> None:
-        """Write a line."""
         file.write(text + "\n")
 
 

@@ -15,6 +15,8 @@ from vsep_app.cli.estimator_options import (
 from vsep_app.cli.shared_options import (
     EXIT_INPUT,
     add_antenna_option,
+    add_file,
+    add_number,
     given,
     refuse_unused,
     refuse_without_interference,
@@ -78,7 +80,7 @@ def _add_sources(parser: Any) -> None:
         metavar="WHICH",
         help="a trial of a study: POINT/REALIZATION[/METHOD] with --rows, or the word in a link",
     )
-    group.add_argument("--rows", metavar="FILE", help="with --trial: the rows of the study")
+    add_file(group, "--rows", "with --trial: the rows of the study")
     group.add_argument(
         "--from",
         dest="made_before",
@@ -86,18 +88,16 @@ def _add_sources(parser: Any) -> None:
         help="make a report again from what it says (with FRAME if it does not keep its frame)",
     )
     scene = parser.add_argument_group("the scene of --preset and --url")
-    scene.add_argument("--snr-db", type=float, metavar="X", help="object energy over noise power")
-    scene.add_argument("--sir-db", type=float, metavar="X", help="object over interference energy")
-    scene.add_argument("--seed", type=int, metavar="N", help="(default: 7, as on the dashboard)")
+    add_number(scene, "--snr-db", "object energy over noise power")
+    add_number(scene, "--sir-db", "object over interference energy")
+    add_number(scene, "--seed", "(default: 7, as on the dashboard)", kind=int)
     scene.add_argument("--no-interference", action="store_true", help="leave the interferer out")
 
 
 def _add_shown(parser: Any) -> None:
     group = parser.add_argument_group("what is shown")
-    group.add_argument(
-        "--ramp", type=int, metavar="N", help="(default: the one with the strongest burst)"
-    )
-    group.add_argument("--iteration", type=int, metavar="N", help="(default: the last one)")
+    add_number(group, "--ramp", "(default: the one with the strongest burst)", kind=int)
+    add_number(group, "--iteration", "(default: the last one)", kind=int)
     group.add_argument(
         "--iterations", type=_numbers, metavar="N,N,...", help="a film strip of these, at most 6"
     )
@@ -105,16 +105,14 @@ def _add_shown(parser: Any) -> None:
 
 def _add_outputs(parser: Any) -> None:
     group = parser.add_argument_group("what is written, one at least")
-    group.add_argument(
+    add_file(
+        group,
         "--out",
-        metavar="FILE",
-        help="*.html (interactive), *.png, *.pdf (drawn for print) or *.json (numbers alone); for "
+        "*.html (interactive), *.png, *.pdf (drawn for print) or *.json (numbers alone); for "
         "several frames a folder, made if need be",
     )
-    group.add_argument(
-        "--record", metavar="FILE", help="*.html: a slider goes through all iterations"
-    )
-    group.add_argument("--animate", metavar="FILE", help="*.gif, *.webp or, with ffmpeg, *.mp4")
+    add_file(group, "--record", "*.html: a slider goes through all iterations")
+    add_file(group, "--animate", "*.gif, *.webp or, with ffmpeg, *.mp4")
 
 
 def _numbers(text: str) -> tuple[int, ...]:

@@ -4,6 +4,7 @@ import argparse
 import csv
 import sys
 from pathlib import Path
+from textwrap import fill
 from typing import Any, Final
 
 from vsep._validation import require_range
@@ -24,6 +25,7 @@ from vsep_app.cli.estimator_options import (
 )
 from vsep_app.cli.progress import counter
 from vsep_app.cli.shared_options import (
+    add_number,
     add_out,
     defaults_of,
     given,
@@ -43,7 +45,7 @@ examples:
       --set sir_db=-10 --trials 5 --workers 2 --out map.png
 
 parameters, in SI units; a name may lack its unit:
-  {", ".join(AXES)}
+{fill(", ".join(AXES), 98, initial_indent="  ", subsequent_indent="  ")}
 """
 _SUFFIXES = (".html", ".png", ".csv")
 _OF_TRIALS: Final = ("estimator", "schedule", "false_alarm_rate", "workers")
@@ -71,12 +73,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="a parameter that is on no axis; the scene's own by default",
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--trials",
-        type=int,
+        "trials of the estimator in every cell (default: 0, which takes a second)",
+        kind=int,
         default=0,
-        metavar="N",
-        help="trials of the estimator in every cell (default: 0, which takes a second)",
     )
     parser.add_argument(
         "--estimator",

@@ -42,7 +42,9 @@ from vsep_app.cli.progress import IterationProgress, counted, say
 from vsep_app.cli.shared_options import (
     EXIT_INPUT,
     add_antenna_option,
+    add_file,
     add_frames,
+    add_number,
     add_out,
     error_text,
     given,
@@ -83,10 +85,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "all together, with angles of arrival, by "
         f"{listed(SEVERAL_ANTENNAS)}; the others take one, antenna 0",
     )
-    parser.add_argument(
+    add_file(
+        parser,
         "--response",
-        metavar="FILE",
-        help="the receiver's response as vsep calibrate writes it, *.npz, in place of the filter "
+        "the receiver's response as vsep calibrate writes it, *.npz, in place of the filter "
         "that a frame file names",
     )
     parser.add_argument(
@@ -103,11 +105,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "bursts found, then search again, with a lower threshold, where these radars must have "
         "crossed the band",
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--workers",
-        type=integer(1, 4096),
-        metavar="N",
-        help="processes that share the frames (default: one for every core)",
+        "processes that share the frames (default: one for every core)",
+        kind=integer(1, 4096),
     )
     parser.add_argument(
         "--profile",

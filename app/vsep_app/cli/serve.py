@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from vsep_app.cli.shared_options import integer, require_dashboard
+from vsep_app.cli.shared_options import add_number, integer, require_dashboard
 from vsep_app.jobs.warmup import compile_everything
 
 DESCRIPTION = "Serve the dashboard."
@@ -18,12 +18,12 @@ examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument(
+    add_number(
+        parser,
         "--port",
-        type=integer(0, 65535),
+        "port to listen on, 0 for any free one (default: 5006)",
+        kind=integer(0, 65535),
         default=5006,
-        metavar="N",
-        help="port to listen on, 0 for any free one (default: 5006)",
     )
     parser.add_argument(
         "--address",

@@ -23,9 +23,7 @@ def defaults_of(kind: Any) -> dict[str, Any]:
 def given(options: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]:
     """Return the options that were given, by name."""
     values = {name: getattr(options, name) for name in names}
-    return {
-        name: value for name, value in values.items() if value is not None and value is not False
-    }
+    return {name: value for name, value in values.items() if not (value is None or value is False)}
 
 
 def refuse_unused(
@@ -73,15 +71,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 def require_dashboard(module: str, command: str) -> Any:
-    """Return a module of the application that draws; `InputError` where its libraries are missing.
-
-    Parameters
-    ----------
-    module : str
-        Its full name.
-    command : str
-        The command that needs it, for the sentence.
-    """
+    """Return a module that draws; `InputError` where the libraries of a command are missing."""
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
@@ -131,9 +121,20 @@ def integer(lowest: int, highest: int) -> Callable[[str], int]:
     return parse
 
 
+def add_number(parser: Any, option: str, what: str, kind: Any = float, **more: Any) -> None:
+    """Add an option that is a number, or several."""
+    metavar = "X" if kind is float else "N"
+    parser.add_argument(option, type=kind, metavar=metavar, help=what, **more)
+
+
+def add_file(parser: Any, option: str, what: str, metavar: str = "FILE", **more: Any) -> None:
+    """Add an option that names a file or a folder."""
+    parser.add_argument(option, metavar=metavar, help=what, **more)
+
+
 def add_out(parser: Any, what: str, metavar: str = "FILE") -> None:
     """Add ``--out``, which must be given."""
-    parser.add_argument("--out", required=True, metavar=metavar, help=what)
+    add_file(parser, "--out", what, metavar, required=True)
 
 
 def add_frames(parser: Any, more: str = "") -> None:
@@ -143,9 +144,5 @@ def add_frames(parser: Any, more: str = "") -> None:
 
 def add_antenna_option(parser: Any, default: str = "0") -> None:
     """Add ``--antenna``, for frame files that hold several."""
-    parser.add_argument(
-        "--antenna",
-        type=int,
-        metavar="N",
-        help=f"which antenna of a frame file that holds several, from 0 (default: {default})",
-    )
+    what = f"which antenna of a frame file that holds several, from 0 (default: {default})"
+    add_number(parser, "--antenna", what, int)

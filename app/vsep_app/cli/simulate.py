@@ -12,6 +12,7 @@ from vsep.presets.scenes import Scenario, simulate_preset
 from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.scene import Observation
 from vsep_app.cli.shared_options import (
+    add_number,
     add_out,
     defaults_of,
     given,
@@ -41,25 +42,22 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--preset", choices=PRESET_NAMES, required=True, help="scene and radar from the paper"
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--snr-db",
-        type=float,
-        metavar="X",
-        help="object energy of the frame over the noise power of a sample "
-        "(default: 30 for simulation-1, else 60)",
+        "object energy of the frame over the noise power of a sample (default: the preset's)",
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--sir-db",
-        type=float,
-        metavar="X",
-        help=f"object energy over interference energy of the frame (default: {_SIR_DB:g})",
+        f"object energy over interference energy of the frame (default: {_SIR_DB:g})",
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--seed",
-        type=integer(0, _MAX_SEED),
+        "the same seed gives the same file, byte for byte (default: 0)",
+        kind=integer(0, _MAX_SEED),
         default=0,
-        metavar="N",
-        help="the same seed gives the same file, byte for byte (default: 0)",
     )
     parser.add_argument(
         "--no-interference",
@@ -70,33 +68,27 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "several antennas", "A uniform line of them; SNR and SIR are those of one antenna."
     )
-    group.add_argument(
+    add_number(
+        group,
         "--antennas",
-        type=integer(1, _MAX_ANTENNAS),
+        "how many receive (default: 1)",
+        kind=integer(1, _MAX_ANTENNAS),
         default=1,
-        metavar="N",
-        help="how many receive (default: 1)",
     )
-    group.add_argument(
+    add_number(
+        group,
         "--antenna-spacing-wavelengths",
-        type=float,
-        metavar="X",
-        help="from one to the next "
-        f"(default: {defaults_of(UniformLinearArray)['spacing_wavelengths']})",
+        f"from one to the next (default: {defaults_of(UniformLinearArray)['spacing_wavelengths']})",
     )
-    group.add_argument(
+    add_number(
+        group,
         "--object-angles-deg",
-        type=float,
-        nargs="+",
-        metavar="X",
-        help="direction of every object from broadside, positive towards the last antenna "
+        "direction of every object from broadside, positive towards the last antenna "
         "(default: drawn from the seed, up to 60 to both sides)",
+        nargs="+",
     )
-    group.add_argument(
-        "--interferer-angle-deg",
-        type=float,
-        metavar="X",
-        help="direction of the interferer (default: drawn likewise)",
+    add_number(
+        group, "--interferer-angle-deg", "direction of the interferer (default: drawn likewise)"
     )
 
 

@@ -24,6 +24,8 @@ from vsep_app.cli.estimator_options import (
 )
 from vsep_app.cli.progress import counter, say
 from vsep_app.cli.shared_options import (
+    add_file,
+    add_number,
     add_out,
     defaults_of,
     given,
@@ -71,25 +73,17 @@ def _add_action(actions: Any, name: str, summary: str, action: Any) -> Any:
 
 def _add_run(parser: Any) -> None:
     parser.add_argument("study", metavar="NAME", help=", ".join(CATALOGUE))
-    parser.add_argument(
-        "--realizations", type=int, metavar="N", help="per point (default: see `vsep study list`)"
-    )
+    add_number(parser, "--realizations", "per point (default: see `vsep study list`)", kind=int)
     parser.add_argument(
         "--points",
         metavar="WHICH",
         help="panels, indices and ranges, such as 3b,0,40-51 (default: all)",
     )
-    parser.add_argument(
-        "--out", metavar="FILE", help="the rows, one line of JSON each; appended to if it exists"
-    )
+    add_file(parser, "--out", "the rows, one line of JSON each; appended to if it exists")
     parser.add_argument(
         "--repeat", metavar="POINT,REALIZATION", help="run this one trial and print its rows"
     )
-    parser.add_argument(
-        "--frame",
-        metavar="FILE",
-        help="with --repeat: keep the trial's frame as a frame file, *.npz",
-    )
+    add_file(parser, "--frame", "with --repeat: keep the trial's frame as a frame file, *.npz")
     where = parser.add_argument_group("where")
     add_workers_option(where)
     where.add_argument(
@@ -103,16 +97,11 @@ def _add_run(parser: Any) -> None:
         "--estimator",
         action="append",
         metavar="NAME",
-        help="run this one only; may be given several times; no-interference is one too "
-        "(default: all)",
+        help="run this method only; may be given several times; one of "
+        f"{', '.join(method_settings())} (default: those of the study)",
     )
     add_schedule_option(what)
-    what.add_argument(
-        "--object-threshold-db",
-        type=float,
-        metavar="X",
-        help="in the place of the study's own threshold",
-    )
+    add_number(what, "--object-threshold-db", "in the place of the study's own threshold")
     defaults = defaults_of(TrialSettings)
     for name, meaning in (
         ("gospa_cutoff", "resolution cells beyond which an object is missed"),
