@@ -23,7 +23,7 @@ ESTIMATOR_SETTINGS: Final = (
 
 def estimator_settings() -> dict[str, frozenset[str]]:
     """Return the names of the settings of every estimator."""
-    return {name: frozenset(defaults_of(kind)) for name, kind in ESTIMATORS.items()}
+    return {name: frozenset(entry.settings) for name, entry in ESTIMATORS.items()}
 
 
 def add_mask_option(parser: Any, takers: str = "") -> None:
@@ -60,9 +60,11 @@ def add_estimator_options(parser: Any) -> None:
     group = parser.add_argument_group("the estimator")
     group.add_argument(
         "--estimator",
-        choices=tuple(ESTIMATORS),
-        help="objects and interference with separate posteriors or a joint one, objects alone, or "
-        f"objects from the samples that the mask leaves (default: {DEFAULT_ESTIMATOR})",
+        metavar="NAME",
+        help="; ".join(f"{name}: {entry.help}" for name, entry in ESTIMATORS.items()).replace(
+            "%", "%%"
+        )
+        + f" (default: {DEFAULT_ESTIMATOR})",
     )
     add_mask_option(group, _takers("mask"))
     add_schedule_option(group)
@@ -100,8 +102,8 @@ def method_settings() -> dict[str, frozenset[str]]:
 
 
 def default_of(estimator: str, setting: str) -> Any:
-    """Return the default of an estimator's setting."""
-    return defaults_of(ESTIMATORS[estimator])[setting]
+    """Return the default of an estimator's setting; None where it has no such setting."""
+    return ESTIMATORS.require(estimator).defaults.get(setting)
 
 
 def _default(setting: str) -> Any:

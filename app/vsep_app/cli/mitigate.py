@@ -2,9 +2,8 @@
 
 import argparse
 from collections.abc import Sequence
-from inspect import signature
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -12,8 +11,8 @@ from vsep._typing import BoolArray
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
-from vsep.mitigation.method import FrameArray, mitigate
-from vsep.mitigation.registry import MITIGATIONS, PRIORS, MitigationSettings, make_mitigation
+from vsep.mitigation.method import FrameArray, Mitigation, mitigate
+from vsep.mitigation.registry import MITIGATIONS
 from vsep.mitigation.sparse.operators import DOMAINS
 from vsep.mitigation.sparse.prior import SeenFrame
 from vsep.signal.radar import ChirpSequence
@@ -31,10 +30,10 @@ from vsep_app.cli.shared_options import (
     require_distinct_names,
 )
 
+_SEQUENTIAL = listed([name for name, entry in MITIGATIONS.items() if entry.prior is not None])
 DESCRIPTION = (
-    "Repair the interfered samples of frame files by one of the usual methods. For "
-    f"{listed(tuple(PRIORS))} the frames are a sequence: what was found in the last three lowers "
-    "thresholds in the next."
+    f"Repair the interfered samples of frame files by one of the usual methods. For {_SEQUENTIAL} "
+    "the frames are a sequence: what was found in the last three lowers thresholds in the next."
 )
 EXAMPLES = """\
 examples:
@@ -80,24 +79,25 @@ class _Repairs:
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        self._name: str = options.method
-        values: Any = given(options, _SETTINGS)
-        self._settings: MitigationSettings = values
-        self._method = make_mitigation(self._name, **self._settings)
-        known = {name: signature(make).parameters.keys() for name, make in MITIGATIONS.items()}
-        refuse_unused(values, (self._name,), known)
+        self._entry = MITIGATIONS.require(options.method)
+        self._settings = given(options, _SETTINGS)
+        known = {name: frozenset(entry.settings) for name, entry in MITIGATIONS.items()}
+        refuse_unused(self._settings, (self._entry.name,), known)
+        self._method = self._make()
         self._history: tuple[SeenFrame, ...] = ()
         self._radar: ChirpSequence | None = None
 
+    def _make(self, history: tuple[SeenFrame, ...] | None = None) -> Mitigation:
+        method: Mitigation = MITIGATIONS.make(self._entry.name, history=history, **self._settings)
+        return method
+
     def cleaned(self, frame: Frame, mask: BoolArray) -> FrameArray:
         """Return the repaired frame."""
-        prior = PRIORS.get(self._name)
+        prior = self._entry.prior
         if prior is None:
             return mitigate(self._method, frame.received, mask).cleaned
         history = self._history if frame.radar == self._radar else ()
-        settings: MitigationSettings = {**self._settings, "history": history}
-        method = make_mitigation(self._name, **settings)
-        cleaned = mitigate(method, frame.received, mask).cleaned
+        cleaned = mitigate(self._make(history), frame.received, mask).cleaned
         self._history, self._radar = prior.see(history, cleaned), frame.radar
         return cleaned
 

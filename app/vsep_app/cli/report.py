@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from vsep.errors import InputError
+from vsep.inference.registry import ESTIMATORS
 from vsep.presets.names import PRESET_NAMES
 from vsep_app.cli.estimator_options import (
     ESTIMATOR_SETTINGS,
@@ -179,10 +180,9 @@ def _changed(spec: Any, options: argparse.Namespace) -> Any:
     refuse_unused(scene, (kind,), _SCENES)
     if options.no_interference or not spec.plan.interference:
         refuse_without_interference(given(options, ("sir_db",)))
-    changed = _module("sources").changed(spec, _given(options))
-    settings = given(options, ESTIMATOR_SETTINGS)
-    refuse_unused(settings, (changed.plan.estimator,), estimator_settings())
-    return changed
+    estimator = ESTIMATORS.require(options.estimator or spec.plan.estimator).name
+    refuse_unused(given(options, ESTIMATOR_SETTINGS), (estimator,), estimator_settings())
+    return _module("sources").changed(spec, _given(options))
 
 
 def _given(options: argparse.Namespace) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from vsep.files.two_pass import require_timing_support, run_twice
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step
 from vsep.inference.core.run import run as run_estimator
-from vsep.inference.registry import SEVERAL_ANTENNAS, make_estimator
+from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.signal.clutter import remove_static_clutter
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.template import SignalModel
@@ -83,7 +83,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_antenna_option(
         parser,
         "all together, with angles of arrival, by "
-        f"{listed(SEVERAL_ANTENNAS)}; the others take one, antenna 0",
+        f"{listed([name for name, entry in ESTIMATORS.items() if entry.several_antennas])}; the "
+        "others take one, antenna 0",
     )
     add_file(
         parser,
@@ -260,7 +261,7 @@ def _read_frame(path: str, options: argparse.Namespace) -> Frame:
 def _is_together(frame: Frame, options: argparse.Namespace) -> bool:
     """Whether all antennas of a frame are separated together: unless one of them is asked for."""
     several = frame.num_antennas > 1 and options.antenna is None
-    return several and options.estimator in SEVERAL_ANTENNAS
+    return several and ESTIMATORS.require(options.estimator).several_antennas
 
 
 def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
@@ -278,6 +279,7 @@ def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
 
 def _require_usable(options: argparse.Namespace) -> None:
     """Refuse bad estimator options at once, not once per frame: they are checked with any model."""
+    ESTIMATORS.require(options.estimator)
     refuse_unused(given(options, ESTIMATOR_SETTINGS), (options.estimator,), estimator_settings())
     model = SignalModel(
         num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
@@ -288,8 +290,8 @@ def _require_usable(options: argparse.Namespace) -> None:
 
 
 def _separator_of(options: argparse.Namespace, frame: Frame) -> Estimator:
-    masked = options.estimator == "masked"
-    mask = frame_mask(frame, options.mask) if masked else None
+    needs_mask = ESTIMATORS.require(options.estimator).needs_mask
+    mask = frame_mask(frame, options.mask) if needs_mask else None
     num_antennas = frame.num_antennas if _is_together(frame, options) else 1
     model = SignalModel.of_radar(frame.radar, frame.assumed_filter, num_antennas)
     return make_separator(options, model, mask)

@@ -11,7 +11,7 @@ from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import MITIGATIONS, make_mitigation
 from vsep.mitigation.sparse.sequence import mitigate_sequence
-from vsep.mitigation.sparse.sparse_methods import SOFT_PRIOR, pm_ist
+from vsep.mitigation.sparse.thresholding import SOFT_PRIOR, pm_ist
 from vsep.presets.scenes import simulate_preset
 
 
@@ -93,6 +93,12 @@ def test_masks_are_found_by_name_and_the_domain_is_a_choice(frame_file):
     np.testing.assert_array_equal(mask, expected)
 
 
+def test_the_domain_is_a_choice_that_changes_nothing_but_the_rounding(frame_file):
+    cleaned, _ = mitigated(frame_file, "--method", "amp", "--domain", "explicit-1d")
+    usual, _ = mitigated(frame_file, "--method", "amp")
+    assert 0.0 < np.abs(cleaned - usual).max() < 1e-6 * np.abs(usual).max()
+
+
 def test_the_files_own_mask_comes_before_its_truth(frame_file):
     mask = np.zeros((16, 128), dtype=bool)
     mask[:, 5] = True
@@ -131,6 +137,7 @@ def test_what_cannot_be_done_ends_in_one_sentence(capsys, tmp_path, frame_arrays
     out = str(tmp_path / "out")
     run = ("mitigate", str(real), "--out", out, "--method")
     assert "method is 'magic'" in refused(capsys, *run, "magic")
+    assert "--debias is given; mca takes none" in refused(capsys, *run, "mca", "--debias")
     assert "real.npz holds neither truth_mask" in refused(
         capsys, *run, "zeroing", "--mask", "truth"
     )
