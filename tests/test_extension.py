@@ -171,7 +171,7 @@ def test_what_it_does_not_have_and_what_is_broken_is_said(run: Run, frame: Path)
     arguments = ("-m", "vsep", "mitigate", str(frame), "--out", str(frame.parent / "no"))
     done = run(*arguments, "--method", "attenuation", "--debias")
     assert done.returncode == 2
-    assert done.stderr.startswith("vsep: debias is True; attenuation takes none; ist,")
+    assert done.stderr.startswith("vsep: --debias is given; attenuation takes none (ist,")
     done = run(*arguments, "--method", "broken")
     assert done.returncode == 2
     assert done.stderr == (

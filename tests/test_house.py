@@ -114,9 +114,9 @@ def test_the_recording_ships_with_its_licence() -> None:
 
 def test_the_command_does_linear_algebra_in_one_thread_unless_told_otherwise() -> None:
     code = (
-        "import sys, vsep_app.cli.entry\nassert 'numpy' not in sys.modules\n"
+        "import sys, vsep_app.cli.main\nassert 'numpy' not in sys.modules\n"
         "sys.argv = ['vsep', 'study', 'list']\n"
-        "try:\n    vsep_app.cli.entry.main()\nexcept SystemExit:\n    pass\n"
+        "try:\n    vsep_app.cli.main.main()\nexcept SystemExit:\n    pass\n"
         "import os; assert 'numpy' in sys.modules; print(os.environ['OPENBLAS_NUM_THREADS'])"
     )
     free = {name: text for name, text in os.environ.items() if not name.endswith("_NUM_THREADS")}

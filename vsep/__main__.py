@@ -2,7 +2,7 @@
 
 import sys
 
-from vsep_app.cli.entry import main
+from vsep_app.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

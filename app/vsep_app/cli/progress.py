@@ -1,14 +1,16 @@
-"""How far the separation of one frame is, on the terminal.
+"""Progress of long commands on the terminal; none is drawn where tqdm is not installed.
 
-How many iterations a run takes is known when it has ended, not before. The bar is therefore full at
-the largest number that the run may take, foretells no time, and is left early where the run
-converges; beside it stands what has been found by then.
+The number of iterations of a run is known when it has ended, not before. The bar of iterations is
+therefore full at the maximum, shows no remaining time and may stop before it; beside it stands what
+has been found by then.
 """
 
 import sys
-from typing import Final, TextIO
-
-from tqdm import tqdm
+from collections.abc import Iterable, Iterator
+from contextlib import closing
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, Final, TextIO
 
 from vsep.inference.core.progress import Step
 from vsep.units import to_db
@@ -16,6 +18,48 @@ from vsep.units import to_db
 DELAY_S: Final = 1.0  # a run that is over sooner shows none
 INTERVAL_S: Final = 0.1
 _LINE: Final = "{desc}: {n_fmt} of at most {total_fmt} iterations |{bar}| {elapsed}{postfix}"
+
+
+class _NoBar:
+    """A bar that draws nothing."""
+
+    disable = True
+
+    def __init__(self, iterable: Iterable[Any] = (), **_: Any) -> None:
+        self._iterable = iterable
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._iterable)
+
+    def update(self, _: int) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+    @staticmethod
+    def write(text: str, file: TextIO) -> None:
+        file.write(text + "\n")
+
+
+def _bar_class() -> Any:
+    return import_module("tqdm").tqdm if find_spec("tqdm") is not None else _NoBar
+
+
+def counted(lines: Iterable[Any], total: int, unit: str) -> Iterator[Any]:
+    """Yield what is given; the terminal shows how many of the total have been, if several."""
+    # tqdm draws nothing by itself (None) where standard error is no terminal.
+    yield from _bar_class()(lines, total=total, unit=unit, disable=None if total > 1 else True)
+
+
+def counter(total: int, unit: str, done: int = 0) -> "closing[Any]":
+    """Return a context whose value has ``update(number)`` for what has been done since."""
+    return closing(_bar_class()(total=total, initial=done, unit=unit, disable=None))
+
+
+def say(sentence: str) -> None:
+    """Write a line to standard error, above the bar if there is one."""
+    _bar_class().write(f"vsep: {sentence}", file=sys.stderr)
 
 
 class IterationProgress:
@@ -50,12 +94,12 @@ class IterationProgress:
     ) -> None:
         self._max_iterations, self._delay_s, self._interval_s = max_iterations, delay_s, interval_s
         self._stream = sys.stderr if stream is None else stream
-        self._bar: tqdm[None] | None = None
+        self._bar: Any = None
 
     def begin(self, name: str) -> None:
         """Begin a frame."""
         self.end()
-        self._bar = tqdm(
+        self._bar = _bar_class()(
             total=self._max_iterations,
             desc=name,
             bar_format=_LINE,
@@ -67,7 +111,7 @@ class IterationProgress:
         )
 
     def show(self, step: Step) -> None:
-        """Show an iteration of the frame: where it is, and what it has found."""
+        """Show an iteration of the frame: its number, and what has been found."""
         if self._bar is None or self._bar.disable:
             return
         state = step.state

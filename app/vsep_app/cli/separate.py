@@ -1,4 +1,4 @@
-"""What ``vsep separate`` does once its options are read."""
+"""``vsep separate``: objects and interference of frame files, one result line each."""
 
 import argparse
 import sys
@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from vsep._processes import available_cores, worker_pool
 from vsep._typing import BoolArray, ComplexArray
@@ -26,23 +25,106 @@ from vsep.files.response_file import read_response
 from vsep.files.results import as_json, profile_entry, result_line, separated_signals
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step
-from vsep.inference.core.run import run
+from vsep.inference.core.run import run as run_estimator
 from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.signal.clutter import remove_static_clutter
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.template import SignalModel
 from vsep.two_pass import require_timing_support, run_twice
-from vsep_app.cli.progress import IterationProgress
+from vsep_app.cli.estimator_options import (
+    DEFAULT_ESTIMATOR,
+    ESTIMATOR_SETTINGS,
+    add_estimator_options,
+    default_of,
+    estimator_settings,
+)
+from vsep_app.cli.progress import IterationProgress, counted, say
+from vsep_app.cli.shared_options import (
+    EXIT_INPUT,
+    add_antenna_option,
+    add_file,
+    add_frames,
+    add_number,
+    add_out,
+    error_text,
+    given,
+    integer,
+    listed,
+    refuse_unused,
+    require_distinct_names,
+    require_folder,
+    require_other_file,
+)
 
-_EXIT_INPUT = 2
+DESCRIPTION = "Separate frame files."
+EXAMPLES = """\
+examples:
+  vsep separate frame.npz --out results.jsonl
+  vsep separate night/*.npz --out night.jsonl --signals separated --false-alarm-rate 0.01
+
+A frame that cannot be read gets a line with "file" and "error"; the others are separated all the
+same, and the exit code is 2 at the end.
+"""
 _FRAMES_AT_A_TIME = 4  # handed to a process, so that handing over costs little
 _FRAMES_WORTH_A_PROCESS = 16  # starting one takes as long as some frames
+_CLUTTER = ("keep", "remove")
 
 
-def separate_frames(options: argparse.Namespace) -> int:
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_frames(parser)
+    add_out(parser, "the results, one JSON line per frame, in order")
+    parser.add_argument(
+        "--signals",
+        metavar="DIR",
+        help="folder, made if need be, for DIR/<frame>.npz with object_signal, "
+        "interference_signal and cleaned",
+    )
+    add_antenna_option(
+        parser,
+        "all together, with angles of arrival, by "
+        f"{listed([name for name, entry in ESTIMATORS.items() if entry.several_antennas])}; the "
+        "others take one, antenna 0",
+    )
+    add_file(
+        parser,
+        "--response",
+        "the receiver's response as vsep calibrate writes it, *.npz, in place of the filter "
+        "that a frame file names",
+    )
+    parser.add_argument(
+        "--clutter",
+        choices=_CLUTTER,
+        default=_CLUTTER[0],
+        help="objects that stand still: estimated like all others, or left out together with a "
+        "receiver's settling transient, as the median over the ramps (default: keep)",
+    )
+    parser.add_argument(
+        "--interferer-timing",
+        action="store_true",
+        help="two passes: fit slope, chirp interval and offset of the interfering radars to the "
+        "bursts found, then search again, with a lower threshold, where these radars must have "
+        "crossed the band",
+    )
+    add_number(
+        parser,
+        "--workers",
+        "processes that share the frames (default: one for every core)",
+        kind=integer(1, 4096),
+    )
+    parser.add_argument(
+        "--profile",
+        action="store_true",
+        help='say where the time goes: "profile" in every line, and a table at the end',
+    )
+    add_estimator_options(parser)
+
+
+def run(options: argparse.Namespace) -> int:
     """Separate every frame, one result line each; 2 if one of them could not be used."""
+    options.estimator = options.estimator or DEFAULT_ESTIMATOR
     _require_distinct(options.frames, options.out, options.signals)
-    _require_folder(options.out)
+    require_folder(options.out)
     _require_usable(options)
     assumed_filter(options)
     if options.signals is not None:
@@ -51,18 +133,16 @@ def separate_frames(options: argparse.Namespace) -> int:
     workers = _num_workers(options)
     profile: Counter[str] = Counter()
     used = 0
-    # tqdm draws nothing by itself (None) where standard error is no terminal.
-    quiet = None if len(options.frames) > 1 else True
     with (
         open(options.out, "w", encoding="utf-8") as results,
         _result_lines(options, workers) as lines,
     ):
-        for line in tqdm(lines, total=len(options.frames), unit="frame", disable=quiet):
+        for line in counted(lines, len(options.frames), "frame"):
             if "error" in line:
-                tqdm.write(f"vsep: {line['error']}", file=sys.stderr)
+                say(line["error"])
             used += "error" not in line
             if options.antenna is None and "antenna" in line:
-                tqdm.write(f"vsep: {_which_antenna(line)}", file=sys.stderr)
+                say(_which_antenna(line))
             profile.update(line.get("profile", {}))
             results.write(as_json(line) + "\n")
             results.flush()
@@ -70,7 +150,7 @@ def separate_frames(options: argparse.Namespace) -> int:
         sys.stderr.write("\n".join(_profile_table(profile, used)) + "\n")
     if used > 1:
         sys.stderr.write(_throughput(used, time.perf_counter() - start, workers) + "\n")
-    return 0 if used == len(options.frames) else _EXIT_INPUT
+    return 0 if used == len(options.frames) else EXIT_INPUT
 
 
 def _which_antenna(line: Mapping[str, Any]) -> str:
@@ -105,7 +185,8 @@ def _result_lines(options: argparse.Namespace, workers: int) -> Iterator[Iterato
 
 def _watched_lines(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """Make the result lines in this process; the terminal shows the iterations of a long run."""
-    bar = IterationProgress(options.max_iterations)
+    most = options.max_iterations or default_of(options.estimator, "max_iterations")
+    bar = IterationProgress(most)
     for path in options.frames:
         bar.begin(Path(path).name)
         try:
@@ -144,11 +225,7 @@ def separate_frame(
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
-        # A MemoryError carries no text.
-        return {
-            "file": path,
-            "error": str(error) or f"{path} needs more memory than this machine has.",
-        }
+        return {"file": path, "error": error_text(path, error)}
     line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
     if timings is not None:
         line["interferer_timings"] = len(timings)
@@ -168,9 +245,9 @@ def _solve(
     options: argparse.Namespace,
     watch: Callable[[Step], None] | None,
 ) -> tuple[Solution, tuple[InterfererTiming, ...] | None]:
-    """Run the estimator, with the interferers' lattices if they are asked for."""
+    """Run the estimator, in two passes if the interferers' timing is asked for."""
     if not options.interferer_timing:
-        return run(estimator, received, watch=watch), None
+        return run_estimator(estimator, received, watch=watch), None
     return run_twice(require_timing_support(estimator), received, frame.radar, watch=watch)
 
 
@@ -202,6 +279,8 @@ def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
 
 def _require_usable(options: argparse.Namespace) -> None:
     """Refuse bad estimator options at once, not once per frame: they are checked with any model."""
+    ESTIMATORS.require(options.estimator)
+    refuse_unused(given(options, ESTIMATOR_SETTINGS), (options.estimator,), estimator_settings())
     model = SignalModel(
         num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
     )
@@ -222,42 +301,21 @@ def make_separator(
     options: argparse.Namespace, model: SignalModel, mask: BoolArray | None = None
 ) -> Estimator:
     """Make the estimator that the options of ``separate`` describe."""
-    ESTIMATORS.require_settings(options.estimator, {"mask": options.mask})
-    return make_estimator(
-        options.estimator,
-        model,
-        false_alarm_rate=options.false_alarm_rate,
-        object_threshold_db=options.object_threshold_db,
-        interference_threshold_db=options.interference_threshold_db,
-        schedule=options.schedule,
-        max_iterations=options.max_iterations,
-        mask=mask,
-    )
+    settings: Any = given(options, ESTIMATOR_SETTINGS) | {"mask": mask}
+    return make_estimator(options.estimator or DEFAULT_ESTIMATOR, model, **settings)
 
 
 def _signals_path(folder: str, frame: str) -> Path:
     return Path(folder) / f"{Path(frame).stem}.npz"
 
 
-def _require_folder(out: str) -> None:
-    folder = Path(out).parent
-    if not folder.is_dir():
-        raise InputError(f"{out} cannot be written: {folder} is no folder; make it first.")
-
-
 def _require_distinct(frames: Sequence[str], out: str, signals: str | None) -> None:
     """Refuse outputs that would overwrite a frame or each other."""
-    inputs = {Path(frame).resolve() for frame in frames}
-    if Path(out).resolve() in inputs:
-        raise InputError(f"--out {out} is one of the frames; it must be another file.")
+    require_other_file(out, frames, "is one of the frames")
     if signals is None:
         return
-    counts = Counter(Path(frame).stem for frame in frames)
-    twice = [stem for stem, count in counts.items() if count > 1]
-    if twice:
-        raise InputError(
-            f"{counts[twice[0]]} frames are named {twice[0]}; --signals needs distinct names."
-        )
+    require_distinct_names(frames)
+    inputs = {Path(frame).resolve() for frame in frames}
     outputs = {_signals_path(signals, frame).resolve() for frame in frames}
     if outputs & inputs or Path(out).resolve() in outputs:
         raise InputError(

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from vsep_app.cli import main as cli
-from vsep_app.cli.report_commands import spec_of
+from vsep_app.cli.report import spec_of
 
 
 def spec(*arguments: str) -> Any:
-    return spec_of(cli.build_parser().parse_args(["report", *arguments]))
+    return spec_of(cli.parse(["report", *arguments]))
 
 
 @pytest.fixture
@@ -88,14 +88,27 @@ def test_several_frames_become_a_folder(
         ("frame.npz --out b.html --record b.html", "is named twice"),
         ("frame.npz --out absent/a.html", "is no folder"),
         ("absent.npz --out a.html", "does not exist"),
-        ("frame.npz --seed 3 --out a.html", "--seed is for --preset and --url"),
+        ("frame.npz --seed 3 --out a.html", "--seed is 3; a frame file takes none (simulation-1"),
+        (
+            "frame.npz --estimator object-only --schedule robust --out a.html",
+            "--schedule is robust; object-only takes none (factorised and joint do)",
+        ),
+        ("frame.npz other.npz --mask truth --out reports", "factorised takes none (masked does)"),
+        ("--preset real-frame --snr-db 3 --out a.html", "--snr-db is 3.0; real-frame takes none"),
+        (
+            "--preset simulation-1 --no-interference --sir-db 3 --out a.html",
+            "--sir-db is 3.0; a scene without one takes none (a scene with an interferer does)",
+        ),
         ("--preset simulation-1 --iterations 1,2,3,4,5,6,7 --out a.html", "at most 6"),
         ("--preset simulation-1 --ramp -1 --out a.html", "must not be negative"),
         ("--preset simulation-1 --sir-db 1000 --out a.html", "SIR is 1000"),
         ("frame.npz other.npz --record a.html", "give --out FOLDER alone"),
         ("frame.npz other.npz --from a.html --out b.html", "needs one frame at most"),
         ("--from frame.npz --out a.html", "does not say how it was made"),
-        ("--preset simulation-1 --antenna 1 --out a.html", "it is for frame files alone"),
+        (
+            "--preset simulation-1 --antenna 1 --out a.html",
+            "--antenna is 1; it can only be used with a frame file",
+        ),
         ("frame.npz --antenna 1 --out a.html", "antenna"),
         ("--trial fig-3 --out a.html", "must read study/point"),
     ],

@@ -1,4 +1,4 @@
-"""What ``vsep calibrate`` does once its options are read."""
+"""``vsep calibrate``: the receiver's response from the bursts in frame files."""
 
 import argparse
 import sys
@@ -12,11 +12,41 @@ from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.response_file import write_response
 from vsep.units import to_db
+from vsep_app.cli.shared_options import (
+    add_number,
+    add_out,
+    require_folder,
+    require_other_file,
+)
+
+DESCRIPTION = (
+    "Estimate the receiver's complex response from the bursts in frame files of one receiver, and "
+    "say how well it reproduces them."
+)
+EXAMPLES = """\
+examples:
+  vsep calibrate drive.npz --out response.npz
+  vsep calibrate drive-1.npz drive-2.npz --slope-difference 19.312e12 --out response.npz
+  vsep separate night.npz --response response.npz --out night.jsonl
+"""
 
 
-def calibrate_frames(options: argparse.Namespace) -> int:
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("frames", nargs="+", metavar="RECORDING", help="a frame file, *.npz")
+    add_number(
+        parser,
+        "--slope-difference",
+        "slope at which the bursts sweep in the frame files, Hz/s, where it is known "
+        "(default: estimated from the bursts)",
+    )
+    add_out(parser, "the response file, *.npz, for separate")
+
+
+def run(options: argparse.Namespace) -> int:
     """Estimate the response from all frames together, write it, and print how well it fits."""
-    _require_writable(options.frames, options.out)
+    require_folder(options.out)
+    require_other_file(options.out, options.frames, "is one of the recordings")
     frames = [read_frame(path) for path in options.frames]
     for path, frame in zip(options.frames, frames, strict=True):
         _require_same_receiver(path, frame, frames[0])
@@ -64,14 +94,6 @@ def _listed(values: Sequence[float] | np.ndarray) -> str:
 
 def _antennas(frame: Frame) -> "np.ndarray":
     return frame.received[None] if frame.antennas is None else frame.antennas
-
-
-def _require_writable(frames: Sequence[str], out: str) -> None:
-    folder = Path(out).parent
-    if not folder.is_dir():
-        raise InputError(f"{out} cannot be written: {folder} is no folder; make it first.")
-    if Path(out).resolve() in {Path(frame).resolve() for frame in frames}:
-        raise InputError(f"--out {out} is one of the recordings; it must be another file.")
 
 
 def _require_same_receiver(path: str, frame: Frame, first: Frame) -> None:

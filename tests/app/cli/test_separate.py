@@ -1,14 +1,14 @@
+"""``vsep separate``: result lines, signals, and what is refused."""
+
 import contextlib
-import errno
-import json
 import os
 import pty
 import re
 import signal
 import subprocess
-import sys
 import termios
 import time
+from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,8 @@ import numpy as np
 import pytest
 from vsep_app.cli import main as cli
 from vsep_app.cli import separate as commands
-from vsep_app.cli import simulate_commands
 
-import vsep
+from tests.app.cli.helpers import COMMAND, INTERRUPTIBLE, lines_of, start_process
 from vsep.files.frame import read_frame
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator
@@ -28,170 +27,6 @@ from vsep.signal.template import SignalModel
 
 FrameArrays = Callable[..., dict[str, Any]]
 Refused = Callable[..., str]
-
-
-@pytest.fixture
-def frame_file(tmp_path: Path, frame_arrays: FrameArrays) -> Callable[..., str]:
-    """Write a small frame and return its path as a text."""
-
-    def write(name: str = "frame.npz", **changes: Any) -> str:
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        np.savez(path, **frame_arrays(**changes))
-        return str(path)
-
-    return write
-
-
-@pytest.fixture
-def refused(capsys: pytest.CaptureFixture[str]) -> Refused:
-    """Run a command that must end with code 2, and return its one sentence."""
-
-    def sentence(*arguments: str) -> str:
-        try:
-            code = cli.main(arguments)
-        except SystemExit as stop:
-            code = stop.code
-        assert code == 2
-        text = capsys.readouterr().err
-        assert text.startswith("vsep: ")
-        assert text.count("\n") == 1
-        return text
-
-    return sentence
-
-
-def lines_of(path: Path) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in path.read_text().splitlines()]
-
-
-# simulate
-
-
-@pytest.mark.parametrize(
-    ("preset", "shape"), [("simulation-1", (1, 256)), ("simulation-2-b", (16, 128))]
-)
-def test_simulate_writes_a_frame_with_truth_and_settings(
-    tmp_path: Path, preset: str, shape: tuple[int, int]
-) -> None:
-    out = tmp_path / "frame.npz"
-    levels = ["--snr-db", "40", "--sir-db", "-10.5", "--seed", "7"]
-    assert cli.main(["simulate", "--preset", preset, *levels, "--out", str(out)]) == 0
-    frame = read_frame(out)
-    assert frame.received.shape == shape
-    assert frame.settings == {
-        "preset": preset,
-        "snr_db": "40.0",
-        "sir_db": "-10.5",
-        "seed": "7",
-    }
-    assert frame.anti_aliasing_filter == vsep.RaisedCosineFilter(
-        cutoff_hz=frame.radar.sample_rate_hz / 4, rolloff=0.25
-    )
-    assert frame.truth is not None
-    energies = [
-        np.sum(np.abs(signal) ** 2)
-        for signal in (frame.truth.object_signal, frame.truth.interference_signal)
-    ]
-    # (26) holds for the frame by construction.
-    assert 10 * np.log10(energies[0] / energies[1]) == pytest.approx(-10.5, abs=1e-9)
-
-
-def test_simulate_gives_the_same_bytes_for_the_same_seed(tmp_path: Path) -> None:
-    for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
-        out = str(tmp_path / f"{name}.npz")
-        cli.main(["simulate", "--preset", "simulation-1", "--seed", seed, "--out", out])
-    first, second, other = ((tmp_path / f"{name}.npz").read_bytes() for name in "abc")
-    assert first == second
-    assert first != other
-
-
-def test_simulate_without_interference_keeps_objects_and_noise(tmp_path: Path) -> None:
-    arguments = ["simulate", "--preset", "simulation-2-a", "--seed", "4"]
-    cli.main([*arguments, "--out", str(tmp_path / "with.npz")])
-    cli.main([*arguments, "--no-interference", "--out", str(tmp_path / "without.npz")])
-    disturbed, clean = (read_frame(tmp_path / name) for name in ("with.npz", "without.npz"))
-    assert disturbed.truth is not None
-    assert clean.truth is not None
-    assert np.array_equal(disturbed.truth.object_signal, clean.truth.object_signal)
-    assert not clean.truth.interference_signal.any()
-    assert "sir_db" not in clean.settings
-    difference = disturbed.received - disturbed.truth.interference_signal - clean.received
-    # Two roundings of sums whose terms are at most the largest magnitude.
-    largest = np.abs(disturbed.received).max()
-    assert np.abs(difference).max() <= 4 * np.finfo(float).eps * largest
-
-
-def test_simulate_with_one_antenna_gives_the_bytes_that_it_gave(tmp_path: Path) -> None:
-    arguments = ["simulate", "--preset", "simulation-2-c", "--seed", "9", "--out"]
-    cli.main([*arguments, str(tmp_path / "plain.npz")])
-    cli.main([*arguments, str(tmp_path / "one.npz"), "--antennas", "1"])
-    assert (tmp_path / "plain.npz").read_bytes() == (tmp_path / "one.npz").read_bytes()
-    frame = read_frame(tmp_path / "one.npz")
-    _, observation = vsep.simulate_preset("simulation-2-c", snr_db=60.0, sir_db=-20.0, seed=9)
-    assert np.array_equal(frame.received, observation.received)
-    assert frame.antennas is frame.antenna_spacing_wavelengths is frame.antennas_truth is None
-
-
-def test_simulated_antennas_are_separated_with_the_angles_of_their_truth(tmp_path: Path) -> None:
-    out, results = tmp_path / "array.npz", tmp_path / "results.jsonl"
-    levels = ["--preset", "simulation-1", "--antennas", "4", "--antenna-spacing-wavelengths", "0.4"]
-    angles = ["--object-angles-deg", "-20", "--interferer-angle-deg", "31.5"]
-    assert cli.main(["simulate", *levels, *angles, "--out", str(out)]) == 0
-    frame = read_frame(out, antenna=2)
-    truth = frame.antennas_truth
-    assert truth is not None
-    assert frame.truth is not None
-    assert truth.object_signal.shape == (4, 1, 256)
-    assert truth.angles_deg is not None
-    assert truth.interferer_angles_deg is not None
-    assert truth.angles_deg.tolist() == [-20.0]
-    assert truth.interferer_angles_deg.tolist() == [31.5]
-    assert np.array_equal(frame.truth.amplitudes, truth.amplitudes[:, 2])
-    assert np.array_equal(frame.truth.interference_signal, truth.interference_signal[2])
-    cli.main(["separate", str(out), "--out", str(results)])
-    found = lines_of(results)[0]["objects"]
-    assert len(found) == 1
-    # One frame: five deviations are exceeded once in two million.
-    assert abs(found[0]["angle_deg"] + 20.0) < 5.0 * found[0]["angle_std_deg"]
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        (
-            {"--antenna-spacing-wavelengths": "0.5"},
-            "--antennas is 1; --antenna-spacing-wavelengths",
-        ),
-        ({"--antennas": "0"}, "--antennas: 0 is given"),
-        ({"--antennas": "2", "--object-angles-deg": "95"}, "object_angles_deg is 95 degrees"),
-        ({"--antennas": "2", "--antenna-spacing-wavelengths": "0"}, "spacing_wavelengths is 0"),
-        ({"--preset": "simulation-3"}, "invalid choice: 'simulation-3'"),
-        ({"--snr-db": "nan"}, "SNR is nan dB"),
-        ({"--snr-db": "loud"}, "invalid float value: 'loud'"),
-        ({"--sir-db": "1e9"}, "SIR is 1e+09 dB"),
-        ({"--seed": "-1"}, "--seed: -1 is given"),
-        ({"--seed": "1.5"}, "invalid whole number value: '1.5'"),
-        ({"--seed": str(2**63)}, "must lie between 0 and 9223372036854775807"),
-        ({"--out": "frame.txt"}, "must end in .npz"),
-        ({"--out": "nowhere/frame.npz"}, "nowhere is no folder"),
-        ({"--noise": "1"}, "unrecognized arguments"),
-    ],
-)
-def test_simulate_refuses_in_one_sentence(
-    refused: Refused,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    changes: dict[str, str],
-    words: str,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    options = {"--preset": "simulation-1", "--out": "frame.npz"} | changes
-    assert words in refused("simulate", *(text for pair in options.items() for text in pair))
-    assert list(tmp_path.iterdir()) == []
-
-
-# separate
 
 
 def test_separate_writes_one_line_per_frame_in_order(
@@ -344,7 +179,7 @@ MODEL = SignalModel(
 )
 def test_options_describe_the_estimator(text: str, expected: object) -> None:
     arguments = ["separate", "frame.npz", "--out", "out", *text.split()]
-    options = cli.build_parser().parse_args(arguments)
+    options = cli.parse(arguments)
     assert commands.make_separator(options, MODEL) == expected
 
 
@@ -402,13 +237,13 @@ def test_a_frame_beyond_the_memory_does_not_lose_the_others(
     tmp_path: Path, frame_file: Callable[..., str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frames = [frame_file("large.npz"), frame_file("small.npz")]
-    solve = commands.run
+    solve = commands.run_estimator
 
     def limited(*arguments: Any, **_: Any) -> Any:
-        monkeypatch.setattr(commands, "run", solve)
+        monkeypatch.setattr(commands, "run_estimator", solve)
         raise MemoryError(*arguments[2:])
 
-    monkeypatch.setattr(commands, "run", limited)
+    monkeypatch.setattr(commands, "run_estimator", limited)
     out = tmp_path / "results.jsonl"
     assert cli.main(["separate", *frames, "--out", str(out)]) == 2
     assert ["error" in line for line in lines_of(out)] == [True, False]
@@ -426,6 +261,16 @@ def test_a_frame_beyond_the_memory_does_not_lose_the_others(
         (["--max-iterations", "0"], "max_iterations is 0"),
         (["--max-iterations", "many"], "invalid int value: 'many'"),
         (["--estimator", "magic"], "estimator is 'magic'; it must be one of factorised, joint"),
+        (
+            ["--estimator", "object-only", "--schedule", "paper"],
+            "--schedule is paper; object-only takes none (factorised and joint do).",
+        ),
+        (
+            ["--estimator", "masked", "--interference-threshold-db", "40"],
+            "--interference-threshold-db is 40.0; masked takes none (factorised and joint do).",
+        ),
+        (["--mask", "truth"], "--mask is truth; factorised takes none (masked does)."),
+        (["--estimator", "object-only", "--interferer-timing"], "factorised or joint"),
         (["--sched", "paper"], "unrecognized arguments"),
     ],
 )
@@ -474,67 +319,6 @@ def test_unwritable_outputs_are_refused(
     assert "File exists" in refused("separate", frame, "--out", out, "--signals", frame)
 
 
-# The command itself
-
-
-def start_process(code: str, *arguments: str, **options: Any) -> "subprocess.Popen[str]":
-    """Start Python on this checkout, whatever the folder."""
-    environment = os.environ | {"PYTHONPATH": str(Path(vsep.__file__).parents[1])}
-    return subprocess.Popen(
-        [sys.executable, "-c", code, *arguments],
-        env=environment,
-        text=True,
-        **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options,
-    )
-
-
-COMMAND = "import sys; from vsep_app.cli.main import main; sys.exit(main())"
-
-
-def test_version_and_help_are_given(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="0"):
-        cli.main(["--version"])
-    assert capsys.readouterr().out == f"vsep {vsep.__version__}\n"
-    for command in ("serve", "simulate", "separate", "report"):
-        with pytest.raises(SystemExit, match="0"):
-            cli.main([command, "--help"])
-        assert "example" in capsys.readouterr().out
-
-
-def test_no_command_is_an_error(refused: Refused) -> None:
-    assert "COMMAND" in refused()
-    assert "invalid choice: 'sing'" in refused("sing")
-
-
-@pytest.mark.parametrize("port", ["-1", "65536", "http"])
-def test_serve_refuses_a_port_that_is_none(refused: Refused, port: str) -> None:
-    assert "--port" in refused("serve", "--port", port)
-
-
-def test_a_process_ends_with_the_code_and_without_a_traceback(tmp_path: Path) -> None:
-    (tmp_path / "frame.npz").write_text("no frame")
-    process = start_process(
-        COMMAND, "separate", "frame.npz", "--out", "results.jsonl", cwd=tmp_path
-    )
-    _, errors = process.communicate(timeout=60)
-    assert errors.startswith("vsep: frame.npz is not a frame file")
-    assert "Traceback" not in errors
-    assert process.returncode == 2
-
-
-@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EACCES])
-def test_a_failing_disk_is_reported(
-    refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int
-) -> None:
-    def fail(*arguments: Any) -> None:
-        raise OSError(code, os.strerror(code), arguments[0])
-
-    monkeypatch.setattr(simulate_commands, "write_frame", fail)
-    out = str(tmp_path / "frame.npz")
-    sentence = refused("simulate", "--preset", "simulation-1", "--out", out)
-    assert sentence == f"vsep: {out}: {os.strerror(code)}.\n"
-
-
 def test_a_terminal_shows_progress_for_several_frames_only(
     tmp_path: Path, frame_file: Callable[..., str]
 ) -> None:
@@ -560,33 +344,56 @@ def test_a_terminal_shows_progress_for_several_frames_only(
     )
 
 
-def test_an_interrupted_run_keeps_the_lines_it_has(
-    tmp_path: Path, frame_file: Callable[..., str]
-) -> None:
-    out = tmp_path / "results.jsonl"
-    process = start_process(COMMAND, "separate", *[frame_file()] * 10_000, "--out", str(out))
+# As a shell starts what a script puts into the background.
+SIGINT_IGNORED = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
+
+
+def after_the_first_line(process: subprocess.Popen[str], out: Path) -> tuple[int, str]:
+    """Interrupt a run once it has written a line; return its exit code and standard error."""
     deadline = time.monotonic() + 60.0
     while (not out.exists() or not out.read_text()) and time.monotonic() < deadline:
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert errors == "vsep: interrupted.\n"
+    return process.returncode, errors
+
+
+@pytest.mark.parametrize("before", [(), SIGINT_IGNORED], ids=["plain", "ignored"])
+def test_an_interrupted_run_keeps_the_lines_it_has(
+    tmp_path: Path, frame_file: Callable[..., str], before: tuple[str, ...]
+) -> None:
+    out = tmp_path / "results.jsonl"
+    frames = [frame_file()] * 10_000
+    process = start_process(INTERRUPTIBLE, "separate", *frames, "--out", str(out), before=before)
+    assert after_the_first_line(process, out) == (130, "vsep: interrupted.\n")
     assert lines_of(out)
 
 
-def test_a_reader_that_leaves_early_causes_no_traceback() -> None:
-    code = (
-        "import sys\nfrom vsep_app.cli import main as cli\n"
-        "def speak(options):\n"
-        "    sys.stdout.write('x' * 1_000_000)\n    return 0\n"
-        "cli._serve = speak\nsys.exit(cli.main(['serve']))"
-    )
-    process = start_process(code)
-    assert process.stdout is not None
-    process.stdout.close()
-    assert process.stderr is not None
-    errors = process.stderr.read()
-    process.stderr.close()
-    assert process.wait(60) == 141
-    assert errors == ""
+def test_a_run_in_the_background_of_a_script_is_not_interrupted(
+    tmp_path: Path, frame_file: Callable[..., str]
+) -> None:
+    out = tmp_path / "results.jsonl"
+    frames = [frame_file()] * 400
+    options = ("--workers", "1", "--out", str(out))
+    process = start_process(COMMAND, "separate", *frames, *options, before=SIGINT_IGNORED)
+    code, errors = after_the_first_line(process, out)
+    assert code == 0
+    assert "interrupted" not in errors
+    assert len(lines_of(out)) == 400
+
+
+@pytest.mark.parametrize(
+    ("asked", "frames", "cores", "expected"),
+    [
+        (None, 1, 8, 1),
+        (None, 31, 8, 1),
+        (None, 32, 8, 2),
+        (None, 1000, 8, 8),
+        (4, 1000, 8, 4),
+        (4, 2, 8, 2),
+    ],
+)
+def test_a_process_is_started_for_enough_frames(monkeypatch, asked, frames, cores, expected):
+    monkeypatch.setattr(commands, "available_cores", lambda: cores)
+    options = Namespace(workers=asked, frames=["frame.npz"] * frames)
+    assert commands._num_workers(options) == expected

@@ -1,13 +1,11 @@
-"""What ``vsep mitigate`` does once its options are read."""
+"""``vsep mitigate``: interfered samples repaired by the usual methods."""
 
 import argparse
-import sys
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 import numpy as np
-from tqdm import tqdm
 
 from vsep._typing import BoolArray
 from vsep.errors import InputError
@@ -15,22 +13,63 @@ from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
 from vsep.mitigation.method import FrameArray, Mitigation, mitigate
 from vsep.mitigation.registry import MITIGATIONS
+from vsep.mitigation.sparse.operators import DOMAINS
 from vsep.mitigation.sparse.prior import SeenFrame
 from vsep.signal.radar import ChirpSequence
+from vsep_app.cli.estimator_options import add_mask_option
+from vsep_app.cli.progress import counted, say
+from vsep_app.cli.shared_options import (
+    EXIT_INPUT,
+    add_antenna_option,
+    add_frames,
+    add_out,
+    error_text,
+    given,
+    listed,
+    refuse_unused,
+    require_distinct_names,
+)
 
-_EXIT_INPUT = 2
+_SEQUENTIAL = listed([name for name, entry in MITIGATIONS.items() if entry.prior is not None])
+DESCRIPTION = (
+    f"Repair the interfered samples of frame files by one of the usual methods. For {_SEQUENTIAL} "
+    "the frames are a sequence: what was found in the last three lowers thresholds in the next."
+)
+EXAMPLES = """\
+examples:
+  vsep mitigate frame.npz --method zeroing --out cleaned
+  vsep mitigate night/*.npz --method mca-2d --mask autoregressive --out cleaned
+  vsep mitigate drive-1.npz drive-2.npz drive-3.npz --method pm-ist --out cleaned
+"""
+_SETTINGS: Final = ("domain", "debias")
 
 
-def mitigate_frames(options: argparse.Namespace) -> int:
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_frames(parser, "; in order")
+    parser.add_argument("--method", required=True, metavar="NAME", help=", ".join(MITIGATIONS))
+    add_mask_option(parser)
+    add_antenna_option(parser)
+    parser.add_argument(
+        "--domain",
+        choices=DOMAINS,
+        help="how compressive sensing computes: two-dimensional masked residual updates, or the "
+        f"explicit matrix for comparison (default: {DOMAINS[0]})",
+    )
+    parser.add_argument(
+        "--debias", action="store_true", help="end compressive sensing by a least-squares fit"
+    )
+    add_out(parser, "folder, made if need be, for DIR/<frame>.npz with cleaned and mask", "DIR")
+
+
+def run(options: argparse.Namespace) -> int:
     """Repair every frame, one file each; 2 if one of them could not be used."""
     repairs = _Repairs(options)
     _require_distinct(options.frames, options.out)
     Path(options.out).mkdir(parents=True, exist_ok=True)
-    # tqdm draws nothing by itself (None) where standard error is no terminal.
-    quiet = None if len(options.frames) > 1 else True
-    progress = tqdm(options.frames, unit="frame", disable=quiet)
+    progress = counted(options.frames, len(options.frames), "frame")
     used = [_mitigate_frame(path, repairs, options) for path in progress]
-    return 0 if all(used) else _EXIT_INPUT
+    return 0 if all(used) else EXIT_INPUT
 
 
 class _Repairs:
@@ -41,7 +80,9 @@ class _Repairs:
 
     def __init__(self, options: argparse.Namespace) -> None:
         self._entry = MITIGATIONS.require(options.method)
-        self._settings = {"domain": options.domain, "debias": options.debias}
+        self._settings = given(options, _SETTINGS)
+        known = {name: frozenset(entry.settings) for name, entry in MITIGATIONS.items()}
+        refuse_unused(self._settings, (self._entry.name,), known)
         self._method = self._make()
         self._history: tuple[SeenFrame, ...] = ()
         self._radar: ChirpSequence | None = None
@@ -73,10 +114,8 @@ def _mitigate_frame(path: str, repairs: _Repairs, options: argparse.Namespace) -
             mask=frame.in_file_shape(mask),
         )
     except (InputError, MemoryError) as error:
-        # A MemoryError carries no text.
-        sentence = str(error) or f"{path} needs more memory than this machine has."
-        sentence = sentence if path in sentence else f"{path}: {sentence}"
-        tqdm.write(f"vsep: {sentence}", file=sys.stderr)
+        sentence = error_text(path, error)
+        say(sentence if path in sentence else f"{path}: {sentence}")
         return False
     return True
 
@@ -87,10 +126,7 @@ def _path_of(folder: str, frame: str) -> Path:
 
 def _require_distinct(frames: Sequence[str], out: str) -> None:
     """Refuse outputs that would overwrite a frame or each other."""
-    counts = Counter(Path(frame).stem for frame in frames)
-    twice = [stem for stem, count in counts.items() if count > 1]
-    if twice:
-        raise InputError(f"{counts[twice[0]]} frames are named {twice[0]}; names must be distinct.")
+    require_distinct_names(frames)
     outputs = {_path_of(out, frame).resolve() for frame in frames}
     if outputs & {Path(frame).resolve() for frame in frames}:
         raise InputError(f"--out {out} would overwrite a frame; give another folder.")

@@ -1,0 +1,254 @@
+"""``vsep report``: a frame separated and drawn."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from vsep.presets.names import PRESET_NAMES
+
+from vsep.errors import InputError
+from vsep.inference.registry import ESTIMATORS
+from vsep_app.cli.estimator_options import (
+    ESTIMATOR_SETTINGS,
+    add_estimator_options,
+    estimator_settings,
+)
+from vsep_app.cli.shared_options import (
+    EXIT_INPUT,
+    add_antenna_option,
+    add_file,
+    add_number,
+    given,
+    refuse_unused,
+    refuse_without_interference,
+    require_dashboard,
+    require_folder,
+)
+from vsep_app.report import names
+
+DESCRIPTION = (
+    "Separate a frame and draw it: as a page, a picture, a document, a recorded run or an "
+    "animation, none of which asks for anything when opened."
+)
+EXAMPLES = """\
+examples:
+  vsep report frame.npz --out snapshot.html
+  vsep report frame.npz --out snapshot.png --schedule paper --object-threshold-db 9
+  vsep report --preset simulation-2-b --sir-db -30 --iterations 1,3,10 --out film.pdf
+  vsep report --url 'http://127.0.0.1:5006/?preset=simulation-2-a&iteration=4' --out shared.html
+  vsep report --rows fig-3.jsonl --trial 20/17/factorised --out outlier.html
+  vsep report --preset simulation-2-c --record run.html --animate run.gif
+  vsep report --from snapshot.html --out again.html
+  vsep report night/*.npz --out reports
+
+A report says how it was made, and --from makes it again, the same bytes with the same versions.
+"""
+_REAL_FRAME = "real-frame"
+_SCENE_SETTINGS = ("snr_db", "sir_db", "seed", "no_interference")
+_SCENES = {
+    **dict.fromkeys(PRESET_NAMES, frozenset(_SCENE_SETTINGS)),
+    _REAL_FRAME: frozenset({"sir_db", "seed", "no_interference"}),
+    "a frame file": frozenset[str](),
+}
+_SHOWN = ("antenna", "ramp", "iteration", "iterations")
+_OUTPUTS = ("out", "record", "animate")
+_SOURCES = ("preset", "url", "trial", "made_before")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command; what is not given stays as the source has it."""
+    _add_sources(parser)
+    _add_shown(parser)
+    _add_outputs(parser)
+    add_estimator_options(parser)
+
+
+def _add_sources(parser: Any) -> None:
+    parser.add_argument(
+        "frames",
+        nargs="*",
+        metavar="FRAME",
+        help="a frame file, *.npz; several make a folder of reports",
+    )
+    add_antenna_option(parser)
+    group = parser.add_argument_group("instead of a frame file")
+    group.add_argument(
+        "--preset", choices=(*PRESET_NAMES, _REAL_FRAME), help="a scene of the dashboard"
+    )
+    group.add_argument("--url", metavar="LINK", help="what a link to the live view shows")
+    group.add_argument(
+        "--trial",
+        metavar="WHICH",
+        help="a trial of a study: POINT/REALIZATION[/METHOD] with --rows, or the word in a link",
+    )
+    add_file(group, "--rows", "with --trial: the rows of the study")
+    group.add_argument(
+        "--from",
+        dest="made_before",
+        metavar="REPORT",
+        help="make a report again from what it says (with FRAME if it does not keep its frame)",
+    )
+    scene = parser.add_argument_group("the scene of --preset and --url")
+    add_number(scene, "--snr-db", "object energy over noise power")
+    add_number(scene, "--sir-db", "object over interference energy")
+    add_number(scene, "--seed", "(default: 7, as on the dashboard)", kind=int)
+    scene.add_argument("--no-interference", action="store_true", help="leave the interferer out")
+
+
+def _add_shown(parser: Any) -> None:
+    group = parser.add_argument_group("what is shown")
+    add_number(group, "--ramp", "(default: the one with the strongest burst)", kind=int)
+    add_number(group, "--iteration", "(default: the last one)", kind=int)
+    group.add_argument(
+        "--iterations", type=_numbers, metavar="N,N,...", help="a film strip of these, at most 6"
+    )
+
+
+def _add_outputs(parser: Any) -> None:
+    group = parser.add_argument_group("what is written, one at least")
+    add_file(
+        group,
+        "--out",
+        "*.html (interactive), *.png, *.pdf (drawn for print) or *.json (numbers alone); for "
+        "several frames a folder, made if need be",
+    )
+    add_file(group, "--record", "*.html: a slider goes through all iterations")
+    add_file(group, "--animate", "*.gif, *.webp or, with ffmpeg, *.mp4")
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    numbers = tuple(int(part) for part in text.split(","))
+    if min(numbers) < 0:
+        raise argparse.ArgumentTypeError(f"{text} is given, iterations count from 0")
+    return numbers
+
+
+_numbers.__name__ = "list of iterations"
+
+
+def run(options: argparse.Namespace) -> int:
+    """Separate what is named, and write all that is asked for."""
+    _require_one_source(options)
+    if len(options.frames) > 1 and options.made_before is None:
+        return _report_batch(options)
+    _require_outputs(options)
+    spec = spec_of(options)
+    writer = _module("write")
+    report_run = _module("run").execute(spec)
+    if options.out is not None:
+        writer.write_report(report_run, Path(options.out))
+    if options.record is not None:
+        writer.write_record(report_run, Path(options.record))
+    if options.animate is not None:
+        _module("animation").write_animation(report_run, Path(options.animate))
+    return 0
+
+
+def _module(name: str) -> Any:
+    return require_dashboard(f"vsep_app.report.{name}", "report")
+
+
+def spec_of(options: argparse.Namespace) -> Any:
+    """Return the spec that the options describe.
+
+    Raises
+    ------
+    InputError
+        If the source cannot be used, or the options do not go together.
+    """
+    sources = _module("sources")
+    if options.preset is not None:
+        spec = sources.of_preset(options.preset)
+    elif options.url is not None:
+        spec = sources.of_link(options.url)
+    elif options.made_before is not None:
+        frame = sources.kept_frame(options.frames[0]) if options.frames else None
+        spec = sources.of_report(options.made_before, frame)
+    elif options.rows is not None:
+        spec = sources.of_rows(options.rows, options.trial)
+    elif options.trial is not None:
+        spec = sources.of_trial(options.trial)
+    else:
+        spec = sources.of_frame(options.frames[0])
+    return _changed(spec, options)
+
+
+def _changed(spec: Any, options: argparse.Namespace) -> Any:
+    """Return a spec with what was given; settings that its scene or estimator lacks are refused."""
+    scene = given(options, _SCENE_SETTINGS)
+    kind = spec.plan.preset if spec.plan.preset in _SCENES else "a frame file"
+    refuse_unused(scene, (kind,), _SCENES)
+    if options.no_interference or not spec.plan.interference:
+        refuse_without_interference(given(options, ("sir_db",)))
+    estimator = ESTIMATORS.require(options.estimator or spec.plan.estimator).name
+    refuse_unused(given(options, ESTIMATOR_SETTINGS), (estimator,), estimator_settings())
+    return _module("sources").changed(spec, _given(options))
+
+
+def _given(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the settings that were given, by their names in plan and spec."""
+    plan = ("estimator", *ESTIMATOR_SETTINGS, "snr_db", "sir_db", "seed")
+    values = given(options, (*plan, *_SHOWN))
+    for name in ("ramp", "iteration"):
+        if values.get(name, 0) < 0:
+            raise InputError(f"{name} is {values[name]}; it must not be negative.")
+    names.require_room(values.get("iterations", ()))
+    return {**values, "interference": False} if options.no_interference else values
+
+
+def _require_one_source(options: argparse.Namespace) -> None:
+    named = [name for name in _SOURCES if getattr(options, name) is not None]
+    if options.frames and options.made_before is None:
+        named.append("frames")
+    if len(named) != 1 or (options.rows is not None and options.trial is None):
+        raise InputError(
+            "One thing to report on is needed: FRAME, --preset, --url, --trial (with --rows) or "
+            "--from."
+        )
+    if options.made_before is not None and len(options.frames) > 1:
+        raise InputError(f"--from needs one frame at most, not {len(options.frames)}.")
+    if options.antenna is not None and not options.frames:
+        raise InputError(
+            f"--antenna is {options.antenna}; it can only be used with a frame file, FRAME."
+        )
+
+
+def _require_outputs(options: argparse.Namespace) -> None:
+    """Refuse outputs that cannot be written before anything is computed."""
+    outputs = given(options, _OUTPUTS)
+    outs = list(outputs.values())
+    if not outs:
+        raise InputError("Nothing to write is named; give --out, --record or --animate.")
+    sources = (*options.frames, options.made_before, options.rows)
+    inputs = {Path(name).resolve() for name in sources if name is not None}
+    for out in outs:
+        if Path(out).resolve() in inputs:
+            what = "is one of the frames" if out in options.frames else "is read, too"
+            raise InputError(f"{out} {what}; it must be another file.")
+        require_folder(out)
+    if len({Path(out).resolve() for out in outs}) < len(outs):
+        raise InputError(f"{outs[0]} is named twice; give every output a file of its own.")
+    checks = {
+        "out": names.require_report_name,
+        "record": names.require_record_name,
+        "animate": names.require_animation_name,
+    }
+    for name, out in outputs.items():
+        checks[name](out)
+
+
+def _report_batch(options: argparse.Namespace) -> int:
+    """Write a folder of reports with one index page; 2 if a frame could not be used."""
+    if options.out is None or options.record is not None or options.animate is not None:
+        raise InputError("Several frames make a folder of reports: give --out FOLDER alone.")
+    sources = _module("sources")
+    _changed(sources.ReportSpec(plan=sources.default_plan()), options)
+    errors = _module("batch").write_batch(
+        options.frames,
+        Path(options.out),
+        spec_of=lambda path: _changed(sources.of_frame(path), options),
+    )
+    for error in errors:
+        sys.stderr.write(f"vsep: {error}\n")
+    return EXIT_INPUT if errors else 0

@@ -1,0 +1,161 @@
+"""``vsep simulate``: frame files with their truth."""
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from vsep_app.cli import main as cli
+from vsep_app.cli import simulate
+
+import vsep
+from tests.app.cli.helpers import lines_of
+from vsep.files.frame import read_frame
+
+FrameArrays = Callable[..., dict[str, Any]]
+Refused = Callable[..., str]
+
+
+@pytest.mark.parametrize(
+    ("preset", "shape"), [("simulation-1", (1, 256)), ("simulation-2-b", (16, 128))]
+)
+def test_simulate_writes_a_frame_with_truth_and_settings(
+    tmp_path: Path, preset: str, shape: tuple[int, int]
+) -> None:
+    out = tmp_path / "frame.npz"
+    levels = ["--snr-db", "40", "--sir-db", "-10.5", "--seed", "7"]
+    assert cli.main(["simulate", "--preset", preset, *levels, "--out", str(out)]) == 0
+    frame = read_frame(out)
+    assert frame.received.shape == shape
+    assert frame.settings == {
+        "preset": preset,
+        "snr_db": "40.0",
+        "sir_db": "-10.5",
+        "seed": "7",
+    }
+    assert frame.anti_aliasing_filter == vsep.RaisedCosineFilter(
+        cutoff_hz=frame.radar.sample_rate_hz / 4, rolloff=0.25
+    )
+    assert frame.truth is not None
+    energies = [
+        np.sum(np.abs(signal) ** 2)
+        for signal in (frame.truth.object_signal, frame.truth.interference_signal)
+    ]
+    # (26) holds for the frame by construction.
+    assert 10 * np.log10(energies[0] / energies[1]) == pytest.approx(-10.5, abs=1e-9)
+
+
+def test_simulate_gives_the_same_bytes_for_the_same_seed(tmp_path: Path) -> None:
+    for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
+        out = str(tmp_path / f"{name}.npz")
+        cli.main(["simulate", "--preset", "simulation-1", "--seed", seed, "--out", out])
+    first, second, other = ((tmp_path / f"{name}.npz").read_bytes() for name in "abc")
+    assert first == second
+    assert first != other
+
+
+def test_simulate_without_interference_keeps_objects_and_noise(tmp_path: Path) -> None:
+    arguments = ["simulate", "--preset", "simulation-2-a", "--seed", "4"]
+    cli.main([*arguments, "--out", str(tmp_path / "with.npz")])
+    cli.main([*arguments, "--no-interference", "--out", str(tmp_path / "without.npz")])
+    disturbed, clean = (read_frame(tmp_path / name) for name in ("with.npz", "without.npz"))
+    assert disturbed.truth is not None
+    assert clean.truth is not None
+    assert np.array_equal(disturbed.truth.object_signal, clean.truth.object_signal)
+    assert not clean.truth.interference_signal.any()
+    assert "sir_db" not in clean.settings
+    difference = disturbed.received - disturbed.truth.interference_signal - clean.received
+    # Two roundings of sums whose terms are at most the largest magnitude.
+    largest = np.abs(disturbed.received).max()
+    assert np.abs(difference).max() <= 4 * np.finfo(float).eps * largest
+
+
+def test_simulate_with_one_antenna_gives_the_bytes_that_it_gave(tmp_path: Path) -> None:
+    arguments = ["simulate", "--preset", "simulation-2-c", "--seed", "9", "--out"]
+    cli.main([*arguments, str(tmp_path / "plain.npz")])
+    cli.main([*arguments, str(tmp_path / "one.npz"), "--antennas", "1"])
+    assert (tmp_path / "plain.npz").read_bytes() == (tmp_path / "one.npz").read_bytes()
+    frame = read_frame(tmp_path / "one.npz")
+    _, observation = vsep.simulate_preset("simulation-2-c", snr_db=60.0, sir_db=-20.0, seed=9)
+    assert np.array_equal(frame.received, observation.received)
+    assert frame.antennas is frame.antenna_spacing_wavelengths is frame.antennas_truth is None
+
+
+def test_simulated_antennas_are_separated_with_the_angles_of_their_truth(tmp_path: Path) -> None:
+    out, results = tmp_path / "array.npz", tmp_path / "results.jsonl"
+    levels = ["--preset", "simulation-1", "--antennas", "4", "--antenna-spacing-wavelengths", "0.4"]
+    angles = ["--object-angles-deg", "-20", "--interferer-angle-deg", "31.5"]
+    assert cli.main(["simulate", *levels, *angles, "--out", str(out)]) == 0
+    frame = read_frame(out, antenna=2)
+    truth = frame.antennas_truth
+    assert truth is not None
+    assert frame.truth is not None
+    assert truth.object_signal.shape == (4, 1, 256)
+    assert truth.angles_deg is not None
+    assert truth.interferer_angles_deg is not None
+    assert truth.angles_deg.tolist() == [-20.0]
+    assert truth.interferer_angles_deg.tolist() == [31.5]
+    assert np.array_equal(frame.truth.amplitudes, truth.amplitudes[:, 2])
+    assert np.array_equal(frame.truth.interference_signal, truth.interference_signal[2])
+    cli.main(["separate", str(out), "--out", str(results)])
+    found = lines_of(results)[0]["objects"]
+    assert len(found) == 1
+    # One frame: five deviations are exceeded once in two million.
+    assert abs(found[0]["angle_deg"] + 20.0) < 5.0 * found[0]["angle_std_deg"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"--antenna-spacing-wavelengths": "0.5"},
+            "--antenna-spacing-wavelengths is 0.5; one antenna takes none (an array does)",
+        ),
+        (
+            {"--sir-db": "3", "--no-interference": None},
+            "--sir-db is 3.0; a scene without one takes none (a scene with an interferer does)",
+        ),
+        ({"--antennas": "0"}, "--antennas: 0 is given"),
+        ({"--antennas": "2", "--object-angles-deg": "95"}, "object_angles_deg is 95 degrees"),
+        ({"--antennas": "2", "--antenna-spacing-wavelengths": "0"}, "spacing_wavelengths is 0"),
+        ({"--preset": "simulation-3"}, "invalid choice: 'simulation-3'"),
+        ({"--snr-db": "nan"}, "SNR is nan dB"),
+        ({"--snr-db": "loud"}, "invalid float value: 'loud'"),
+        ({"--sir-db": "1e9"}, "SIR is 1e+09 dB"),
+        ({"--seed": "-1"}, "--seed: -1 is given"),
+        ({"--seed": "1.5"}, "invalid integer value: '1.5'"),
+        ({"--seed": str(2**63)}, "must lie between 0 and 9223372036854775807"),
+        ({"--out": "frame.txt"}, "must end in .npz"),
+        ({"--out": "nowhere/frame.npz"}, "nowhere is no folder"),
+        ({"--noise": "1"}, "unrecognized arguments"),
+    ],
+)
+def test_simulate_refuses_in_one_sentence(
+    refused: Refused,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    changes: dict[str, str | None],
+    words: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    options = {"--preset": "simulation-1", "--out": "frame.npz"} | changes
+    assert words in refused(
+        "simulate", *(text for pair in options.items() for text in pair if text is not None)
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EACCES])
+def test_a_failing_disk_is_reported(
+    refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int
+) -> None:
+    def fail(*arguments: Any) -> None:
+        raise OSError(code, os.strerror(code), arguments[0])
+
+    monkeypatch.setattr(simulate, "write_frame", fail)
+    out = str(tmp_path / "frame.npz")
+    sentence = refused("simulate", "--preset", "simulation-1", "--out", out)
+    assert sentence == f"vsep: {out}: {os.strerror(code)}.\n"
