@@ -5,7 +5,7 @@ import pytest
 from vsep_app.jobs.run_session import Phase, Snapshot
 from vsep_app.jobs.tasks import make_scene
 from vsep_app.model.compare_settings import LAST_FRAME, ComparePlan
-from vsep_app.model.settings import LOADED_FRAME, REAL_FRAME, Settings
+from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.pages.compare.tasks import (
     advance,
     compose,
@@ -132,7 +132,7 @@ def test_the_frames_of_a_sequence_hand_on_what_the_prior_saw():
 def test_only_simulated_scenes_go_on():
     plan = plan_of("ist", "iht")
     assert has_next_frame(plan)
-    assert not has_next_frame(plan_of("ist", "iht", preset=REAL_FRAME))
+    assert not has_next_frame(plan_of("ist", "iht", preset="real-frame"))
     ended = ComparePlan(**{**vars(plan), "frame_number": LAST_FRAME})
     assert not has_next_frame(ended)
 
@@ -150,7 +150,7 @@ def test_a_frame_without_truth_needs_a_mask_that_is_found():
 
 
 def test_a_recording_has_a_signal_to_compare_with_but_no_known_objects():
-    comparison = prepare(plan_of("zeroing", "linear", preset=REAL_FRAME))
+    comparison = prepare(plan_of("zeroing", "linear", preset="real-frame"))
     step = advance(comparison, comparison.initial_state)
     assert step.views[0].metrics.misses is None
     assert step.views[0].metrics.windowed_error_db < comparison.received.windowed_error_db

@@ -1,6 +1,8 @@
 import pytest
-from vsep_app.model.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Settings, preset_values
+from vsep_app.model.settings import LOADED_FRAME, Settings, preset_values
 from vsep_app.widgets.controls import Controls
+
+from vsep.presets.registry import PRESETS
 
 
 @pytest.fixture
@@ -50,9 +52,10 @@ def test_a_preset_brings_its_ranges(controls, preset):
     controls.widgets["preset"].value = preset
     assert controls.settings.preset == preset
     slope = controls.widgets["interferer_slope"]
-    assert (slope.start, slope.end) == PRESETS[preset].slope_range
-    assert slope.value == PRESETS[preset].slope
-    assert controls.widgets["snr_db"].disabled == (preset == REAL_FRAME)
+    record = PRESETS[preset]
+    assert (slope.start * 1e12, slope.end * 1e12) == record.slope_range_hz_per_s
+    assert slope.value * 1e12 == record.interferer.slope_hz_per_s
+    assert controls.widgets["snr_db"].disabled == (preset == "real-frame")
 
 
 def test_only_the_fields_of_the_chosen_filter_show(controls):
@@ -102,6 +105,23 @@ def test_widgets_start_from_a_link():
     assert controls.widgets["interferer_slope"].value == 9.8321
     assert controls.widgets["false_alarm_rate"].value == 0.2
     assert controls.widgets["preset"].value == "simulation-2-a"
+
+
+def test_a_released_slider_of_rates_sets_the_rate_not_its_place():
+    controls = Controls(Settings(), lambda *_: None)
+    slider = controls.widgets["false_alarm_rate"]
+    # What the browser sends: the place of the value while it is dragged, and again on release.
+    for message in ({"value": 6}, {"value": 7}, {"value_throttled": 7}):
+        slider._process_events(message)
+    assert slider.values[7] == 1.0
+    assert controls.settings.false_alarm_rate == slider.value == 1.0
+    slider._process_events({"value": 0, "value_throttled": 0})
+    assert controls.settings.false_alarm_rate == 0.001
+
+
+def test_a_slider_of_rates_sets_nothing_before_its_release(controls):
+    controls.widgets["false_alarm_rate"]._process_events({"value": 7})
+    assert controls.settings.false_alarm_rate == 0.05
 
 
 def test_a_number_field_sets_its_setting_within_bounds(controls):

@@ -6,8 +6,8 @@ from bokeh.core.property.descriptors import PropertyDescriptor
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource, Slider
 from bokeh.plotting import figure
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext
-from vsep_app.server.main import PAGES
 from vsep_app.server.model_defaults import (
     has_unstable_default,
     overridden_defaults,
@@ -22,19 +22,19 @@ def as_bokeh_has_it(monkeypatch):
     monkeypatch.setattr(PropertyDescriptor, "has_unstable_default", has_unstable_default)
 
 
-def opened(route):
+def opened(address):
     """The document of a page, as a visitor opens it."""
     context = PageContext(
         pool=None, query={}, post=lambda function: function(), watched=lambda: True
     )
     document = Document()
-    document.add_root(PAGES[route][0](context).page().get_root(document))
+    document.add_root(PAGES[address].load()(context).page().get_root(document))
     return document
 
 
-@pytest.mark.parametrize("route", ["/", "/recording"])
-def test_every_model_of_a_page_has_the_defaults_that_bokeh_gives_it(route):
-    document = opened(route)
+@pytest.mark.parametrize("address", ["./", "recording"])
+def test_every_model_of_a_page_has_the_defaults_that_bokeh_gives_it(address):
+    document = opened(address)
     classes = {type(model) for model in document.models}
     assert len(classes) > 10
     remember_defaults()

@@ -2,46 +2,46 @@ import dataclasses
 import pickle
 
 import pytest
-from vsep_app.jobs.tasks import real_frame
+from vsep_app.jobs.tasks import recorded_frame
 from vsep_app.model.settings import (
     LOADED_FRAME,
     PLAN_NAMES,
-    PRESETS,
-    REAL_FRAME,
     VIEW_NAMES,
     Settings,
     preset_values,
 )
 from vsep_app.model.url import QUERY_NAMES, parse_query
 
-from vsep.presets.scenes import PRESET_NAMES, interferer_sequence, preset_radar
+from vsep.presets.registry import PRESET_NAMES, PRESETS
+from vsep.presets.scenes import interferer_sequence, preset_radar
+
+REAL_FRAME = "real-frame"
 
 
-def test_every_preset_of_the_simulator_is_offered():
-    assert set(PRESETS) == {*PRESET_NAMES, REAL_FRAME}
+def test_every_preset_and_a_loaded_frame_can_be_set():
+    assert Settings.param.preset.objects == [*PRESETS, LOADED_FRAME]
+    assert {*PRESETS} == {*PRESET_NAMES, REAL_FRAME}
 
 
 @pytest.mark.parametrize("name", PRESET_NAMES)
 def test_defaults_are_those_of_the_simulator(name):
-    ranges, radar = PRESETS[name], preset_radar(name)
-    assert ranges.victim_slope * 1e12 == pytest.approx(radar.slope_hz_per_s, rel=1e-12)
+    values, radar = preset_values(name), preset_radar(name)
     sequence = interferer_sequence(name)
-    assert ranges.slope * 1e12 == pytest.approx(sequence.slope_hz_per_s, rel=1e-12)
-    assert ranges.cutoff * 1e6 == pytest.approx(radar.sample_rate_hz / 4.0, rel=1e-12)
+    assert values["interferer_slope"] * 1e12 == pytest.approx(sequence.slope_hz_per_s, rel=1e-12)
+    assert values["filter_cutoff"] * 1e6 == pytest.approx(radar.sample_rate_hz / 4.0, rel=1e-12)
 
 
-def test_defaults_of_the_real_frame_are_its_radar():
-    ranges, radar = PRESETS[REAL_FRAME], real_frame().radar
-    assert ranges.victim_slope * 1e12 == pytest.approx(radar.slope_hz_per_s, rel=1e-12)
-    assert ranges.cutoff * 1e6 == pytest.approx(radar.sample_rate_hz / 4.0, rel=1e-12)
+def test_the_radar_of_the_real_frame_is_that_of_its_file():
+    preset = PRESETS[REAL_FRAME]
+    assert recorded_frame(preset).radar == preset.radar
 
 
 @pytest.mark.parametrize("name", [*PRESETS])
 def test_defaults_lie_inside_of_their_ranges(name):
-    ranges = PRESETS[name]
-    assert ranges.slope_range[0] <= ranges.slope <= ranges.slope_range[1]
-    assert ranges.cutoff_range[0] <= ranges.cutoff <= ranges.cutoff_range[1]
-    Settings(**preset_values(name))
+    values = preset_values(name)
+    for setting, (lowest, highest) in PRESETS[name].ranges().items():
+        assert lowest <= values[setting] <= highest
+    Settings(**values)
 
 
 def test_every_setting_is_in_the_address_and_has_words():
@@ -128,7 +128,7 @@ def test_a_bad_value_of_a_link_is_one_sentence_and_changes_nothing(query, senten
 def test_a_slope_unfit_for_the_preset_falls_back_to_its_own():
     values, errors = parse_query({"preset": REAL_FRAME, "slope": "9.2"})
     assert len(errors) == 1
-    assert values["interferer_slope"] == PRESETS[REAL_FRAME].slope
+    assert values["interferer_slope"] == 59.9
 
 
 def test_strange_names_in_a_link_are_ignored():

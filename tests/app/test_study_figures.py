@@ -8,7 +8,7 @@ from vsep_app.figures.study_print import write_print
 from vsep_app.figures.study_style import colour, marker
 
 from vsep import InputError
-from vsep.studies.panels import Box, BoxPanel, Panel, Series
+from vsep.studies.panels import Box, BoxPanel, FigurePanel, Series
 
 X = np.array([-20.0, 0.0, 20.0])
 
@@ -26,7 +26,7 @@ def series(kind="curve", role="factorised", **changes):
     return Series(**(values | changes))
 
 
-PANEL = Panel(
+PANEL = FigurePanel(
     title="Fig. X",
     x_label="SIR [dB]",
     y_label="error",
@@ -51,7 +51,7 @@ BOXES = BoxPanel(
         ),
     ),
 )
-OTHER = Panel(title="Fig. Y", x_label="x", y_label="y", series=(series(),), log_x=False)
+OTHER = FigurePanel(title="Fig. Y", x_label="x", y_label="y", series=(series(),), log_x=False)
 
 
 def test_a_panel_shows_every_series_its_unit_and_its_note():

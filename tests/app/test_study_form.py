@@ -27,7 +27,7 @@ def test_the_form_makes_the_study_that_is_asked_for(form, tmp_path):
     assert (study.name, study.realizations, study.settings.seed) == ("fig-5", 7, 3)
     assert study.methods == ("factorised", "no-interference")
     assert {study.points[index].panel for index in study.point_indices} == {"5d-f", "5-edges"}
-    assert study.points == CATALOGUE["fig-5"].points()
+    assert study.points == CATALOGUE["fig-5"].points
     assert form.path(tmp_path) == tmp_path / "fig-5-seed-3-robust.jsonl"
     form.threshold.value = "12.5"
     assert {point.object_threshold_db for point in form.study().points} == {12.5}
@@ -60,7 +60,7 @@ def test_a_study_that_is_taken_is_the_one_that_is_made(form):
     form.take(study)
     assert form.study() == study
     form.take(make_study("fig-2"))
-    assert form.study().points == CATALOGUE["fig-2"].points()
+    assert form.study().points == CATALOGUE["fig-2"].points
 
 
 def test_what_is_missing_or_out_of_range_is_one_sentence(form, tmp_path):

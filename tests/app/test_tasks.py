@@ -4,15 +4,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vsep_app.jobs.tasks import (
-    REAL_FRAME_EVERY,
     advance,
     compose,
     make_filter,
     prepare,
-    real_frame,
+    recorded_frame,
     thin,
 )
-from vsep_app.model.settings import LOADED_FRAME, REAL_FRAME, Settings, preset_values
+from vsep_app.model.settings import LOADED_FRAME, Settings, preset_values
 from vsep_app.views.tables import table_html
 
 from tests.app.conftest import FinishedRun
@@ -20,6 +19,7 @@ from vsep.errors import InputError
 from vsep.files.frame import Frame
 from vsep.files.results import result_line
 from vsep.inference.core.progress import Solution, Termination
+from vsep.presets import real_frame
 from vsep.presets.antennas import simulate_preset_antennas
 from vsep.presets.scenes import simulate_preset
 from vsep.signal.filters import MeasuredFilter
@@ -105,18 +105,18 @@ def test_estimator_settings_reach_the_estimator():
 
 
 def test_the_real_frame_gets_bursts_in_every_fourth_ramp_at_the_wanted_level():
-    observation = prepare(_plan(REAL_FRAME)).observation
-    truth, recorded = observation.truth, real_frame().received
+    observation = prepare(_plan("real-frame")).observation
+    truth, recorded = observation.truth, recorded_frame(real_frame.PRESET).received
     ramps = sorted({burst.ramp for burst in truth.bursts})
-    assert set(np.diff(ramps)) == {REAL_FRAME_EVERY}
-    assert len(ramps) == recorded.shape[0] // REAL_FRAME_EVERY
+    assert set(np.diff(ramps)) == {real_frame.EVERY}
+    assert len(ramps) == recorded.shape[0] // real_frame.EVERY
     energies = [np.sum(np.abs(x) ** 2) for x in (recorded, truth.interference_signal)]
     assert 10.0 * np.log10(energies[0] / energies[1]) == pytest.approx(-10.0)
 
 
 def test_the_real_frame_without_interference_is_as_recorded():
-    observation = prepare(_plan(REAL_FRAME, interference=False)).observation
-    assert np.array_equal(observation.received, real_frame().received)
+    observation = prepare(_plan("real-frame", interference=False)).observation
+    assert np.array_equal(observation.received, recorded_frame(real_frame.PRESET).received)
 
 
 def test_no_loaded_frame_is_one_sentence():

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from vsep.analysis.burst_model import burst_signal, model_bursts
-from vsep.presets.scenes import PRESET_NAMES, simulate_preset
+from vsep.presets.registry import PRESET_NAMES
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.template import SignalModel
 
 

@@ -8,8 +8,8 @@ from vsep.studies.trial_scenario import simulate_trial
 
 
 def test_the_catalogue_has_the_promised_studies():
-    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-5-methods", "baselines", "fig-6"]
-    names += ["separability", "false-alarms"]
+    names = ["fig-2", "fig-3", "fig-4", "fig-5", "fig-5-methods", "fig-6"]
+    names += ["baselines", "false-alarms", "separability"]
     assert list(CATALOGUE) == names
 
 
@@ -79,14 +79,14 @@ def test_a_threshold_replaces_that_of_the_points():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"name": "fig-7"}, "fig-7"),
+        ({"study": "fig-7"}, "fig-7"),
         ({"realizations": 0}, "realizations"),
         ({"methods": ("x",)}, "'x'"),
     ],
 )
 def test_unknown_names_and_numbers_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
-        make_study(**({"name": "fig-3"} | changes))
+        make_study(**({"study": "fig-3"} | changes))
 
 
 def test_the_opponents_meet_short_and_endless_bursts_weak_and_strong_in_few_and_all_ramps():

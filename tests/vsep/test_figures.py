@@ -5,7 +5,7 @@ import pytest
 
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.figures import study_panels
-from vsep.studies.panels import BoxPanel, Panel
+from vsep.studies.panels import BoxPanel, FigurePanel
 from vsep.studies.trial import failed_rows
 
 METHODS = ("factorised", "object-only", "no-interference")
@@ -57,7 +57,7 @@ def test_every_panel_of_a_whole_study_has_its_series(name):
     assert panels
     shown = set()
     for panel in panels:
-        if isinstance(panel, Panel):
+        if isinstance(panel, FigurePanel):
             assert panel.series
             assert panel.note
             for series in panel.series:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vsep.errors import InputError
+from vsep.presets.registry import PRESET_NAMES
 from vsep.presets.scenes import (
-    PRESET_NAMES,
     interferer_sequence,
     preset,
     preset_radar,

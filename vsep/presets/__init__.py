@@ -1,1 +1,1 @@
-"""Presets."""
+"""Presets: radars with scenes in front of them, one record each."""

@@ -1,4 +1,4 @@
-"""The scenes of Table I as several antennas receive them; what is in a scene has directions."""
+"""Scenes of the presets as several antennas receive them."""
 
 from typing import Unpack
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from vsep._typing import FloatArray
 from vsep._validation import require_range
+from vsep.presets.record import SimulatedPreset
 from vsep.presets.scenes import PresetOptions, Scenario, preset
 from vsep.signal.linear_array import AntennaScene, UniformLinearArray
 from vsep.signal.scene import Observation
@@ -16,7 +17,7 @@ MAX_DEG = 60.0
 
 
 def simulate_preset_antennas(
-    name: str,
+    name: str | SimulatedPreset,
     antennas: UniformLinearArray,
     *,
     snr_db: float,
@@ -26,7 +27,7 @@ def simulate_preset_antennas(
     interferer_angles_deg: FloatArray | None = None,
     **options: Unpack[PresetOptions],
 ) -> tuple[Scenario, Observation]:
-    """Draw a scene of Table I with directions and simulate what all antennas receive.
+    """Draw the scene of a preset with directions and simulate what all antennas receive.
 
     The first antenna receives the objects and bursts of `simulate_preset` with the same seed; the
     noise is another one. Directions come from a child of the seed of their own: giving some of them
@@ -34,8 +35,8 @@ def simulate_preset_antennas(
 
     Parameters
     ----------
-    name : str
-        One of `PRESET_NAMES`.
+    name : str or SimulatedPreset
+        As for `preset`.
     antennas : UniformLinearArray
         Who receives it.
     snr_db, sir_db : float

@@ -13,7 +13,7 @@ from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 from vsep.signal.scene import Channel
 
 MAX_OBJECTS = 40
-_SINGLE_DELAY_S = 80.06e-9
+SINGLE_DELAY_S = 80.06e-9
 _NUM_PATHS = 10
 _DELAY_RANGE_S = (3.97e-9, 127e-9)
 _DOPPLER_RANGE_HZ = (-5e3, 5e3)
@@ -22,6 +22,11 @@ _DOPPLER_RANGE_HZ = (-5e3, 5e3)
 def single_path(rng: np.random.Generator, delay_s: float) -> Channel:
     """One path of unit weight and random phase."""
     return Channel(delays_s=np.array([delay_s]), dopplers_hz=np.zeros(1), weights=_phases(rng, 1))
+
+
+def direct_path(rng: np.random.Generator) -> Channel:
+    """Line of sight: one path without delay."""
+    return single_path(rng, 0.0)
 
 
 def one_object(rng: np.random.Generator, count: int | None = None) -> Channel:
@@ -35,11 +40,11 @@ def one_object(rng: np.random.Generator, count: int | None = None) -> Channel:
         Number of objects, one by default. A single ramp shows no Doppler, so further ones stand
         still; their level is that of their distance, against the first one's.
     """
-    first = single_path(rng, _SINGLE_DELAY_S)
+    first = single_path(rng, SINGLE_DELAY_S)
     if count is None or count == 1:
         return first
     others = many_objects(rng, count, already=1)
-    own = (_SINGLE_DELAY_S * SPEED_OF_LIGHT_MPS + 1.0) ** 2
+    own = (SINGLE_DELAY_S * SPEED_OF_LIGHT_MPS + 1.0) ** 2
     return Channel(
         delays_s=np.concatenate([first.delays_s, others.delays_s]),
         dopplers_hz=np.zeros(count),

@@ -1,4 +1,4 @@
-"""The scenes of Table I: Simulation I and the three parameter sets of Simulation II.
+"""Scenes of the presets, drawn at random, and their frames.
 
 Left open by the paper and chosen here: the anti-aliasing filter of Simulation II (that of
 Simulation I, a raised cosine of half amplitude at a quarter of the sampling rate and roll-off
@@ -7,72 +7,21 @@ middle of its ramp) and the Doppler frequencies of the interference paths (zero)
 """
 
 from dataclasses import dataclass, replace
-from typing import TypedDict, Unpack
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
+from vsep._typing import ComplexArray
 from vsep._validation import require_range
-from vsep.errors import InputError
-from vsep.presets.channels import (
-    interference_paths,
-    many_objects,
-    one_object,
-    single_path,
-    with_first_delay,
-)
-from vsep.presets.names import PRESET_NAMES
+from vsep.presets.channels import with_first_delay
+from vsep.presets.record import RecordedPreset, SimulatedPreset
+from vsep.presets.registry import simulated_preset
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
 from vsep.signal.motion import CYCLE_S, moved_paths
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, Observation, Scene
-from vsep.signal.simulate import InterferenceModel, simulate
+from vsep.signal.simulate import InterferenceModel, add_interference, simulate
 
-_SIMULATION_1_RADAR = ChirpSequence(
-    start_frequency_hz=79e9,
-    slope_hz_per_s=1e13,
-    sample_rate_hz=10.2e6,
-    ramp_period_s=25e-6,
-    num_samples=256,
-    num_ramps=1,
-)
-_SIMULATION_2_RADAR = ChirpSequence(
-    start_frequency_hz=79e9,
-    slope_hz_per_s=1e13,
-    sample_rate_hz=5.1e6,
-    ramp_period_s=25e-6,
-    num_samples=128,
-    num_ramps=16,
-)
-_INTERFERERS = {
-    "simulation-1": InterfererSequence(
-        start_frequency_hz=79.01e9,
-        slope_hz_per_s=9.2e12,
-        ramp_duration_s=25e-6,
-        ramp_period_s=25e-6,
-        num_ramps=1,
-    ),
-    "simulation-2-a": InterfererSequence(
-        start_frequency_hz=79.002e9,
-        slope_hz_per_s=9.8321e12,
-        ramp_duration_s=25.02e-6,
-        ramp_period_s=75.01e-6,
-        num_ramps=2,
-    ),
-    "simulation-2-b": InterfererSequence(
-        start_frequency_hz=79.004e9,
-        slope_hz_per_s=9.7122e12,
-        ramp_duration_s=25.02e-6,
-        ramp_period_s=50.01e-6,
-        num_ramps=4,
-    ),
-    "simulation-2-c": InterfererSequence(
-        start_frequency_hz=79.008e9,
-        slope_hz_per_s=9.3925e12,
-        ramp_duration_s=25.02e-6,
-        ramp_period_s=25.02e-6,
-        num_ramps=8,
-    ),
-}
 _PERIOD_DIFFERENCE_S = 10e-9  # of an interferer in every ramp; that of set a in one of its ramps
 
 
@@ -91,28 +40,29 @@ class PresetOptions(TypedDict, total=False):
     interference: bool
     interferer_slope_hz_per_s: float | None
     time_offset_s: float
+    burst_shift_s: float
     num_interfered_ramps: int | None
     num_objects: int | None
     object_delay_s: float | None
 
 
 def preset(
-    name: str,
+    name: str | SimulatedPreset,
     *,
     snr_db: float,
     sir_db: float,
     rng: np.random.Generator,
     **options: Unpack[PresetOptions],
 ) -> Scenario:
-    """Draw a scene of Table I.
+    """Draw the scene of a preset.
 
     Objects and interference come from two children of `rng`, so that the same objects appear with
     and without interference.
 
     Parameters
     ----------
-    name : str
-        One of `PRESET_NAMES`.
+    name : str or SimulatedPreset
+        One of `vsep.presets.registry.PRESET_NAMES`, or a record of your own.
     snr_db, sir_db : float
         (25) and (26), ratios of total energies.
     rng : numpy.random.Generator
@@ -124,6 +74,8 @@ def preset(
         the band at the same time as with the slope of Table I.
     time_offset_s : float
         T-bar; a microsecond shifts the course by k_I times a microsecond, some 10 MHz.
+    burst_shift_s : float
+        Moves the crossing of zero inside the ramp by that much, by a further time offset.
     num_interfered_ramps : int, optional
         That many ramps in a row, from the first on, are interfered.
     num_objects : int, optional
@@ -149,29 +101,31 @@ def preset(
     >>> scenario.radar.shape, scenario.scene.objects.num_paths
     ((16, 128), 10)
     """
+    record = simulated_preset(name)
     sequence = interferer_sequence(
-        name,
+        record,
         slope_hz_per_s=options.get("interferer_slope_hz_per_s"),
         time_offset_s=options.get("time_offset_s", 0.0),
+        burst_shift_s=options.get("burst_shift_s", 0.0),
         num_interfered_ramps=options.get("num_interfered_ramps"),
     )
-    radar = preset_radar(name)
     object_rng, channel_rng = rng.spawn(2)
-    single, count = name == "simulation-1", options.get("num_objects")
-    objects = one_object(object_rng, count) if single else many_objects(object_rng, count)
-    objects = with_first_delay(objects, radar, options.get("object_delay_s"))
-    channel = single_path(channel_rng, 0.0) if single else interference_paths(channel_rng)
+    objects = record.draw_objects(object_rng, options.get("num_objects"))
+    objects = with_first_delay(objects, record.radar, options.get("object_delay_s"))
     present = options.get("interference", True)
-    interferers = (Interferer(sequence=sequence, channel=channel),) if present else ()
+    interferer = Interferer(sequence=sequence, channel=record.draw_paths(channel_rng))
+    interferers = (interferer,) if present else ()
     return Scenario(
-        radar=radar,
+        radar=record.radar,
         scene=Scene(objects=objects, interferers=interferers, snr_db=snr_db, sir_db=sir_db),
-        anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=radar.sample_rate_hz / 4.0, rolloff=0.25),
+        anti_aliasing_filter=RaisedCosineFilter(
+            cutoff_hz=record.filter_cutoff_hz, rolloff=record.filter_rolloff
+        ),
     )
 
 
 def simulate_preset(
-    name: str,
+    name: str | SimulatedPreset,
     *,
     snr_db: float,
     sir_db: float,
@@ -181,7 +135,7 @@ def simulate_preset(
     frame_number: int = 0,
     **options: Unpack[PresetOptions],
 ) -> tuple[Scenario, Observation]:
-    """Draw a scene of Table I and simulate its frame, both from one seed.
+    """Draw the scene of a preset and simulate its frame, both from one seed.
 
     Scene and noise come from two children of the seed: the noise is the same with and without
     interference, whatever the levels.
@@ -243,30 +197,64 @@ def simulate_preset(
     return scenario, observation
 
 
-def preset_radar(name: str) -> ChirpSequence:
+def add_preset_interference(
+    recorded: RecordedPreset,
+    received: ComplexArray,
+    *,
+    seed: int,
+    interferer_slope_hz_per_s: float,
+    burst_shift_s: float = 0.0,
+    **options: Any,
+) -> Observation:
+    """Add the bursts of a recorded preset to its frame.
+
+    Parameters
+    ----------
+    recorded : RecordedPreset
+        Makes the other radar.
+    received : (P, N) complex
+        The frame.
+    seed : int
+        Draws the phase of the bursts.
+    interferer_slope_hz_per_s, burst_shift_s : float
+        k_I, and by how much the crossing is moved.
+    **options
+        SIR, filter and model as for `vsep.add_interference`.
+
+    Returns
+    -------
+    Observation
+    """
+    interferer = recorded.draw_interferer(seed, interferer_slope_hz_per_s, burst_shift_s)
+    return add_interference(recorded.radar, received, (interferer,), **options)
+
+
+def preset_radar(name: str | SimulatedPreset) -> ChirpSequence:
     """Return the victim radar of a preset; `InputError` for an unknown name."""
-    _require_name(name)
-    return _SIMULATION_1_RADAR if name == "simulation-1" else _SIMULATION_2_RADAR
+    return simulated_preset(name).radar
 
 
 def interferer_sequence(
-    name: str,
+    name: str | SimulatedPreset,
     *,
     slope_hz_per_s: float | None = None,
     time_offset_s: float = 0.0,
+    burst_shift_s: float = 0.0,
     num_interfered_ramps: int | None = None,
 ) -> InterfererSequence:
     """Return the interferer of a preset, with another slope or time offset if wanted.
 
     Parameters
     ----------
-    name : str
-        One of `PRESET_NAMES`.
+    name : str or SimulatedPreset
+        One of `vsep.presets.registry.PRESET_NAMES`, or a record of your own.
     slope_hz_per_s : float, optional
         k_I, not that of the victim; the start frequency follows so that the first ramp crosses
         zero intermediate frequency at the same fast time as with the preset's own slope.
     time_offset_s : float
         T-bar, start of the interferer's first ramp.
+    burst_shift_s : float
+        Added to it, scaled so that the crossing moves inside the victim's ramp by that much.
     num_interfered_ramps : int, optional
         P_I, with a ramp period so near the victim's that every ramp meets one of the victim's; its
         crossing moves by at most 0.6 us from ramp to ramp, as the slopes of Table I are.
@@ -280,18 +268,19 @@ def interferer_sequence(
     InputError
         If the name is unknown or a number out of its range.
     """
-    _require_name(name)
-    own = _INTERFERERS[name]
+    record = simulated_preset(name)
+    own, radar = record.interferer, record.radar
     slope = own.slope_hz_per_s if slope_hz_per_s is None else slope_hz_per_s
-    radar = preset_radar(name)
     carrier = own.start_frequency_hz - radar.start_frequency_hz
     crossing_s = -carrier / (own.slope_hz_per_s - radar.slope_hz_per_s)
     moved = (own.slope_hz_per_s - slope) * crossing_s
+    # The course is k_I (T_p p - offset) + (k_I - k) t' + const.
+    shift_s = burst_shift_s * (slope - radar.slope_hz_per_s) / slope
     sequence = replace(
         own,
         start_frequency_hz=own.start_frequency_hz + moved,
         slope_hz_per_s=slope,
-        time_offset_s=time_offset_s,
+        time_offset_s=time_offset_s + shift_s,
     )
     if num_interfered_ramps is None:
         return sequence
@@ -300,9 +289,3 @@ def interferer_sequence(
     return replace(
         sequence, ramp_duration_s=period_s, ramp_period_s=period_s, num_ramps=num_interfered_ramps
     )
-
-
-def _require_name(name: str) -> None:
-    if name not in PRESET_NAMES:
-        allowed = ", ".join(PRESET_NAMES)
-        raise InputError(f"The preset is {name!r}; it must be one of {allowed}.")

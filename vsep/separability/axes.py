@@ -8,67 +8,77 @@ import numpy as np
 from vsep._typing import FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError
+from vsep.parameters import PARAMETERS, Parameter
+from vsep.presets.channels import MAX_OBJECTS
 
 MAX_VALUES = 129
 _MIN_SLOPE_HZ_PER_S = 1e9  # of a slope difference: the burst lasts for hundreds of ramps
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class AxisKind:
-    """What can stand on an axis.
-
-    Attributes
-    ----------
-    label : str
-        For a reader, with the unit of `scale`.
-    lowest, highest : float
-        Allowed range, in SI units.
-    start, stop : float
-        A range to begin with.
-    scale : float
-        How many SI units the label's unit is.
-    whole : bool
-        Whether values are whole numbers.
-    """
-
-    label: str
-    lowest: float
-    highest: float
-    start: float
-    stop: float
-    scale: float = 1.0
-    whole: bool = False
-
-
-AXES: dict[str, AxisKind] = {
-    "sir_db": AxisKind(label="SIR [dB]", lowest=-100.0, highest=100.0, start=-40.0, stop=40.0),
-    "snr_db": AxisKind(label="SNR [dB]", lowest=-50.0, highest=120.0, start=5.0, stop=60.0),
-    "slope_difference_hz_per_s": AxisKind(
-        label="slope difference [MHz/µs]",
-        lowest=-5e12,
-        highest=5e12,
-        start=-2e12,
-        stop=-1e11,
-        scale=1e12,
-    ),
-    "object_delay_s": AxisKind(
-        label="object delay from the burst's middle [ns]",
-        lowest=-1e-6,
-        highest=1e-6,
-        start=-2.5e-7,
-        stop=2.5e-7,
-        scale=1e-9,
-    ),
-    "num_objects": AxisKind(label="objects", lowest=1, highest=40, start=1, stop=20, whole=True),
-    "interfered_share": AxisKind(
-        label="share of interfered ramps", lowest=0.0, highest=1.0, start=0.0625, stop=1.0
-    ),
-    "filter_cutoff_hz": AxisKind(
-        label="filter cutoff [MHz]", lowest=1e4, highest=1e7, start=4e5, stop=2.4e6, scale=1e6
-    ),
-    "filter_mismatch": AxisKind(
-        label="assumed over true cutoff - 1", lowest=-0.9, highest=2.0, start=-0.3, stop=0.3
-    ),
+AXES: dict[str, Parameter] = {
+    kind.name: kind
+    for kind in (
+        PARAMETERS["sir_db"],
+        PARAMETERS["snr_db"],
+        Parameter(
+            name="slope_difference_hz_per_s",
+            title="slope difference",
+            help="Slope difference (burst length)",
+            unit="MHz/µs",
+            scale=1e12,
+            default=-0.8,
+            bounds=(-5.0, 5.0),
+            span=(-2.0, -0.1),
+            step=0.01,
+        ),
+        Parameter(
+            name="object_delay_s",
+            title="object delay from the burst's middle",
+            help="Object delay, from the burst's middle",
+            unit="ns",
+            scale=1e-9,
+            default=80.06,
+            bounds=(-1000.0, 1000.0),
+            span=(-250.0, 250.0),
+        ),
+        Parameter(
+            name="num_objects",
+            title="objects",
+            help="Number of objects",
+            default=1,
+            bounds=(1, MAX_OBJECTS),
+            span=(1, 20),
+        ),
+        Parameter(
+            name="interfered_share",
+            title="share of interfered ramps",
+            help="Share of interfered ramps",
+            default=0.125,
+            bounds=(0.0, 1.0),
+            span=(0.0625, 1.0),
+            step=0.0625,
+        ),
+        Parameter(
+            name="filter_cutoff_hz",
+            title="filter cutoff",
+            help="Filter bandwidth",
+            unit="MHz",
+            scale=1e6,
+            default=2.55,
+            bounds=(0.01, 10.0),
+            span=(0.4, 2.4),
+            step=0.005,
+        ),
+        Parameter(
+            name="filter_mismatch",
+            title="assumed over true cutoff - 1",
+            help="Filter mismatch",
+            default=0.0,
+            bounds=(-0.9, 2.0),
+            span=(-0.3, 0.3),
+            step=0.01,
+        ),
+    )
 }
 
 
@@ -115,7 +125,7 @@ class Axis:
             require_allowed(self.name, value)
 
     @property
-    def kind(self) -> AxisKind:
+    def kind(self) -> Parameter:
         """Label, range and unit."""
         return AXES[self.name]
 

@@ -12,8 +12,7 @@ import numpy as np
 from vsep._typing import FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError
-from vsep.presets.names import PRESET_NAMES
-from vsep.presets.scenes import interferer_sequence, preset_radar
+from vsep.presets.registry import DEFAULT_PRESET, PRESET_NAMES, simulated_preset
 from vsep.separability.axes import Axis, require_allowed, require_known
 from vsep.signal.filters import NoFilter
 from vsep.signal.radar import ChirpSequence
@@ -62,7 +61,7 @@ class MapSpec:
 
     x: Axis
     y: Axis
-    scene: str = "simulation-1"
+    scene: str = DEFAULT_PRESET
     fixed: tuple[tuple[str, float], ...] = ()
     method: str = "factorised"
     trials: int = 5
@@ -90,7 +89,7 @@ class MapSpec:
     @property
     def radar(self) -> ChirpSequence:
         """The victim."""
-        return preset_radar(self.scene)
+        return simulated_preset(self.scene).radar
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -126,7 +125,7 @@ class MapSpec:
         slope = None if difference is None else self.radar.slope_hz_per_s + difference
         return Point(
             panel=MAP_STUDY,
-            scene=self.scene,  # type: ignore[arg-type]  # checked to be a preset
+            scene=self.scene,
             snr_db=values.get("snr_db", default_value(self.scene, "snr_db")),
             sir_db=values.get("sir_db", default_value(self.scene, "sir_db")),
             false_alarm_rate=self.false_alarm_rate,
@@ -182,16 +181,16 @@ def default_value(scene: str, name: str) -> float:
     >>> default_value("simulation-1", "snr_db"), default_value("simulation-2-a", "sir_db")
     (30.0, -20.0)
     """
-    single, radar = scene == "simulation-1", preset_radar(scene)
-    sequence = interferer_sequence(scene)
+    preset = simulated_preset(scene)
+    radar, sequence = preset.radar, preset.interferer
     values = {
-        "sir_db": -20.0,
-        "snr_db": 30.0 if single else 60.0,
+        "sir_db": preset.sir_db,
+        "snr_db": preset.snr_db,
         "slope_difference_hz_per_s": sequence.slope_hz_per_s - radar.slope_hz_per_s,
-        "object_delay_s": 80.06e-9 if single else float("nan"),
-        "num_objects": 1.0 if single else 10.0,
+        "object_delay_s": preset.object_delay_s,
+        "num_objects": float(preset.num_objects),
         "interfered_share": sequence.num_ramps / radar.num_ramps,
-        "filter_cutoff_hz": radar.sample_rate_hz / 4.0,
+        "filter_cutoff_hz": preset.filter_cutoff_hz,
         "filter_mismatch": 0.0,
     }
     return values[require_known(name)]

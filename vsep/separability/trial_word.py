@@ -11,7 +11,7 @@ from dataclasses import fields
 from typing import Any
 
 from vsep.errors import InputError
-from vsep.presets.names import PRESET_NAMES
+from vsep.presets.registry import PRESET_NAMES
 from vsep.separability.map_spec import MAP_STUDY, MapSpec
 from vsep.studies.study import Point, Trial, TrialSettings
 
@@ -99,7 +99,7 @@ def trial_of_word(word: str) -> Trial:
         raise InputError(f"trial is {word!r}; seed and realization must be whole numbers.")
     entries = dict(_entry(word, part) for part in values.split(","))
     try:
-        point = Point(panel=MAP_STUDY, scene=scene, **entries)  # type: ignore[arg-type]
+        point = Point(panel=MAP_STUDY, scene=scene, **entries)
     except TypeError:
         raise InputError(f"trial is {word!r}; it must name snr_db and sir_db.") from None
     return Trial(

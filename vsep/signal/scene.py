@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
-from vsep._validation import require_range
 from vsep.errors import InputError
+from vsep.parameters import PARAMETERS
 from vsep.signal.radar import InterfererSequence
 
 
@@ -76,12 +76,12 @@ class Scene:
     objects: Channel
     interferers: tuple[Interferer, ...] = ()
     snr_db: float
-    sir_db: float = 0.0
+    sir_db: float = PARAMETERS["sir_db"].default
 
     def __post_init__(self) -> None:
         """Check the levels."""
-        require_range("SNR", self.snr_db, -100.0, 200.0, "dB")
-        require_range("SIR", self.sir_db, -200.0, 200.0, "dB")
+        PARAMETERS["snr_db"].require(self.snr_db)
+        PARAMETERS["sir_db"].require(self.sir_db)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -3,16 +3,28 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from vsep.presets.scenes import preset_radar
+from vsep.parameters import PARAMETERS
+from vsep.presets.registry import SCENES
 
 X_LABELS: Final = {
-    "snr_db": "SNR [dB]",
-    "sir_db": "SIR [dB]",
+    "snr_db": PARAMETERS["snr_db"].label,
+    "sir_db": PARAMETERS["sir_db"].label,
     "false_alarm_rate": "false-alarm rate asked for [1/frame]",
     "interferer_slope_hz_per_s": "slope difference [MHz/µs]; at 0.1 a burst fills a ramp",
     "num_interfered_ramps": "interfered ramps of 16",
 }
 _HZ_PER_S = 1e12  # in a MHz/us
+
+
+def x_label(x: str) -> str:
+    """Return what the axis of a parameter is called.
+
+    Examples
+    --------
+    >>> x_label("sir_db"), x_label("filter_mismatch")
+    ('SIR [dB]', 'filter mismatch')
+    """
+    return X_LABELS.get(x, x.replace("_", " "))
 
 
 def x_value(point: Mapping[str, Any], x: str) -> float:
@@ -23,19 +35,20 @@ def x_value(point: Mapping[str, Any], x: str) -> float:
     point : mapping
         Parameters of the point by name.
     x : str
-        One of `X_LABELS`.
+        Name of one of them.
 
     Examples
     --------
     >>> x_value({"sir_db": -20.0}, "sir_db")
     -20.0
-    >>> x_value({"interferer_slope_hz_per_s": 9.5e12}, "interferer_slope_hz_per_s")
+    >>> point = {"scene": "simulation-1", "interferer_slope_hz_per_s": 9.5e12}
+    >>> x_value(point, "interferer_slope_hz_per_s")
     0.5
     """
     value = point[x]
     if value is None:
         return float("nan")
     if x == "interferer_slope_hz_per_s":
-        # The radars of both simulations have the same slope.
-        return abs(float(value) - preset_radar("simulation-1").slope_hz_per_s) / _HZ_PER_S
+        victim, *_ = SCENES[point["scene"]]
+        return abs(float(value) - victim.radar.slope_hz_per_s) / _HZ_PER_S
     return float(value)

@@ -9,20 +9,21 @@ from vsep._typing import FloatArray
 from vsep.analysis.intervals import DEFAULT_LEVEL
 from vsep.studies.groups import Group, GroupKey, mean_assigned_errors, standardised_errors
 from vsep.studies.methods import NO_INTERFERENCE
-from vsep.studies.panels import Box, BoxPanel, Panel, Series
+from vsep.studies.panel_specs import ERROR_MISSES_FALSE_ALARMS, BoxSpec, QuantileSpec
+from vsep.studies.panels import Box, BoxPanel, FigurePanel, Series
 
 _NUM_QUANTILES = 199
 
 
-def box_panels(grouped: Mapping[GroupKey, Group], snr_db: float, sir_db: float) -> list[BoxPanel]:
-    """Return boxes of error, misses and false alarms at one point of Fig. 5d-f.
+def box_panels(grouped: Mapping[GroupKey, Group], spec: BoxSpec) -> list[BoxPanel]:
+    """Return boxes of error, misses and false alarms at one point.
 
     Parameters
     ----------
     grouped : mapping
         Of `vsep.studies.summary.groups`.
-    snr_db, sir_db : float
-        Which point.
+    spec : BoxSpec
+        Which point, and the title.
 
     Returns
     -------
@@ -33,26 +34,26 @@ def box_panels(grouped: Mapping[GroupKey, Group], snr_db: float, sir_db: float) 
         (method, group)
         for (_, _, method), group in grouped.items()
         if group.rows
-        and group.rows[0]["point"]["panel"] == "5d-f"
-        and group.rows[0]["point"]["snr_db"] == snr_db
-        and group.rows[0]["point"]["sir_db"] == sir_db
+        and all(
+            group.rows[0]["point"][name] == getattr(spec, name)
+            for name in ("panel", "snr_db", "sir_db")
+        )
     ]
-    columns = (
-        ("mean assigned error [cycles]", True, mean_assigned_errors),
-        ("misses a frame", False, lambda group: group.column("misses")),
-        ("false alarms a frame", False, lambda group: group.column("false_alarms")),
-    )
     return [
         BoxPanel(
-            title=f"Fig. 5g-i: SNR {snr_db:g} dB, SIR {sir_db:g} dB",
+            title=spec.title,
             y_label=label,
-            boxes=tuple(_box(method, column(group)) for method, group in chosen),
+            boxes=tuple(_box(method, _values(group, metric)) for method, group in chosen),
             note="boxes: quartiles; whiskers: 1.5 times their distance; numbers: outliers",
-            log_y=log_y,
+            log_y=metric == "mean_assigned_error",
         )
-        for label, log_y, column in columns
+        for metric, label in ERROR_MISSES_FALSE_ALARMS
         if chosen
     ]
+
+
+def _values(group: Group, metric: str) -> FloatArray:
+    return mean_assigned_errors(group) if metric == "mean_assigned_error" else group.column(metric)
 
 
 def _box(role: str, values: FloatArray) -> Box:
@@ -83,25 +84,25 @@ def _box(role: str, values: FloatArray) -> Box:
     )
 
 
-def quantile_panels(grouped: Mapping[GroupKey, Group], panel: str) -> list[Panel]:
+def quantile_panels(grouped: Mapping[GroupKey, Group], spec: QuantileSpec) -> list[FigurePanel]:
     """Q-Q plot of errors over their reported standard deviation against the normal law.
 
     Parameters
     ----------
     grouped : mapping
         Of `vsep.studies.summary.groups`.
-    panel : str
-        Whose points are pooled.
+    spec : QuantileSpec
+        Whose points are pooled, and the title.
 
     Returns
     -------
-    list of Panel
+    list of FigurePanel
         One, or none if there is no error.
     """
     ratios: dict[str, list[FloatArray]] = {}
     for (_, _, method), group in grouped.items():
         # Without a model of the interference no estimator can know its error.
-        if method != "object-only" and group.rows and group.rows[0]["point"]["panel"] == panel:
+        if method != "object-only" and group.rows and group.rows[0]["point"]["panel"] == spec.panel:
             ratios.setdefault(method, []).extend(standardised_errors(row) for row in group.rows)
     series = []
     # The reference first, so that the others are drawn over it.
@@ -126,8 +127,8 @@ def quantile_panels(grouped: Mapping[GroupKey, Group], panel: str) -> list[Panel
     counts = [sum(len(part) for part in parts) for parts in ratios.values()]
     series.append(_ideal_quantiles(min(count for count in counts if count)))
     return [
-        Panel(
-            title=f"Fig. {panel}: errors over their reported standard deviation",
+        FigurePanel(
+            title=spec.title,
             x_label="quantile of the normal law",
             y_label="quantile of error / standard deviation",
             series=tuple(series),

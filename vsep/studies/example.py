@@ -12,17 +12,17 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.state import SeparationState
 from vsep.signal.spectra import delay_spectrum
 from vsep.studies.catalogue import CATALOGUE
-from vsep.studies.panels import Panel, Series, SeriesKind
+from vsep.studies.panels import FigurePanel, Series, SeriesKind
 from vsep.studies.rows import trial_of_row
 from vsep.studies.trial import DONE, Row, separate
-from vsep.studies.trial_scenario import Bench, simulate_trial
+from vsep.studies.trial_scenario import TrialScenario, simulate_trial
 from vsep.units import to_db
 
 # What is this far below the strongest sample is not drawn.
 _SHOWN_DB = 70.0
 
 
-def example_panels(rows: Iterable[Row]) -> list[Panel]:
+def example_panels(rows: Iterable[Row]) -> list[FigurePanel]:
     """Return two panels a trial, of the first method that has a row of it.
 
     Parameters
@@ -32,47 +32,49 @@ def example_panels(rows: Iterable[Row]) -> list[Panel]:
 
     Returns
     -------
-    list of Panel
+    list of FigurePanel
         Fast time and delay domain of one ramp, that with the strongest burst.
     """
-    panels: list[Panel] = []
+    panels: list[FigurePanel] = []
     seen = set()
     for row in rows:
         key = row["study"], row["point_index"], row["realization"]
-        entry = CATALOGUE.get(row["study"])
-        if entry is not None and entry.example and row["status"] == DONE and key not in seen:
+        study = CATALOGUE.get(row["study"])
+        if study is not None and study.example and row["status"] == DONE and key not in seen:
             seen.add(key)
             panels += _panels_of(row)
     return panels
 
 
-def _panels_of(row: Row) -> list[Panel]:
+def _panels_of(row: Row) -> list[FigurePanel]:
     trial = trial_of_row(row)
-    bench = simulate_trial(trial)
-    observation, solution = separate(trial, row["method"], bench)
-    ramp = int(np.argmax(np.sum(np.abs(bench.truth.interference_signal) ** 2, axis=1)))
+    drawn = simulate_trial(trial)
+    observation, solution = separate(trial, row["method"], drawn)
+    ramp = int(np.argmax(np.sum(np.abs(drawn.truth.interference_signal) ** 2, axis=1)))
     state = solution.state
     signals = {
         "received": observation.received[ramp],
         "interference estimate": state.interference_signal[ramp],
         "object estimate": state.object_signal[ramp],
-        "true objects": bench.truth.object_signal[ramp],
+        "true objects": drawn.truth.object_signal[ramp],
     }
     number = row["study"].removeprefix("fig-")
     levels = f"SNR {trial.point.snr_db:g} dB, SIR {trial.point.sir_db:g} dB"
     order = trial.point.butterworth_order
     mismatch = f", Butterworth order {order}" if order else ""
     title = f"Fig. {number}: {row['method']}, {levels}{mismatch}"
-    return [_fast_time(title, bench, signals, ramp), _delay(title, bench, signals, state, ramp)]
+    return [_fast_time(title, drawn, signals, ramp), _delay(title, drawn, signals, state, ramp)]
 
 
-def _fast_time(title: str, bench: Bench, signals: dict[str, ComplexArray], ramp: int) -> Panel:
-    time_us = bench.scenario.radar.sample_times_s * 1e6
+def _fast_time(
+    title: str, drawn: TrialScenario, signals: dict[str, ComplexArray], ramp: int
+) -> FigurePanel:
+    time_us = drawn.scenario.radar.sample_times_s * 1e6
     series = [
         _series(name, time_us, np.abs(signal) ** 2, _line_kind(name))
         for name, signal in signals.items()
     ]
-    return Panel(
+    return FigurePanel(
         title=title,
         x_label="fast time [µs]",
         y_label="level [dB]",
@@ -83,12 +85,12 @@ def _fast_time(title: str, bench: Bench, signals: dict[str, ComplexArray], ramp:
 
 def _delay(
     title: str,
-    bench: Bench,
+    drawn: TrialScenario,
     signals: dict[str, ComplexArray],
     state: SeparationState,
     ramp: int,
-) -> Panel:
-    radar, truth = bench.scenario.radar, bench.truth
+) -> FigurePanel:
+    radar, truth = drawn.scenario.radar, drawn.truth
     series = []
     for name, signal in signals.items():
         beats, power = delay_spectrum(signal)
@@ -111,10 +113,10 @@ def _delay(
         )
     )
     for burst in state.bursts_in(ramp):
-        lines = burst.active_bins / bench.model.num_grid_bins
+        lines = burst.active_bins / drawn.model.num_grid_bins
         power = np.abs(burst.amplitudes) ** 2 / radar.num_samples
         series.append(_series("channel component", radar.range_from_beat(lines), power, "stems"))
-    return Panel(
+    return FigurePanel(
         title=title,
         x_label="range [m]",
         y_label="level [dB]",

@@ -5,21 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from vsep.studies.axes import X_LABELS, x_value
+from vsep.studies.axes import x_label, x_value
 from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.distributions import box_panels, quantile_panels
 from vsep.studies.groups import groups
 from vsep.studies.methods import NO_INTERFERENCE
-from vsep.studies.panels import AnyPanel, Panel, Series, reference
-from vsep.studies.plans import PLANS, Plan
+from vsep.studies.panel_specs import BoxSpec, PanelSpec, QuantileSpec
+from vsep.studies.panels import AnyPanel, FigurePanel, Series, reference
+from vsep.studies.study import Study
 from vsep.studies.summary import Measure, summarise
 from vsep.studies.trial import Row
 
-_CALIBRATED = {"fig-3": "3b", "fig-5": "5d-f"}
-_BOX_LEVELS = ((60.0, 15.0), (60.0, -15.0))
 
-
-def study_panels(rows: Iterable[Row]) -> list[AnyPanel]:
+def study_panels(rows: Iterable[Row], *own: Study) -> list[AnyPanel]:
     """Return the panels of all studies that have rows, in the order of the catalogue.
 
     Parameters
@@ -27,6 +25,8 @@ def study_panels(rows: Iterable[Row]) -> list[AnyPanel]:
     rows : iterable of dict
         Of one or several studies; examples (figures 2, 4, 6) have no statistics and no panels
         here, see `vsep.studies.example`.
+    *own : Study
+        Studies that are not in the catalogue.
 
     Returns
     -------
@@ -36,36 +36,38 @@ def study_panels(rows: Iterable[Row]) -> list[AnyPanel]:
     by_study: dict[str, list[Row]] = {}
     for row in rows:
         by_study.setdefault(row["study"], []).append(row)
-    panels: list[AnyPanel] = []
-    for name in CATALOGUE:
-        if name in by_study and not CATALOGUE[name].example:
-            panels += _panels_of(name, by_study[name])
-    return panels
+    studies = CATALOGUE | {study.name: study for study in own}
+    return [
+        panel
+        for name, study in studies.items()
+        if name in by_study and not study.example
+        for panel in _panels_of(study, by_study[name])
+    ]
 
 
-def _panels_of(name: str, rows: list[Row]) -> list[AnyPanel]:
-    plans = PLANS[name]
-    metrics = dict.fromkeys(plan.metric for plan in plans)
-    if any(plan.with_bound for plan in plans):
+def _panels_of(study: Study, rows: list[Row]) -> list[AnyPanel]:
+    metrics = dict.fromkeys(spec.metric for spec in study.curves)
+    if any(spec.with_bound for spec in study.curves):
         metrics["root_crlb"] = None
-    measures = summarise(rows, metrics)
-    panels: list[AnyPanel] = [_curve_panel(plan, measures) for plan in plans]
-    panels = [panel for panel in panels if isinstance(panel, Panel) and panel.series]
-    grouped = groups(rows)
-    if name == "fig-5":
-        panels += [box for level in _BOX_LEVELS for box in box_panels(grouped, *level)]
-    if name in _CALIBRATED:
-        panels += quantile_panels(grouped, _CALIBRATED[name])
+    measures, grouped = summarise(rows, metrics), groups(rows)
+    panels: list[AnyPanel] = []
+    for spec in study.panels:
+        if isinstance(spec, BoxSpec):
+            panels += box_panels(grouped, spec)
+        elif isinstance(spec, QuantileSpec):
+            panels += quantile_panels(grouped, spec)
+        elif (panel := _curve_panel(spec, measures)).series:
+            panels.append(panel)
     return panels
 
 
-def _curve_panel(plan: Plan, measures: Sequence[Measure]) -> Panel:
+def _curve_panel(spec: PanelSpec, measures: Sequence[Measure]) -> FigurePanel:
     chosen = [
         m
         for m in measures
-        if m.point["panel"] == plan.panel
-        and m.metric == plan.metric
-        and (plan.methods is None or m.method in plan.methods)
+        if m.point["panel"] == spec.panel
+        and m.metric == spec.metric
+        and (spec.methods is None or m.method in spec.methods)
     ]
     # The reference first, so that the others are drawn over it.
     methods = sorted(
@@ -73,28 +75,28 @@ def _curve_panel(plan: Plan, measures: Sequence[Measure]) -> Panel:
         key=lambda method: method != NO_INTERFERENCE,
     )
     series = []
-    for number, variant in enumerate(_variants(chosen, plan.variant)):
-        for method in methods[:1] if plan.of_scene else methods:
+    for number, variant in enumerate(_variants(chosen, spec.variant)):
+        for method in methods[:1] if spec.of_scene else methods:
             own = [
                 measure
                 for measure in chosen
                 if measure.method == method
-                and (plan.variant is None or measure.point[plan.variant] == variant)
+                and (spec.variant is None or measure.point[spec.variant] == variant)
             ]
-            role = "scene" if plan.of_scene else method
-            label = ", ".join(text for text in (role, _variant_text(plan.variant, variant)) if text)
-            series.append(_curve(own, plan.x, label=label, role=role, variant=number))
-    if plan.with_bound and chosen:
-        series.append(_bound(plan, measures))
-    series += [_guide(label, value, series) for label, value in plan.guides if series]
-    return Panel(
-        title=plan.title,
-        x_label=X_LABELS[plan.x],
-        y_label=plan.y_label,
+            role = "scene" if spec.of_scene else method
+            label = ", ".join(text for text in (role, _variant_text(spec.variant, variant)) if text)
+            series.append(_curve(own, spec.x, label=label, role=role, variant=number))
+    if spec.with_bound and chosen:
+        series.append(_bound(spec, measures))
+    series += [_guide(label, value, series) for label, value in spec.guides if series]
+    return FigurePanel(
+        title=spec.title,
+        x_label=spec.x_label or x_label(spec.x),
+        y_label=spec.y_label,
         series=tuple(series),
         note=_note(chosen),
-        log_x=plan.log_x,
-        log_y=plan.log_y,
+        log_x=spec.log_x,
+        log_y=spec.log_y,
     )
 
 
@@ -128,12 +130,12 @@ def _curve(measures: Sequence[Measure], x: str, *, label: str, role: str, varian
     )
 
 
-def _bound(plan: Plan, measures: Sequence[Measure]) -> Series:
+def _bound(spec: PanelSpec, measures: Sequence[Measure]) -> Series:
     """Root CRLB over the panel's axis; it is the same for all methods."""
     values = {
-        x_value(measure.point, plan.x): measure.interval.value
+        x_value(measure.point, spec.x): measure.interval.value
         for measure in measures
-        if measure.metric == "root_crlb" and measure.point["panel"] == plan.panel
+        if measure.metric == "root_crlb" and measure.point["panel"] == spec.panel
     }
     x = np.array(sorted(values))
     return reference("root CRLB", "bound", x, np.array([values[key] for key in x.tolist()]))

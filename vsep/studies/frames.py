@@ -28,16 +28,16 @@ def trial_frame(trial: Trial, method: str) -> Frame:
     >>> frame.name, frame.received.shape
     ('fig-3, point 20, realization 17', (1, 256))
     """
-    bench = simulate_trial(trial)
+    drawn = simulate_trial(trial)
     clean = method == NO_INTERFERENCE
-    observation = bench.clean if clean else bench.interfered
-    settings = {"preset": bench.preset, "snr_db": repr(trial.point.snr_db)}
+    observation = drawn.clean if clean else drawn.interfered
+    settings = {"preset": drawn.preset, "snr_db": repr(trial.point.snr_db)}
     if not clean:
         settings["sir_db"] = repr(trial.point.sir_db)
     return Frame(
         received=observation.received,
-        radar=bench.scenario.radar,
-        anti_aliasing_filter=bench.model.anti_aliasing_filter,
+        radar=drawn.scenario.radar,
+        anti_aliasing_filter=drawn.model.anti_aliasing_filter,
         truth=observation.truth,
         name=f"{trial.study}, point {trial.point_index}, realization {trial.realization}",
         settings=settings,

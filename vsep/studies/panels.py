@@ -46,7 +46,7 @@ class Series:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Panel:
+class FigurePanel:
     """Axes with their series; `note` says how intervals were made."""
 
     title: str
@@ -92,7 +92,7 @@ class BoxPanel:
     log_y: bool = False
 
 
-AnyPanel: TypeAlias = Panel | BoxPanel
+AnyPanel: TypeAlias = FigurePanel | BoxPanel
 
 
 def reference(label: str, role: str, x: FloatArray, y: FloatArray) -> Series:

@@ -13,7 +13,7 @@ from typing import Any, TextIO, TypeAlias
 
 from vsep.errors import InputError
 from vsep.files.results import as_json
-from vsep.studies.catalogue import make_study, require_entry
+from vsep.studies.catalogue import make_study, require_study
 from vsep.studies.study import Point, Study, Trial, TrialSettings
 from vsep.studies.trial import DONE, FAILED, Row
 
@@ -125,7 +125,7 @@ def study_of_rows(rows: Sequence[Row], path: str | Path) -> Study:
     own = [row for row in rows if row["study"] == first["study"]]
     trial = trial_of_row(first)
     threshold_db = None
-    points = require_entry(trial.study).points()
+    points = require_study(trial.study).points
     if trial.point_index < len(points) and trial.point != points[trial.point_index]:
         threshold_db = trial.point.object_threshold_db
     study = make_study(

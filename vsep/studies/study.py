@@ -5,7 +5,7 @@ can be repeated alone, on any machine and in any order.
 """
 
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any
 
 import numpy as np
 
@@ -13,18 +13,10 @@ from vsep._validation import require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.errors import InputError
 from vsep.inference.core.schedule import schedule_by_name
+from vsep.presets.registry import SCENES
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
+from vsep.studies.panel_specs import AnySpec, PanelSpec
 
-SceneName: TypeAlias = Literal[
-    "simulation-1",
-    "simulation-2",
-    "noise-1",
-    "noise-2",
-    "simulation-2-a",
-    "simulation-2-b",
-    "simulation-2-c",
-]
-SCENE_NAMES: tuple[SceneName, ...] = get_args(SceneName)
 MAX_SEED = 2**63 - 1
 
 
@@ -37,8 +29,8 @@ class Point:
     panel : str
         The part of the figure it belongs to, for example "3b".
     scene : str
-        One of `SCENE_NAMES`. "simulation-2" takes its three parameter sets in turn; "noise-1" and
-        "noise-2" are frames of noise alone, of the sizes of Simulation I and II.
+        One of `vsep.presets.registry.SCENES`: a preset, a family of presets that take turns, or
+        frames of noise alone of the size of a preset's.
     snr_db, sir_db : float
         (25) and (26).
     object_threshold_db, false_alarm_rate : float, optional
@@ -67,7 +59,7 @@ class Point:
     """
 
     panel: str
-    scene: SceneName
+    scene: str
     snr_db: float
     sir_db: float
     object_threshold_db: float | None = None
@@ -85,8 +77,8 @@ class Point:
 
     def __post_init__(self) -> None:
         """Check the names and the counts; the simulator and the estimators check the rest."""
-        if self.scene not in SCENE_NAMES:
-            allowed = ", ".join(SCENE_NAMES)
+        if self.scene not in SCENES:
+            allowed = ", ".join(SCENES)
             raise InputError(f"scene is {self.scene!r}; it must be one of {allowed}.")
         if self.interference_model not in INTERFERENCE_MODELS:
             allowed = ", ".join(INTERFERENCE_MODELS)
@@ -186,6 +178,10 @@ class Study:
         Seed, schedule, GOSPA.
     selected : tuple of int, optional
         Indices of the points to run; all by default.
+    panels : tuple of PanelSpec, BoxSpec or QuantileSpec
+        What its figure shows.
+    example : bool
+        Whether its figure shows the signals of single realisations, not statistics.
     """
 
     name: str
@@ -195,12 +191,19 @@ class Study:
     methods: tuple[str, ...]
     settings: TrialSettings = field(default_factory=TrialSettings)
     selected: tuple[int, ...] | None = None
+    panels: tuple[AnySpec, ...] = ()
+    example: bool = False
 
     def __post_init__(self) -> None:
         """Check the number of realisations and the selection."""
         require_range("realizations", self.realizations, 1, 10**9)
         for index in self.selected or ():
             require_range("point", index, 0, len(self.points) - 1)
+
+    @property
+    def curves(self) -> tuple[PanelSpec, ...]:
+        """Panels of its figure that show a metric over a parameter."""
+        return tuple(spec for spec in self.panels if isinstance(spec, PanelSpec))
 
     @property
     def point_indices(self) -> tuple[int, ...]:

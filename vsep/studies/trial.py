@@ -23,7 +23,7 @@ from vsep.mitigation.registry import MITIGATIONS, make_mitigation
 from vsep.signal.scene import Observation
 from vsep.studies.methods import MASKED_BY_DETECTOR, NO_INTERFERENCE, make_estimator
 from vsep.studies.study import Trial
-from vsep.studies.trial_scenario import Bench, simulate_trial
+from vsep.studies.trial_scenario import TrialScenario, simulate_trial
 
 Row: TypeAlias = dict[str, Any]
 
@@ -47,11 +47,11 @@ def run_trial(trial: Trial) -> list[Row]:
         A row of status "failed" has a ``reason``, and no results.
     """
     try:
-        bench = simulate_trial(trial)
-        shared = _scene_entries(bench)
+        drawn = simulate_trial(trial)
+        shared = _scene_entries(drawn)
     except Exception as error:  # whatever it is, the study goes on and the row tells
         return failed_rows(trial, _reason(error))
-    return [_run_method(trial, method, bench, shared) for method in trial.methods]
+    return [_run_method(trial, method, drawn, shared) for method in trial.methods]
 
 
 def failed_rows(trial: Trial, reason: str) -> list[Row]:
@@ -59,10 +59,10 @@ def failed_rows(trial: Trial, reason: str) -> list[Row]:
     return [_failed_row(trial, method, reason) for method in trial.methods]
 
 
-def separate(trial: Trial, method: str, bench: Bench) -> tuple[Observation, Solution]:
+def separate(trial: Trial, method: str, drawn: TrialScenario) -> tuple[Observation, Solution]:
     """Run one method of a trial; return the frame its estimator saw and what that made of it."""
-    observation = bench.clean if method == NO_INTERFERENCE else bench.interfered
-    mask = bench.truth.perfect_mask()
+    observation = drawn.clean if method == NO_INTERFERENCE else drawn.interfered
+    mask = drawn.truth.perfect_mask()
     start = time.perf_counter()
     if method in MASKED_BY_DETECTOR:
         mask = detect_interference(MASKED_BY_DETECTOR[method], observation.received)
@@ -71,15 +71,15 @@ def separate(trial: Trial, method: str, bench: Bench) -> tuple[Observation, Solu
         received = np.asarray(cleaned, dtype=np.complex128)
         observation = Observation(received=received, truth=observation.truth)
     seconds = time.perf_counter() - start
-    estimator = make_estimator(method, bench.model, trial.point, trial.settings, mask)
+    estimator = make_estimator(method, drawn.model, trial.point, trial.settings, mask)
     solution = run(estimator, observation.received)
     return observation, replace(solution, seconds=solution.seconds + seconds)
 
 
-def _run_method(trial: Trial, method: str, bench: Bench, shared: Row) -> Row:
+def _run_method(trial: Trial, method: str, drawn: TrialScenario, shared: Row) -> Row:
     try:
-        observation, solution = separate(trial, method, bench)
-        results = _result_entries(trial, bench, observation, solution)
+        observation, solution = separate(trial, method, drawn)
+        results = _result_entries(trial, drawn, observation, solution)
     except Exception as error:  # as above
         return _failed_row(trial, method, _reason(error))
     return {**_head(trial, method), "status": DONE, "reason": None, **shared, **results}
@@ -110,14 +110,14 @@ def _head(trial: Trial, method: str) -> Row:
     }
 
 
-def _scene_entries(bench: Bench) -> Row:
+def _scene_entries(drawn: TrialScenario) -> Row:
     """Describe the scene, which all methods of a trial share."""
-    truth = bench.truth
+    truth = drawn.truth
     ratio = separability(truth.beats, truth.dopplers, truth.amplitudes, truth.interference_signal)
-    unknown, known = bench.bounds()
-    num_ramps, num_samples = bench.model.shape
+    unknown, known = drawn.bounds()
+    num_ramps, num_samples = drawn.model.shape
     return {
-        "preset": bench.preset,
+        "preset": drawn.preset,
         "num_ramps": num_ramps,
         "num_samples": num_samples,
         "num_interfered_ramps": len({burst.ramp for burst in truth.bursts}),
@@ -130,10 +130,10 @@ def _scene_entries(bench: Bench) -> Row:
 
 
 def _result_entries(
-    trial: Trial, bench: Bench, observation: Observation, solution: Solution
+    trial: Trial, drawn: TrialScenario, observation: Observation, solution: Solution
 ) -> Row:
     """Compare one solution with the truth."""
-    truth, objects, shape = bench.truth, solution.objects, bench.model.shape
+    truth, objects, shape = drawn.truth, solution.objects, drawn.model.shape
     settings = trial.settings
     errors = frame_errors(
         np.stack([truth.beats, truth.dopplers], axis=1),

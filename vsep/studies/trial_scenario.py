@@ -12,6 +12,7 @@ import numpy as np
 
 from vsep.analysis.burst_model import model_bursts
 from vsep.analysis.crlb import DispersionBound, dispersion_bound
+from vsep.presets.registry import NOISE_SCENES, SCENES, simulated_preset
 from vsep.presets.scenes import (
     PresetOptions,
     Scenario,
@@ -25,13 +26,12 @@ from vsep.signal.simulate import simulate
 from vsep.signal.template import SignalModel
 from vsep.studies.study import Point, Trial
 
-_SETS = ("simulation-2-a", "simulation-2-b", "simulation-2-c")
 _SLOPE_FACTORS = (1.2, 2.0)
 _CROSSING_SHIFTS = (0.15, 0.35)  # in ramps
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Bench:
+class TrialScenario:
     """What the methods of a trial are compared on.
 
     Attributes
@@ -74,7 +74,7 @@ class Bench:
         return unknown, known
 
 
-def simulate_trial(trial: Trial) -> Bench:
+def simulate_trial(trial: Trial) -> TrialScenario:
     """Draw the scene of a trial and simulate its two frames.
 
     Parameters
@@ -85,7 +85,7 @@ def simulate_trial(trial: Trial) -> Bench:
 
     Returns
     -------
-    Bench
+    TrialScenario
 
     Raises
     ------
@@ -93,8 +93,8 @@ def simulate_trial(trial: Trial) -> Bench:
         If a number of the point is out of range.
     """
     point = trial.point
-    if point.scene.startswith("noise"):
-        return _noise_bench(trial)
+    if point.scene in NOISE_SCENES:
+        return _noise_scenario(trial)
     name = preset_name(point, trial.realization)
     filtered = _true_filter(name, point)
     options: PresetOptions = {
@@ -122,10 +122,10 @@ def simulate_trial(trial: Trial) -> Bench:
     )
     if point.num_interferers == 2:
         scenario, interfered = _with_second_interferer(name, scenario, trial)
-    return Bench(
+    return TrialScenario(
         preset=name,
         scenario=scenario,
-        model=_assumed_model(name, scenario, point),
+        model=_assumed_model(name, point),
         interfered=interfered,
         clean=clean,
     )
@@ -140,9 +140,8 @@ def preset_name(point: Point, realization: int) -> str:
     >>> preset_name(point, 4)
     'simulation-2-b'
     """
-    if point.scene == "simulation-2":
-        return _SETS[realization % len(_SETS)]
-    return point.scene
+    turns = SCENES[point.scene]
+    return turns[realization % len(turns)].name
 
 
 def _true_filter(name: str, point: Point) -> AntiAliasingFilter:
@@ -155,29 +154,27 @@ def _true_filter(name: str, point: Point) -> AntiAliasingFilter:
 
 def _raised_cosine(name: str, point: Point, mismatch: float = 0.0) -> RaisedCosineFilter:
     """Filter of the preset with the cut-off of the point, larger by a share of it."""
-    own = _preset_scenario(name).anti_aliasing_filter
-    assert isinstance(own, RaisedCosineFilter)  # those of all presets are
-    cutoff_hz = own.cutoff_hz if point.filter_cutoff_hz is None else point.filter_cutoff_hz
-    return replace(own, cutoff_hz=cutoff_hz * (1.0 + mismatch))
+    preset = simulated_preset(name)
+    cutoff_hz = (
+        preset.filter_cutoff_hz if point.filter_cutoff_hz is None else point.filter_cutoff_hz
+    )
+    return RaisedCosineFilter(cutoff_hz=cutoff_hz * (1.0 + mismatch), rolloff=preset.filter_rolloff)
 
 
-def _assumed_model(name: str, scenario: Scenario, point: Point) -> SignalModel:
-    return SignalModel.of_radar(scenario.radar, _raised_cosine(name, point, point.filter_mismatch))
+def _assumed_model(name: str, point: Point) -> SignalModel:
+    assumed = _raised_cosine(name, point, point.filter_mismatch)
+    return SignalModel.of_radar(simulated_preset(name).radar, assumed)
 
 
-def _preset_scenario(name: str) -> Scenario:
-    """Return some scene of a preset, whose radar and filter are the same in all."""
-    return preset(name, snr_db=0.0, sir_db=0.0, rng=np.random.default_rng(0))
-
-
-def _noise_bench(trial: Trial) -> Bench:
+def _noise_scenario(trial: Trial) -> TrialScenario:
     """Noise alone, of the size of a preset's frame."""
-    name = "simulation-1" if trial.point.scene == "noise-1" else _SETS[0]
-    drawn = _preset_scenario(name)
+    name = preset_name(trial.point, 0)
     none = np.zeros(0)
     nothing = Channel(delays_s=none, dopplers_hz=none, weights=none.astype(np.complex128))
-    scenario = replace(
-        drawn, scene=Scene(objects=nothing, snr_db=trial.point.snr_db, sir_db=trial.point.sir_db)
+    scenario = Scenario(
+        radar=simulated_preset(name).radar,
+        scene=Scene(objects=nothing, snr_db=trial.point.snr_db, sir_db=trial.point.sir_db),
+        anti_aliasing_filter=_raised_cosine(name, trial.point),
     )
     observation = simulate(
         scenario.radar,
@@ -185,10 +182,10 @@ def _noise_bench(trial: Trial) -> Bench:
         anti_aliasing_filter=scenario.anti_aliasing_filter,
         rng=np.random.default_rng(trial.seed_sequence.spawn(2)[1]),
     )
-    return Bench(
+    return TrialScenario(
         preset=trial.point.scene,
         scenario=scenario,
-        model=_assumed_model(name, scenario, trial.point),
+        model=_assumed_model(name, trial.point),
         interfered=observation,
         clean=observation,
     )
@@ -212,14 +209,12 @@ def _with_second_interferer(
     if trial.point.num_second_crossings == 2:
         # The other chirp crosses on the other side of the first interferer's burst.
         shifts_s.append(-side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s)
-    # The course is k_I (T_p p - offset) + (k_I - k) t' + const.: this offset moves its crossing of
-    # zero by the wanted time.
     more = tuple(
         Interferer(
             sequence=interferer_sequence(
                 name,
                 slope_hz_per_s=slope,
-                time_offset_s=wanted_s * (slope - radar.slope_hz_per_s) / slope,
+                burst_shift_s=wanted_s,
             ),
             channel=other.channel,
         )

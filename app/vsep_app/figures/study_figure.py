@@ -18,7 +18,7 @@ from bokeh.resources import INLINE
 from vsep.errors import InputError
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
-from vsep.studies.panels import AnyPanel, Box, BoxPanel, Panel, Series
+from vsep.studies.panels import AnyPanel, Box, BoxPanel, FigurePanel, Series
 from vsep.studies.trial import Row
 from vsep_app.figures.study_print import write_print
 from vsep_app.figures.study_style import DASHES, colour, marker, width
@@ -127,7 +127,7 @@ def _dressed(plot: figure, panel: AnyPanel) -> figure:
     return plot
 
 
-def _draw_curves(panel: Panel, sources: Mapping[str, ColumnDataSource]) -> figure:
+def _draw_curves(panel: FigurePanel, sources: Mapping[str, ColumnDataSource]) -> figure:
     plot = figure(
         width=WIDTH,
         height=HEIGHT,

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from vsep.studies.panels import AnyPanel, BoxPanel, Panel, Series
+from vsep.studies.panels import AnyPanel, BoxPanel, FigurePanel, Series
 from vsep_app.figures.study_style import DASHES, colour, marker, width
 
 DOTS_PER_INCH = 150
@@ -34,7 +34,7 @@ def write_print(panels: Sequence[AnyPanel], out: Path, *, suffix: str) -> None:
 
     Parameters
     ----------
-    panels : sequence of Panel or BoxPanel
+    panels : sequence of FigurePanel or BoxPanel
         What to draw.
     out : Path
         File to write.
@@ -81,7 +81,7 @@ def _draw(axes: Any, panel: AnyPanel) -> None:
     axes.grid(alpha=0.25)
 
 
-def _draw_curves(axes: Any, panel: Panel) -> None:
+def _draw_curves(axes: Any, panel: FigurePanel) -> None:
     for series in panel.series:
         _draw_series(axes, series)
     axes.set_xlabel(panel.x_label, fontsize=7)

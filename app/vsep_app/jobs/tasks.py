@@ -18,29 +18,24 @@ from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Step
 from vsep.inference.core.run import guarded_step
 from vsep.inference.core.state import SeparationState
-from vsep.presets.scenes import simulate_preset
+from vsep.presets.record import RecordedPreset, SimulatedPreset
+from vsep.presets.registry import PRESETS
+from vsep.presets.scenes import add_preset_interference, simulate_preset
 from vsep.signal.filters import (
     AntiAliasingFilter,
     ButterworthFilter,
     NoFilter,
     RaisedCosineFilter,
 )
-from vsep.signal.radar import ChirpSequence, InterfererSequence
-from vsep.signal.scene import Channel, Interferer, Observation
-from vsep.signal.simulate import add_interference
+from vsep.signal.radar import ChirpSequence
+from vsep.signal.scene import Observation
 from vsep.signal.template import SignalModel
 from vsep_app.assets import path
 from vsep_app.jobs.run_session import Snapshot
 from vsep_app.jobs.weak_memo import Once
 from vsep_app.model.picture import Picture, make_picture
-from vsep_app.model.settings import LOADED_FRAME, PRESETS, REAL_FRAME, Plan
+from vsep_app.model.settings import LOADED_FRAME, Plan, simulator_options
 from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_static_picture
-
-REAL_FRAME_FILE = "frames/openradar_doppler_example_1.npz"
-# The other radar of the real frame hits every fourth ramp, and its crossing drifts through the
-# ramp by this share of its length from the first ramp of the frame to the last.
-REAL_FRAME_EVERY = 4
-REAL_FRAME_DRIFT = 0.3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,10 +79,10 @@ class MadeScene(NamedTuple):
     assumed_filter: AntiAliasingFilter
 
 
-@lru_cache(maxsize=1)
-def real_frame() -> Frame:
-    """Return the recorded frame that comes with the program."""
-    return read_frame(path(REAL_FRAME_FILE))
+@lru_cache(maxsize=4)
+def recorded_frame(preset: RecordedPreset) -> Frame:
+    """Return the frame of a recorded preset."""
+    return read_frame(path(preset.frame_file))
 
 
 def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepared:
@@ -175,20 +170,20 @@ def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0
         frame = loaded
         true_filter = measured = loaded.assumed_filter
     else:
-        make = _simulation if is_simulated(plan) else _real_frame_with_bursts
-        radar, observation = make(plan, true_filter, frame_number)
+        preset = PRESETS[plan.preset]
+        observation = _observation(plan, true_filter, frame_number)
         frame = Frame(
             received=observation.received,
-            radar=radar,
+            radar=preset.radar,
             truth=observation.truth,
-            name=PRESETS[plan.preset].label,
+            name=preset.label,
         )
     return MadeScene(frame=frame, assumed_filter=_assumed_filter(plan, true_filter, measured))
 
 
 def is_simulated(plan: Plan) -> bool:
     """Whether objects are simulated, not recorded."""
-    return plan.preset not in (LOADED_FRAME, REAL_FRAME)
+    return isinstance(PRESETS.get(plan.preset), SimulatedPreset)
 
 
 def advance(prepared: Prepared, state: SeparationState) -> Step:
@@ -296,68 +291,19 @@ def make_estimator(
     )
 
 
-def _simulation(
-    plan: Plan, true_filter: AntiAliasingFilter, frame_number: int
-) -> tuple[ChirpSequence, Observation]:
-    slope = plan.interferer_slope * 1e12
-    scenario, observation = simulate_preset(
-        plan.preset,
-        snr_db=plan.snr_db,
-        sir_db=plan.sir_db,
-        seed=plan.seed,
-        interference=plan.interference,
-        interferer_slope_hz_per_s=slope,
-        time_offset_s=_time_offset(plan.burst_shift, slope, PRESETS[plan.preset].victim_slope),
-        anti_aliasing_filter=true_filter,
-        interference_model=plan.interference_model,
-        frame_number=frame_number,
-    )
-    return scenario.radar, observation
-
-
-def _time_offset(shift_us: float, slope_hz_per_s: float, victim_slope: float) -> float:
-    """Delay of the other radar in s that moves its crossing by `shift_us` inside the ramp."""
-    return shift_us * 1e-6 * (slope_hz_per_s - victim_slope * 1e12) / slope_hz_per_s
-
-
-def _real_frame_with_bursts(
-    plan: Plan, true_filter: AntiAliasingFilter, _frame_number: int
-) -> tuple[ChirpSequence, Observation]:
-    frame = real_frame()
-    if not plan.interference:
-        return frame.radar, Observation(received=frame.received, truth=frame.truth)
-    observation = add_interference(
-        frame.radar,
-        frame.received,
-        (_crossing_interferer(frame.radar, plan),),
-        sir_db=plan.sir_db,
-        anti_aliasing_filter=true_filter,
-        interference_model=plan.interference_model,
-    )
-    return frame.radar, observation
-
-
-def _crossing_interferer(radar: ChirpSequence, plan: Plan) -> Interferer:
-    """Another radar that crosses every fourth ramp near its middle, with a drift."""
-    slope = plan.interferer_slope * 1e12
-    difference = slope - radar.slope_hz_per_s
-    ramp_s = radar.num_samples / radar.sample_rate_hz
-    crossing_s = ramp_s / 2.0 + plan.burst_shift * 1e-6
-    hits = -(-radar.num_ramps // REAL_FRAME_EVERY)
-    drift_s = REAL_FRAME_DRIFT * ramp_s * difference / slope
-    phase = 2.0 * np.pi * np.random.default_rng(plan.seed).random()
-    return Interferer(
-        sequence=InterfererSequence(
-            start_frequency_hz=radar.start_frequency_hz - difference * crossing_s,
-            slope_hz_per_s=slope,
-            ramp_duration_s=ramp_s,
-            ramp_period_s=REAL_FRAME_EVERY * radar.ramp_period_s + drift_s / hits,
-            num_ramps=hits,
-            time_offset_s=-drift_s / 2.0,
-        ),
-        channel=Channel(
-            delays_s=np.zeros(1),
-            dopplers_hz=np.zeros(1),
-            weights=np.exp(1j * np.array([phase])),
-        ),
+def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int) -> Observation:
+    """Simulate the frame of a preset, or add bursts to a recorded one, which has one frame."""
+    preset = PRESETS[plan.preset]
+    recorded = isinstance(preset, RecordedPreset)
+    options = simulator_options(plan, recorded=recorded)
+    if not isinstance(preset, RecordedPreset):
+        _, observation = simulate_preset(
+            plan.preset, anti_aliasing_filter=true_filter, frame_number=frame_number, **options
+        )
+        return observation
+    frame = recorded_frame(preset)
+    if not options.pop("interference"):
+        return Observation(received=frame.received, truth=frame.truth)
+    return add_preset_interference(
+        preset, frame.received, anti_aliasing_filter=true_filter, **options
     )

@@ -127,7 +127,7 @@ def trial_of_query(
 @lru_cache(maxsize=512)
 def _point_parameters(study: str, index: int, threshold_db: float | None) -> dict[str, Any] | None:
     """Return the parameters of a point of the catalogue, None if there is no such point."""
-    if study not in CATALOGUE or not 0 <= index < len(CATALOGUE[study].points()):
+    if study not in CATALOGUE or not 0 <= index < len(CATALOGUE[study].points):
         return None
     return make_study(study, object_threshold_db=threshold_db).points[index].parameters()
 

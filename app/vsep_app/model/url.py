@@ -10,38 +10,12 @@ from typing import Any
 
 import param
 
-from vsep_app.model.settings import LOADED_FRAME, PRESETS, Settings, preset_values
+from vsep.presets.registry import DEFAULT_PRESET, PRESETS
+from vsep_app.model.settings import LOADED_FRAME, SETTINGS, Settings, preset_values
 
 ITERATION_KEY = "iteration"
 """Where a paused run was; not a setting, so that only `parse_iteration` reads it."""
-QUERY_NAMES = {
-    "preset": "preset",
-    "snr_db": "snr",
-    "sir_db": "sir",
-    "interference": "interference",
-    "interferer_slope": "slope",
-    "burst_shift": "shift",
-    "interference_model": "model",
-    "seed": "seed",
-    "filter_kind": "filter",
-    "filter_cutoff": "cutoff",
-    "filter_rolloff": "rolloff",
-    "filter_order": "order",
-    "assume_true_filter": "matched",
-    "assumed_kind": "assumed",
-    "assumed_cutoff": "assumed_cutoff",
-    "assumed_rolloff": "assumed_rolloff",
-    "assumed_order": "assumed_order",
-    "estimator": "estimator",
-    "schedule": "schedule",
-    "false_alarm_rate": "false_alarms",
-    "object_threshold_db": "threshold",
-    "max_iterations": "max_iterations",
-    "ramp": "ramp",
-    "antenna": "antenna",
-    "speed": "speed",
-    "fast_time": "fast_time",
-}
+QUERY_NAMES = {name: record.key for name, record in SETTINGS.items()}
 
 
 def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
@@ -59,7 +33,7 @@ def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """
     values: dict[str, Any] = {}
     errors: list[str] = []
-    preset = query.get("preset", "simulation-1")
+    preset = query.get("preset", DEFAULT_PRESET)
     if preset == LOADED_FRAME:
         errors.append("A link cannot carry a loaded frame; load its file again.")
         query = {key: value for key, value in query.items() if key != "preset"}
@@ -73,13 +47,8 @@ def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
             values[name] = _parse(parameter, query[key])
         except ValueError:
             errors.append(f"{key} is {query[key]}; it must be {_allowed(parameter)}.")
-    ranges = PRESETS[values.get("preset", "simulation-1")]
-    for name, (lowest, highest) in (
-        ("interferer_slope", ranges.slope_range),
-        ("filter_cutoff", ranges.cutoff_range),
-        ("assumed_cutoff", ranges.cutoff_range),
-        ("burst_shift", (-ranges.shift_range, ranges.shift_range)),
-    ):
+    ranges = PRESETS[values.get("preset", DEFAULT_PRESET)].ranges()
+    for name, (lowest, highest) in ranges.items():
         if name in values and not lowest <= values[name] <= highest:
             errors.append(
                 f"{QUERY_NAMES[name]} is {values.pop(name):g}; "

@@ -12,19 +12,12 @@ from panel.util.parameters import edit_readonly
 
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
+from vsep_app.pages import PAGES
 from vsep_app.server.connection import write_styles_once
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.layout import stylesheet, theme
 
-# Address and name of each page, in the order of the header.
-PLACES = {
-    "./": "Live view",
-    "compare": "Compare",
-    "separability": "Separability",
-    "recording": "Recording",
-    "studies": "Studies",
-}
 # As wide as the theme's smallest break point: below it the side bar covers the page, so it starts
 # closed there.
 _CLOSE_SIDE_BAR = """
@@ -92,9 +85,9 @@ def links(here: str) -> Any:
     They take the settings along: what a page does not understand plays no part there.
     """
     anchors = "".join(
-        f'<a href="{address}" onclick="this.search=location.search">{name}</a>'
-        for address, name in PLACES.items()
-        if address != here
+        f'<a href="{page.address}" onclick="this.search=location.search">{page.name}</a>'
+        for page in PAGES.values()
+        if page.address != here
     )
     return pn.pane.HTML(
         f'<nav aria-label="Pages">{anchors}</nav>',
@@ -119,7 +112,7 @@ def page_frame(
     Parameters
     ----------
     here : str
-        Address of the page itself, a key of `PLACES`.
+        Address of the page itself, a key of `vsep_app.pages.PAGES`.
     title, description : str
         For the header and for search engines.
     status : Viewable

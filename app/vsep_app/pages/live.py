@@ -22,6 +22,7 @@ from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, 
 from vsep_app.model.text import LogLine, TableRow
 from vsep_app.model.trial_link import TRIAL_KEY, trial_of_query
 from vsep_app.model.url import parse_iteration, parse_query
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.report.snapshot import SnapshotFile, make_snapshot, snapshot_spec
 from vsep_app.report.spec import KeptFrame, ReportSpec
@@ -47,7 +48,7 @@ from vsep_app.widgets.location import SharedIteration, set_query, synchronise
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
 
-TITLE = "vsep: objects out of interference"
+TITLE = PAGES["./"].title
 SIDE_PERIOD_S = 0.3
 SIDE_PICTURES = 4
 SHOWN_LINES = 60

@@ -8,8 +8,9 @@ from urllib.parse import parse_qsl, urlsplit
 
 from vsep.errors import InputError
 from vsep.files.frame import read_frame
+from vsep.presets.registry import PRESETS
 from vsep.studies.rows import read_rows
-from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, PRESETS, Settings
+from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, Settings
 from vsep_app.model.trial_link import open_trial, trial_link, trial_of_query
 from vsep_app.model.url import parse_iteration, parse_query
 from vsep_app.report.metadata import read_account

@@ -3,7 +3,6 @@
 import asyncio
 import logging
 import socket
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +10,7 @@ import panel as pn
 from tornado.websocket import WebSocketClosedError
 
 from vsep.errors import InputError
-from vsep_app.pages.base import PageBase, PageContext
-from vsep_app.pages.compare.page import TITLE as COMPARE_TITLE
-from vsep_app.pages.compare.page import ComparePage
-from vsep_app.pages.live import TITLE, Dashboard
-from vsep_app.pages.recording.page import TITLE as RECORDING_TITLE
-from vsep_app.pages.recording.page import RecordingPage
-from vsep_app.pages.separability.page import TITLE as SEPARABILITY_TITLE
-from vsep_app.pages.separability.page import SeparabilityPage
-from vsep_app.pages.studies.page import TITLE as STUDIES_TITLE
-from vsep_app.pages.studies.page import StudyPage
+from vsep_app.pages import PAGES
 from vsep_app.server.connection import connect_promptly
 from vsep_app.server.health import HealthHandler
 from vsep_app.server.model_defaults import remember_defaults
@@ -40,13 +30,6 @@ from vsep_app.teaching.experiment import (
 
 CHECK_SESSIONS_MS = 2000
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
-PAGES: dict[str, tuple[Callable[[PageContext], PageBase], str]] = {
-    "/": (Dashboard, TITLE),
-    "/compare": (ComparePage, COMPARE_TITLE),
-    "/separability": (SeparabilityPage, SEPARABILITY_TITLE),
-    "/recording": (RecordingPage, RECORDING_TITLE),
-    "/studies": (StudyPage, STUDIES_TITLE),
-}
 # Thirty students, a lecturer, and a few who open a second page.
 CLASSROOM = ServerLimits(most_pages=40, most_kept=32, most_studies=1)
 
@@ -81,12 +64,12 @@ def make_server(
         rules or ServerLimits(), own_folder=address in LOOPBACK, experiments=guided
     )
     server = pn.serve(
-        {route: registry.builder(page_class) for route, (page_class, _) in PAGES.items()},
+        {page.route: registry.builder(page.load()) for page in PAGES.values()},
         port=port,
         address=address,
         show=show,
         start=False,
-        title={route: title for route, (_, title) in PAGES.items()},
+        title={page.route: page.title for page in PAGES.values()},
         websocket_origin=origins if port else "*",
         check_unused_sessions=CHECK_SESSIONS_MS,
         unused_session_lifetime=ABSENCE_MS,

@@ -1,6 +1,6 @@
 """The help of every page: the three views, all controls in words, and a glossary."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from typing import Any
 
@@ -8,6 +8,8 @@ import panel as pn
 import panel_material_ui as pmu
 from panel_material_ui.widgets.base import MaterialWidget
 
+from vsep.presets.registry import PRESETS
+from vsep.studies.catalogue import CATALOGUE
 from vsep_app.assets import path
 from vsep_app.widgets.layout import ICON_ONLY, stylesheet
 
@@ -27,7 +29,7 @@ class Help:
             icon="help_outline",
             variant="text",
             size="small",
-            description="Help: the three views, all controls, and a glossary.",
+            description="Help: the three views, all controls, scenes, and a glossary.",
             sx={"color": "white", "minWidth": "0", "@media (max-width: 599px)": ICON_ONLY},
             margin=(0, 2),
             align="center",
@@ -36,6 +38,7 @@ class Help:
             pmu.Tabs(
                 ("Views", _document("views")),
                 ("Controls", _pane(controls_html(parts))),
+                ("Scenes", _pane(scenes_html())),
                 ("Glossary", _document("glossary")),
                 sizing_mode="stretch_width",
             ),
@@ -62,7 +65,19 @@ def controls_of(parts: Iterable[Any]) -> Iterator[Any]:
 
 def controls_html(parts: Iterable[Any]) -> str:
     """Return what the tooltips say: a phone and a keyboard have no pointer to hover with."""
-    entries = {str(widget.label): str(widget.description or "") for widget in controls_of(parts)}
+    return _list_html(
+        {str(widget.label): str(widget.description or "") for widget in controls_of(parts)}
+    )
+
+
+def scenes_html() -> str:
+    """Return what presets and studies there are."""
+    presets = _list_html({preset.label: preset.help for preset in PRESETS.values()})
+    studies = _list_html({study.name: study.title for study in CATALOGUE.values()})
+    return f"<h2>Presets</h2>{presets}<h2>Studies</h2>{studies}"
+
+
+def _list_html(entries: Mapping[str, str]) -> str:
     lines = "".join(
         f"<dt>{escape(label)}</dt><dd>{escape(text)}</dd>" for label, text in entries.items()
     )

@@ -23,6 +23,7 @@ from vsep_app.model.compare_settings import (
 )
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, Settings
 from vsep_app.model.url import parse_iteration, parse_query
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.compare.form import CompareForm
 from vsep_app.pages.compare.maps import CompareMaps
@@ -48,7 +49,7 @@ from vsep_app.widgets.layout import stylesheet, unseen_title
 from vsep_app.widgets.location import SharedIteration, set_query, synchronise
 from vsep_app.widgets.notifications import tell_of_antennas
 
-TITLE = "vsep: compare methods"
+TITLE = PAGES["compare"].title
 # After a bad repair the estimator finds ever more objects and slows all others down.
 FIRST_QUERY = {"preset": "simulation-2-b", "max_iterations": 50}
 BLIND_MASK = "autoregressive"

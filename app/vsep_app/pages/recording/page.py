@@ -11,6 +11,7 @@ import param
 
 from vsep.errors import InputError
 from vsep.inference.core.progress import Step
+from vsep.presets import real_frame
 from vsep.recordings.settings import MAX_FILE as MAX_SETTINGS
 from vsep.recordings.settings import (
     RAW_FORMATS,
@@ -24,9 +25,10 @@ from vsep_app.assets import path
 from vsep_app.jobs.frame_store import FRAME_KEY
 from vsep_app.jobs.run_loop import FrameLoop, PictureSink, RunCallbacks
 from vsep_app.jobs.run_session import RunSession
-from vsep_app.jobs.tasks import REAL_FRAME_FILE, bare, thin
+from vsep_app.jobs.tasks import bare, thin
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.recording.files import DroppedFiles, StoredFile
 from vsep_app.pages.recording.form import RecordingForm
@@ -48,7 +50,7 @@ from vsep_app.widgets.link import Link
 from vsep_app.widgets.share import MAX_FILE
 from vsep_app.widgets.transport import Transport
 
-TITLE = "vsep: recorded data"
+TITLE = PAGES["recording"].title
 SETTINGS_SUFFIXES = (".yaml", ".yml", ".json")
 EXAMPLE = "example (without interference).npz"
 _OF_ARRAYS = ("key", "axes")
@@ -135,7 +137,7 @@ class RecordingPage:
     def start(self) -> None:
         """Show the example; called when the page has been drawn."""
         self.loop.start()
-        self._take(StoredFile(path=str(path(REAL_FRAME_FILE)), name=EXAMPLE), None)
+        self._take(StoredFile(path=str(path(real_frame.PRESET.frame_file)), name=EXAMPLE), None)
         self._restart()
 
     def close(self) -> None:

@@ -8,12 +8,12 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep.errors import InputError
-from vsep.presets.names import PRESET_NAMES
+from vsep.presets.registry import PRESET_NAMES, PRESETS
+from vsep.presets.scenes import preset_radar
 from vsep.separability.axes import AXES, Axis
 from vsep.separability.map_spec import MAX_TRIALS, MapSpec, default_value
 from vsep.studies.methods import estimator_names
 from vsep.studies.study import TrialSettings
-from vsep_app.model.settings import PRESETS
 from vsep_app.widgets.layout import heading
 
 _TIGHT = {"sizing_mode": "stretch_width", "size": "small"}
@@ -21,27 +21,6 @@ _SELECT_MARGIN = (6, 16, 6, 16)
 _SLIDER_MARGIN = (0, 22, 0, 18)
 _COUNTS = (9, 17, 33, 65)
 _MAX_SEED = 2**53 - 1
-# Steps of the sliders, in the units of the labels.
-_STEPS = {
-    "sir_db": 1.0,
-    "snr_db": 1.0,
-    "slope_difference_hz_per_s": 0.01,
-    "object_delay_s": 1.0,
-    "num_objects": 1.0,
-    "interfered_share": 0.0625,
-    "filter_cutoff_hz": 0.005,
-    "filter_mismatch": 0.01,
-}
-_NAMES = {
-    "SIR": "sir_db",
-    "SNR": "snr_db",
-    "Slope difference (burst length)": "slope_difference_hz_per_s",
-    "Object delay, from the burst's middle": "object_delay_s",
-    "Number of objects": "num_objects",
-    "Share of interfered ramps": "interfered_share",
-    "Filter bandwidth": "filter_cutoff_hz",
-    "Filter mismatch": "filter_mismatch",
-}
 
 
 class SeparabilityForm:
@@ -143,7 +122,7 @@ class SeparabilityForm:
             label=kind.label[:1].upper() + kind.label[1:],
             start=kind.start / kind.scale,
             end=kind.stop / kind.scale,
-            step=_STEPS[name],
+            step=kind.step,
             value=kind.start / kind.scale,
             margin=_SLIDER_MARGIN,
             **_TIGHT,
@@ -167,14 +146,14 @@ class SeparabilityForm:
         A value of None leaves a slider where it is.
         """
         scene, on_axes = self.scene.value, {choice.name for choice in self.axes.values()}
+        one_ramp = preset_radar(scene).num_ramps == 1
         self._quiet = True
         try:
             for name, slider in self.values.items():
                 kind, own = AXES[name], default_value(scene, name)
-                several = scene != "simulation-1"
                 # Of several objects the first one's delay is drawn.
-                hidden = "object_delay_s" if several else "interfered_share"
-                slider.visible = name not in on_axes and name != hidden
+                without = {"object_delay_s": np.isnan(own), "interfered_share": one_ramp}
+                slider.visible = name not in on_axes and not without.get(name, False)
                 value = given.get(name, own)
                 if value is not None and np.isfinite(value):
                     shown = value / kind.scale
@@ -192,7 +171,11 @@ class _AxisChoice:
     def __init__(self, axis: Axis) -> None:
         kind = axis.kind
         self.parameter = pmu.Select(
-            label="Parameter", options=_NAMES, value=axis.name, margin=_SELECT_MARGIN, **_TIGHT
+            label="Parameter",
+            options={one.help: name for name, one in AXES.items()},
+            value=axis.name,
+            margin=_SELECT_MARGIN,
+            **_TIGHT,
         )
         self.start = pmu.TextInput(
             label="From", value=_text(axis.start / kind.scale), margin=(6, 3, 6, 16), **_TIGHT

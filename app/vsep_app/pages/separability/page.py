@@ -22,6 +22,7 @@ from vsep.separability.map_spec import MapSpec
 from vsep_app.figures.map_explanations import CONTOURS, EXPLANATIONS
 from vsep_app.figures.map_file import map_html
 from vsep_app.figures.map_view import MapView
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.separability.form import SeparabilityForm
 from vsep_app.pages.separability.session import (
@@ -37,7 +38,7 @@ from vsep_app.widgets.layout import card, stylesheet, unseen_title
 _LOG = logging.getLogger(__name__)
 _Result = TypeVar("_Result")
 
-TITLE = "vsep: separability"
+TITLE = PAGES["separability"].title
 LOOK_PERIOD_S = 0.5
 # Pages that show the same question share its map.
 cached_map = lru_cache(maxsize=16)(analytic_map)

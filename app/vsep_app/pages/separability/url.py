@@ -5,6 +5,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 from vsep.errors import InputError
+from vsep.presets.registry import DEFAULT_PRESET
 from vsep.separability.axes import parse_axis, parse_value
 from vsep.separability.map import LAYERS
 from vsep.separability.map_spec import MapSpec
@@ -65,7 +66,7 @@ def _spec(query: Mapping[str, Any]) -> MapSpec:
     return MapSpec(
         x=parse_axis(str(query.get("x", DEFAULT_X))),
         y=parse_axis(str(query.get("y", DEFAULT_Y))),
-        scene=str(query.get("scene", "simulation-1")),
+        scene=str(query.get("scene", DEFAULT_PRESET)),
         fixed=tuple(parse_value(part) for part in fixed),
         method=str(query.get("method", "factorised")),
         trials=_whole("trials", query.get("trials", 5)),

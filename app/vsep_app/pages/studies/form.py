@@ -189,7 +189,7 @@ class StudyForm:
         self.realizations.value = study.realizations
         self.seed.value, self.schedule.value = settings.seed, settings.schedule
         self.cutoff.value, self.order.value = settings.gospa_cutoff, settings.gospa_order
-        own = study.points == CATALOGUE[study.name].points()
+        own = study.points == CATALOGUE[study.name].points
         self.threshold.value = "" if own else repr(study.points[0].object_threshold_db)
         # Its rows lie where this page keeps them.
         self.folder.value = ""
@@ -218,7 +218,7 @@ class StudyForm:
 
     def _study_chosen(self, *_: Any) -> None:
         entry = CATALOGUE[self.study_name.value]
-        panels = list(dict.fromkeys(point.panel for point in entry.points()))
+        panels = list(dict.fromkeys(point.panel for point in entry.points))
         methods = list(make_study(entry.name).methods)
         self.title.object = small_text(entry.title)
         self.panels.param.update(options=panels, value=panels[:1])

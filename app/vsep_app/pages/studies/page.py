@@ -23,14 +23,15 @@ import panel_material_ui as pmu
 
 from vsep.errors import InputError
 from vsep.files.results import as_json
+from vsep.studies.catalogue import panel_specs
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
 from vsep.studies.panels import AnyPanel
-from vsep.studies.plans import PLANS
 from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.studies.curves import StudyCurves
 from vsep_app.pages.studies.form import StudyForm
@@ -41,7 +42,7 @@ from vsep_app.widgets.layout import panel, stylesheet, unseen_title
 
 _LOG = logging.getLogger(__name__)
 
-TITLE = "vsep: studies"
+TITLE = PAGES["studies"].title
 MIN_PERIOD_S = 1.0
 # Making panels of many rows must not take more than this share of the server's time.
 MAX_SHARE = 0.25
@@ -290,7 +291,7 @@ class StudyPage:
     def _figure_chosen(self, event: Any) -> None:
         """Show the figure, and the trials of its panel where it has one."""
         self._show_curves()
-        own = [plan.panel for plan in PLANS.get(self._name, ()) if plan.title == event.new]
+        own = [spec.panel for spec in panel_specs(self._name) if spec.title == event.new]
         if own and self.panel.value not in own and own[0] in self.panel.options:
             self.panel.value = own[0]
 

@@ -23,8 +23,9 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from vsep.studies.axes import X_LABELS
-from vsep.studies.plans import PLANS, Plan
+from vsep.studies.axes import x_label
+from vsep.studies.catalogue import panel_specs
+from vsep.studies.panel_specs import PanelSpec
 from vsep.studies.scatter import Scatter, scatter
 from vsep.studies.trial import Row
 from vsep_app.figures.study_style import colour, marker
@@ -56,16 +57,16 @@ class ScatterChoice:
     @property
     def x(self) -> str:
         """The parameter over which the panel is drawn; examples have no curves over any."""
-        return next((plan.x for plan in self._plans), "sir_db")
+        return next((spec.x for spec in self._specs), "sir_db")
 
     @property
     def log_x(self) -> bool:
         """Whether that parameter has a logarithmic axis."""
-        return any(plan.log_x for plan in self._plans)
+        return any(spec.log_x for spec in self._specs)
 
     @property
-    def _plans(self) -> list[Plan]:
-        return [plan for plan in PLANS.get(self.study, ()) if plan.panel == self.panel]
+    def _specs(self) -> list[PanelSpec]:
+        return [spec for spec in panel_specs(self.study) if spec.panel == self.panel]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +128,7 @@ class StudyScatter:
     def _draw(self, dots: Dots) -> None:
         choice = dots.choice
         plot = figure(
-            x_axis_label=X_LABELS[choice.x],
+            x_axis_label=x_label(choice.x),
             y_axis_label=choice.value,
             x_axis_type="log" if choice.log_x else "linear",
             y_axis_type="log" if "error" in choice.value else "linear",

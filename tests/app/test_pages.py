@@ -1,0 +1,51 @@
+"""The registry of pages: what it says is what the server answers and the header links to."""
+
+import sys
+from types import ModuleType
+
+import pytest
+from vsep_app import pages
+from vsep_app.pages import PAGES, PageEntry
+from vsep_app.pages.base import links
+from vsep_app.server.main import make_server
+
+
+def test_addresses_are_keys_and_routes():
+    assert all(address == page.address for address, page in PAGES.items())
+    assert [page.route for page in PAGES.values()] == [
+        "/",
+        "/compare",
+        "/separability",
+        "/recording",
+        "/studies",
+    ]
+
+
+@pytest.mark.parametrize("address", PAGES)
+def test_every_page_can_be_made_started_and_closed(address):
+    made = PAGES[address].load()
+    assert all(callable(getattr(made, name)) for name in ("page", "start", "close"))
+    assert PAGES[address].title == sys.modules[made.__module__].TITLE
+
+
+@pytest.mark.parametrize("address", PAGES)
+def test_the_header_links_to_all_other_pages(address):
+    html = links(address).object
+    for page in PAGES.values():
+        assert (f'href="{page.address}"' in html) == (page.address != address)
+
+
+def test_one_entry_adds_a_page(monkeypatch):
+    module = ModuleType("a_page_of_mine")
+    module.MyPage = type("MyPage", (), {})
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    entry = PageEntry(
+        address="mine", name="My page", title="Mine", module=module.__name__, class_name="MyPage"
+    )
+    monkeypatch.setitem(pages.PAGES, "mine", entry)
+    assert '<a href="mine"' in links("./").object
+    server = make_server(port=0, address="127.0.0.1")
+    try:
+        assert "/mine" in server._tornado._applications
+    finally:
+        server.stop()

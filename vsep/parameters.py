@@ -1,0 +1,352 @@
+"""Settings of scenes and estimators, one record each.
+
+Forms, addresses, options, axes of maps and the checks of the simulator take label, unit, bounds,
+default and help from here. A setting that the simulator knows is added by one entry.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vsep._validation import require_range
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Parameter:
+    """One setting: its words, unit, bounds and default.
+
+    Values, bounds and ranges are in `unit`; `scale` converts them to SI units.
+
+    Attributes
+    ----------
+    name : str
+        As programs spell it.
+    title, unit, convention : str
+        For a reader; the convention stands behind the unit in a form: "dB, total".
+    help : str
+        One or two sentences.
+    default : object
+        A number, a truth value or the name of a choice.
+    bounds : (float, float), optional
+        What is allowed at all.
+    span : (float, float), optional
+        What a form, a link and a new axis offer; all that is allowed by default.
+    step, scale : float
+        Step of a slider, and how many SI units the unit is.
+    digits : str
+        Format of a slider's value, where the usual one is too short.
+    values : tuple of float
+        Those that a slider offers, where they are few.
+    choices : mapping of str to str
+        Names and labels, where the value is one of them.
+    optional : bool
+        Whether None is allowed; then the default is None.
+    query : str
+        Name in an address; that of the setting by default.
+    option : str
+        Keyword of `vsep.simulate_preset` that takes it, in SI units.
+    of_recording, of_bursts : bool
+        Whether it means something for a recorded frame, and whether only with interference.
+    """
+
+    name: str
+    title: str
+    help: str
+    default: Any
+    unit: str = ""
+    convention: str = ""
+    bounds: Range | None = None
+    span: Range | None = None
+    step: float = 1.0
+    scale: float = 1.0
+    digits: str = ""
+    values: tuple[float, ...] = ()
+    choices: Mapping[str, str] | None = None
+    optional: bool = False
+    query: str = ""
+    option: str = ""
+    of_recording: bool = True
+    of_bursts: bool = False
+
+    @property
+    def label(self) -> str:
+        """Title with unit, for an axis."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    @property
+    def form_label(self) -> str:
+        """Title with unit and convention, for a form."""
+        return self.label.replace("]", f", {self.convention}]") if self.convention else self.label
+
+    @property
+    def key(self) -> str:
+        """Name in an address."""
+        return self.query or self.name
+
+    @property
+    def whole(self) -> bool:
+        """Whether values are whole numbers."""
+        return isinstance(self.default, int) and not isinstance(self.default, bool)
+
+    @property
+    def lowest(self) -> float:
+        """Lowest value, SI units."""
+        return self._ends(self.bounds)[0]
+
+    @property
+    def highest(self) -> float:
+        """Highest value, SI units."""
+        return self._ends(self.bounds)[1]
+
+    @property
+    def start(self) -> float:
+        """Begin of a new axis, SI units."""
+        return self._ends(self.offered)[0]
+
+    @property
+    def stop(self) -> float:
+        """End of a new axis, SI units."""
+        return self._ends(self.offered)[1]
+
+    @property
+    def offered(self) -> Range | None:
+        """What a form and a link offer, in `unit`."""
+        return self.span or self.bounds
+
+    def in_si(self, value: Any) -> Any:
+        """Return a value in SI units; what has no unit stays as it is.
+
+        Examples
+        --------
+        >>> PARAMETERS["interferer_slope"].in_si(9.2)
+        9200000000000.0
+        """
+        return value if self.scale == 1.0 else value * self.scale
+
+    def shown(self, value_si: float) -> float:
+        """Return a value in `unit`, to twelve digits."""
+        return float(f"{value_si / self.scale:.12g}")
+
+    def require(self, value_si: float) -> None:
+        """Raise `InputError` unless a value in SI units lies within the bounds."""
+        unit = self.unit if self.scale == 1.0 else ""
+        require_range(self.title, value_si, self.lowest, self.highest, unit)
+
+    def _ends(self, ends: Range | None) -> Range:
+        if ends is None:
+            raise ValueError(f"{self.name} has no bounds")
+        lowest, highest = (float(f"{self.in_si(end):.12g}") for end in ends)
+        return lowest, highest
+
+
+FILTER_KINDS = {"raised_cosine": "Raised cosine", "butterworth": "Butterworth", "none": "None"}
+_MEASURED = {"measured": "Measured"}
+_CUTOFF: dict[str, Any] = {
+    "default": 2.55,
+    "unit": "MHz",
+    "scale": 1e6,
+    "bounds": (1e-5, 1e5),
+    "step": 0.005,
+    "digits": "0.000",
+}
+_ROLLOFF: dict[str, Any] = {"default": 0.25, "bounds": (0.05, 1.0), "step": 0.05}
+_ORDER: dict[str, Any] = {"default": 8, "bounds": (1, 12), "span": (1, 12)}
+
+SCENE_PARAMETERS = (
+    Parameter(
+        name="snr_db",
+        title="SNR",
+        unit="dB",
+        convention="total",
+        help="Energy of all objects of the frame over the noise power of one sample, in dB: "
+        "10 log₁₀(‖Φα‖² λ), (25). More: less noise.",
+        default=30.0,
+        bounds=(-100.0, 200.0),
+        span=(-10.0, 90.0),
+        query="snr",
+        option="snr_db",
+        of_recording=False,
+    ),
+    Parameter(
+        name="sir_db",
+        title="SIR",
+        unit="dB",
+        convention="total",
+        help="Energy of all objects over the energy of all bursts of the frame, in dB: "
+        "10 log₁₀(‖Φα‖² / ‖UΨβ‖²), (26). Less: stronger bursts.",
+        default=-20.0,
+        bounds=(-200.0, 200.0),
+        span=(-50.0, 40.0),
+        query="sir",
+        option="sir_db",
+        of_bursts=True,
+    ),
+    Parameter(
+        name="interference",
+        title="Interference",
+        help="Off: the same objects and noise without bursts.",
+        default=True,
+        option="interference",
+    ),
+    Parameter(
+        name="interferer_slope",
+        title="Interferer slope",
+        unit="MHz/µs",
+        scale=1e12,
+        help="Sweep rate kᵢ of the other radar in MHz/µs. A burst lasts band / |kᵢ - k|: the "
+        "closer to the victim's slope k, the longer.",
+        default=9.2,
+        bounds=(0.1, 200.0),
+        step=0.01,
+        digits="0.000",
+        query="slope",
+        option="interferer_slope_hz_per_s",
+        of_bursts=True,
+    ),
+    Parameter(
+        name="burst_shift",
+        title="Burst position",
+        unit="µs",
+        scale=1e-6,
+        help="Moves the crossing inside the ramp by that many µs, by delaying the other radar; 0 "
+        "is the preset's.",
+        default=0.0,
+        bounds=(-60.0, 60.0),
+        step=0.1,
+        query="shift",
+        option="burst_shift_s",
+        of_bursts=True,
+    ),
+    Parameter(
+        name="interference_model",
+        title="Interference model",
+        help="How bursts are made: the paper's product form, the exact convolution, or the exact "
+        "convolution with the ramp edges of the other radar.",
+        default="multiplicative",
+        choices={
+            "multiplicative": "Multiplicative (12)",
+            "convolution": "Convolution (40)",
+            "convolution-with-edges": "Convolution with ramp edges",
+        },
+        query="model",
+        option="interference_model",
+        of_bursts=True,
+    ),
+    Parameter(
+        name="seed",
+        title="Seed",
+        help="Draws objects, phases and noise; the same seed gives the same frame.",
+        default=7,
+        bounds=(0, 999_999),
+        option="seed",
+    ),
+)
+FILTER_PARAMETERS = (
+    Parameter(
+        name="filter_kind",
+        title="True filter",
+        help="Anti-aliasing filter that shapes the bursts.",
+        default="raised_cosine",
+        choices=FILTER_KINDS,
+        query="filter",
+    ),
+    Parameter(
+        name="filter_cutoff",
+        title="Cutoff",
+        help="Frequency in MHz at which the filter passes half the amplitude: |G| = 1/2, -6 dB.",
+        query="cutoff",
+        **_CUTOFF,
+    ),
+    Parameter(
+        name="filter_rolloff",
+        title="Roll-off",
+        help="The raised cosine falls from 1 to 0 between (1 - roll-off) and (1 + roll-off) times "
+        "the cutoff; no unit.",
+        query="rolloff",
+        **_ROLLOFF,
+    ),
+    Parameter(
+        name="filter_order",
+        title="Order",
+        help="Order n of the Butterworth filter: |G|² = 1 / (1 + 3 (f/cutoff)²ⁿ). More: a steeper "
+        "edge.",
+        query="order",
+        **_ORDER,
+    ),
+    Parameter(
+        name="assume_true_filter",
+        title="Estimator knows it",
+        help="Off: set the filter that the estimator assumes apart from the true one.",
+        default=True,
+        query="matched",
+    ),
+    Parameter(
+        name="assumed_kind",
+        title="Assumed filter",
+        help="Filter the estimator believes in. Measured: only if the loaded frame brings one.",
+        default="raised_cosine",
+        choices=FILTER_KINDS | _MEASURED,
+        query="assumed",
+    ),
+    Parameter(
+        name="assumed_cutoff",
+        title="Assumed cutoff",
+        help="Half-amplitude frequency in MHz that the estimator assumes: |G| = 1/2.",
+        **_CUTOFF,
+    ),
+    Parameter(
+        name="assumed_rolloff",
+        title="Assumed roll-off",
+        help="Roll-off of the raised cosine that the estimator assumes; no unit.",
+        **_ROLLOFF,
+    ),
+    Parameter(
+        name="assumed_order",
+        title="Assumed order",
+        help="Order n that the estimator assumes: |G|² = 1 / (1 + 3 (f/cutoff)²ⁿ).",
+        **_ORDER,
+    ),
+)
+ESTIMATOR_PARAMETERS = (
+    Parameter(
+        name="schedule",
+        title="Schedule",
+        help="Robust: searches bursts anew in early iterations. Paper: literal order of steps.",
+        default="robust",
+        choices={"robust": "Robust", "paper": "Paper"},
+    ),
+    Parameter(
+        name="false_alarm_rate",
+        title="False alarms a frame",
+        help="Accepted number of ghosts in a frame of noise alone; sets the threshold T: "
+        "N √(πT/3) exp(-T) for one ramp, NP (πT/3) exp(-T) for several.",
+        default=0.05,
+        bounds=(1e-6, 100.0),
+        values=(0.001, 0.003, 0.01, 0.03, 0.05, 0.1, 0.3, 1.0, 3.0),
+        query="false_alarms",
+    ),
+    Parameter(
+        name="object_threshold_db",
+        title="Object threshold",
+        unit="dB",
+        help="T in dB: an object counts where its power over its own variance, ω²/ρ, exceeds it. "
+        "Empty: follows from the false alarms a frame.",
+        default=None,
+        optional=True,
+        bounds=(0.0, 100.0),
+        query="threshold",
+    ),
+    Parameter(
+        name="max_iterations",
+        title="Largest number of iterations",
+        help="The run stops here if it has not converged.",
+        default=100,
+        bounds=(1, 500),
+    ),
+)
+PARAMETERS: dict[str, Parameter] = {
+    parameter.name: parameter
+    for parameter in (*SCENE_PARAMETERS, *FILTER_PARAMETERS, *ESTIMATOR_PARAMETERS)
+}

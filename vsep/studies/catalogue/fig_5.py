@@ -1,0 +1,58 @@
+"""Fig. 5: error, misses and false alarms of scenes of ten objects."""
+
+from vsep.studies.catalogue._points import error_misses_false_alarms, levels, many_objects
+from vsep.studies.methods import estimator_names
+from vsep.studies.panel_specs import BoxSpec, QuantileSpec
+from vsep.studies.study import Study
+
+_EDGES = "convolution-with-edges"
+_FIGURES = (
+    ("5a-c", "snr_db", "over SNR at SIR -20 dB"),
+    ("5d-f", "sir_db", "over SIR at SNR 60 dB"),
+    ("5-edges", "sir_db", "exact convolution with the interferer's ramp edges"),
+    ("5-two-bursts", "sir_db", "two bursts in every interfered ramp"),
+    ("5-three-bursts", "sir_db", "three bursts of two interferers in every interfered ramp"),
+)
+_BOX_SNR_DB = 60.0
+
+STUDY = Study(
+    name="fig-5",
+    title="Simulation II: error, misses and false alarms over SNR and SIR",
+    realizations=200,
+    points=(
+        *[many_objects("5a-c", snr_db=snr_db) for snr_db in levels(0, 70)],
+        *[many_objects("5d-f", sir_db=sir_db) for sir_db in levels(-40, 40)],
+        *[
+            many_objects("5-edges", sir_db=sir_db, interference_model=_EDGES)
+            for sir_db in levels(-40, 40, 10)
+        ],
+        *[
+            many_objects("5-two-bursts", sir_db=sir_db, num_interferers=2)
+            for sir_db in levels(-40, 40, 10)
+        ],
+        *[
+            many_objects("5-three-bursts", sir_db=sir_db, num_interferers=2, num_second_crossings=2)
+            for sir_db in levels(-40, 40, 20)
+        ],
+    ),
+    methods=estimator_names(),
+    panels=(
+        *[
+            spec
+            for panel, x, about in _FIGURES
+            for spec in error_misses_false_alarms(panel=panel, x=x, title=f"Fig. {panel}: {about}")
+        ],
+        *[
+            BoxSpec(
+                panel="5d-f",
+                title=f"Fig. 5g-i: SNR {_BOX_SNR_DB:g} dB, SIR {sir_db:g} dB",
+                snr_db=_BOX_SNR_DB,
+                sir_db=sir_db,
+            )
+            for sir_db in (15.0, -15.0)
+        ],
+        QuantileSpec(
+            panel="5d-f", title="Fig. 5d-f: errors over their reported standard deviation"
+        ),
+    ),
+)
