@@ -189,10 +189,9 @@ def _changed(spec: Any, options: argparse.Namespace) -> Any:
     refuse_unused(scene, (kind,), _SCENES)
     if options.no_interference or not spec.plan.interference:
         refuse_without_interference(given(options, ("sir_db",)))
-    changed = _module("sources").changed(spec, _given(options))
-    settings = given(options, ESTIMATOR_SETTINGS)
-    refuse_unused(settings, (changed.plan.estimator,), estimator_settings())
-    return changed
+    estimator = options.estimator or spec.plan.estimator
+    refuse_unused(given(options, ESTIMATOR_SETTINGS), (estimator,), estimator_settings())
+    return _module("sources").changed(spec, _given(options))
 
 
 def _given(options: argparse.Namespace) -> dict[str, Any]:
