@@ -96,7 +96,7 @@ def run(script: str, folder: Path, *paths: Path) -> str:
 
 def test_a_preset_of_one_file_is_everywhere(package: Path, tmp_path: Path) -> None:
     script = """
-from vsep_app.cli.main import build_parser, main
+from vsep_app.cli.main import main, parse
 from vsep_app.jobs.tasks import make_scene
 from vsep_app.model.settings import Settings
 from vsep_app.model.url import parse_query
@@ -112,9 +112,8 @@ assert main(["simulate", "--preset", "near", "--seed", "3", "--out", "near.npz"]
 frame = vsep.read_frame("near.npz")
 assert frame.received.shape == (8, 64) and frame.radar.slope_hz_per_s == 2e13
 assert frame.settings["snr_db"] == "45.0" and frame.settings["sir_db"] == "-12.0"
-parser = build_parser()
-parser.parse_args(["report", "--preset", "near", "--out", "x.html"])
-parser.parse_args(
+parse(["report", "--preset", "near", "--out", "x.html"])
+parse(
     ["separability", "--scene", "near", "--x", "a", "--y", "b", "--out", "x.csv"]
 )
 

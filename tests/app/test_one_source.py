@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vsep_app.cli.main import build_parser
+from vsep_app.cli.main import parse
 from vsep_app.model.settings import SETTINGS, Settings
 from vsep_app.model.url import QUERY_NAMES, parse_query
 from vsep_app.teaching.help import controls_html
@@ -45,7 +45,7 @@ def test_the_sir_is_that_of_its_record_wherever_it_is_used(controls):
     assert Scene.__dataclass_fields__["sir_db"].default == SIR.default
     assert SIR.help in controls_html(controls.layout()).replace("&#x27;", "'")
     command = ["simulate", "--preset", "simulation-1", "--out", "x.npz"]
-    assert build_parser().parse_args(command).sir_db is None
+    assert parse(command).sir_db is None
 
 
 def test_a_scene_and_a_link_refuse_what_the_record_does():

@@ -5,10 +5,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from vsep.presets.names import PRESET_NAMES
-
 from vsep.errors import InputError
 from vsep.inference.registry import ESTIMATORS
+from vsep.parameters import PARAMETERS
+from vsep.presets.record import SimulatedPreset
+from vsep.presets.registry import PRESETS
 from vsep_app.cli.estimator_options import (
     ESTIMATOR_SETTINGS,
     add_estimator_options,
@@ -44,11 +45,21 @@ examples:
 
 A report says how it was made, and --from makes it again, the same bytes with the same versions.
 """
-_REAL_FRAME = "real-frame"
-_SCENE_SETTINGS = ("snr_db", "sir_db", "seed", "no_interference")
+_SCENE_SETTINGS = {
+    "snr_db": "snr_db",
+    "sir_db": "sir_db",
+    "seed": "seed",
+    "no_interference": "interference",
+}
 _SCENES = {
-    **dict.fromkeys(PRESET_NAMES, frozenset(_SCENE_SETTINGS)),
-    _REAL_FRAME: frozenset({"sir_db", "seed", "no_interference"}),
+    **{
+        name: frozenset(
+            setting
+            for setting, parameter in _SCENE_SETTINGS.items()
+            if isinstance(preset, SimulatedPreset) or PARAMETERS[parameter].of_recording
+        )
+        for name, preset in PRESETS.items()
+    },
     "a frame file": frozenset[str](),
 }
 _SHOWN = ("antenna", "ramp", "iteration", "iterations")
@@ -73,9 +84,7 @@ def _add_sources(parser: Any) -> None:
     )
     add_antenna_option(parser)
     group = parser.add_argument_group("instead of a frame file")
-    group.add_argument(
-        "--preset", choices=(*PRESET_NAMES, _REAL_FRAME), help="a scene of the dashboard"
-    )
+    group.add_argument("--preset", choices=tuple(PRESETS), help="a scene of the dashboard")
     group.add_argument("--url", metavar="LINK", help="what a link to the live view shows")
     group.add_argument(
         "--trial",

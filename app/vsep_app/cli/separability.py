@@ -7,10 +7,9 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any, Final
 
-from vsep.presets.names import PRESET_NAMES
-
 from vsep._validation import require_range
 from vsep.errors import InputError
+from vsep.presets.registry import PRESET_NAMES
 from vsep.separability.analytic import analytic_map
 from vsep.separability.axes import AXES, parse_axis, parse_value
 from vsep.separability.cells import CellResult, compute_map

@@ -3,11 +3,11 @@
 import argparse
 
 import numpy as np
-from vsep.presets.names import PRESET_NAMES
 
 from vsep._typing import FloatArray
 from vsep.files.frame import Frame, write_frame
 from vsep.presets.antennas import simulate_preset_antennas
+from vsep.presets.registry import PRESET_NAMES, simulated_preset
 from vsep.presets.scenes import Scenario, simulate_preset
 from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.scene import Observation
@@ -34,7 +34,6 @@ _MAX_ANTENNAS = 1024
 _ARRAY_OPTIONS = ("antenna_spacing_wavelengths", "object_angles_deg", "interferer_angle_deg")
 _INTERFERER_OPTIONS = ("sir_db", "interferer_angle_deg")
 _SETTINGS = {"an array": frozenset(_ARRAY_OPTIONS), "one antenna": frozenset[str]()}
-_SIR_DB = -20.0
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +49,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_number(
         parser,
         "--sir-db",
-        f"object energy over interference energy of the frame (default: {_SIR_DB:g})",
+        "object energy over interference energy of the frame (default: the preset's)",
     )
     add_number(
         parser,
@@ -100,10 +99,9 @@ def run(options: argparse.Namespace) -> int:
     refuse_unused(given(options, _ARRAY_OPTIONS), (chosen,), _SETTINGS)
     if options.no_interference:
         refuse_without_interference(given(options, _INTERFERER_OPTIONS))
-    if options.snr_db is None:
-        options.snr_db = 30.0 if options.preset == "simulation-1" else 60.0
-    if options.sir_db is None:
-        options.sir_db = _SIR_DB
+    preset = simulated_preset(options.preset)
+    options.snr_db = preset.snr_db if options.snr_db is None else options.snr_db
+    options.sir_db = preset.sir_db if options.sir_db is None else options.sir_db
     settings = {
         "preset": options.preset,
         "snr_db": repr(options.snr_db),

@@ -125,7 +125,7 @@ def _list(options: argparse.Namespace) -> int:
     """Write the studies with their points, panels and realisations to standard output."""
     del options
     for entry in CATALOGUE.values():
-        points = entry.points()
+        points = entry.points
         panels = ", ".join(dict.fromkeys(point.panel for point in points))
         realizations = f"{entry.realizations} realization{'s' if entry.realizations > 1 else ''}"
         sys.stdout.write(
