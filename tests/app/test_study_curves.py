@@ -1,6 +1,6 @@
 import numpy as np
-from bokeh.models import ColumnDataSource
-from vsep_app.figures.study_figure import draw_panel, panel_columns, panel_shape, update_panel
+from vsep_app.figures.study_elements import panel_marks, panel_shape
+from vsep_app.figures.study_figure import draw_panel, update_panel
 from vsep_app.pages.studies.curves import StudyCurves
 
 from vsep.studies.example import example_panels
@@ -21,12 +21,10 @@ def test_a_figure_takes_newer_numbers_and_keeps_its_range(study_rows):
     plot.x_range.update(start=20.0, end=40.0)
     assert panel_shape(before) == panel_shape(after)
     update_panel(plot, after)
-    columns = panel_columns(after)
-    sources = list(plot.select({"type": ColumnDataSource}))
-    assert len(sources) == len(columns)
-    for source in sources:
-        for name in ("y", "low", "high"):
-            np.testing.assert_array_equal(source.data[name], columns[source.name][name])
+    assert plot.title.text == after.note != before.note
+    for renderer, mark in zip(plot.renderers, panel_marks(after), strict=True):
+        for name, values in mark.columns.items():
+            np.testing.assert_array_equal(renderer.data_source.data[name], values)
     assert (plot.x_range.start, plot.x_range.end) == (20.0, 40.0)
 
 

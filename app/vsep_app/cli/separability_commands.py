@@ -16,7 +16,7 @@ from vsep.separability.map import SeparabilityMap, make_separability_map, table_
 from vsep.separability.map_spec import Cell, MapSpec
 from vsep.studies.study import TrialSettings
 
-_SUFFIXES = (".html", ".png", ".csv")
+_SUFFIXES = (".html", ".png", ".svg", ".pdf", ".csv")
 
 
 def map_separability(options: argparse.Namespace) -> int:
@@ -24,7 +24,7 @@ def map_separability(options: argparse.Namespace) -> int:
     out = Path(options.out)
     suffix = out.suffix.lower()
     if suffix not in _SUFFIXES:
-        raise InputError(f"The map {options.out!r} must end in .html, .png or .csv.")
+        raise InputError(f"The map {options.out!r} must end in .html, .png, .svg, .pdf or .csv.")
     if not out.parent.is_dir():
         raise InputError(f"{out} cannot be written: {out.parent} is no folder; make it first.")
     require_range("workers", options.workers, 1, 4096)

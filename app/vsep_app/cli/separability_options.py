@@ -73,7 +73,7 @@ def add_separability(commands: Any) -> None:
         "--workers", type=int, default=1, metavar="N", help="local processes (default: 1)"
     )
     parser.add_argument(
-        "--out", required=True, metavar="FILE", help="the map, *.html, *.png or *.csv"
+        "--out", required=True, metavar="FILE", help="the map, *.html, *.png, *.svg, *.pdf or *.csv"
     )
 
 

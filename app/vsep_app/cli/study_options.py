@@ -103,7 +103,7 @@ def _add_plot(actions: Any) -> None:
     parser.set_defaults(command=_plot)
     parser.add_argument("rows", metavar="FILE", help="what `vsep study run` wrote")
     parser.add_argument(
-        "--out", required=True, metavar="FILE", help="the figure, *.html, *.png or *.svg"
+        "--out", required=True, metavar="FILE", help="the figure, *.html, *.png, *.svg or *.pdf"
     )
 
 

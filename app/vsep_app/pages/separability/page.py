@@ -19,7 +19,8 @@ from vsep.errors import InputError
 from vsep.separability.analytic import analytic_map
 from vsep.separability.map import LAYERS, SeparabilityMap, make_separability_map, table_rows
 from vsep.separability.map_spec import MapSpec
-from vsep_app.figures.map_explanations import CONTOURS, EXPLANATIONS
+from vsep_app.figures.backends import holoviews
+from vsep_app.figures.map_elements import CONTOURS, EXPLANATIONS
 from vsep_app.figures.map_file import map_html
 from vsep_app.figures.map_view import MapView
 from vsep_app.pages.base import PageContext, page_frame
@@ -31,7 +32,7 @@ from vsep_app.pages.separability.session import (
     shared_map_cache,
 )
 from vsep_app.pages.separability.url import read_map_spec, write_map_spec
-from vsep_app.views.style import Axis
+from vsep_app.views.style import Axis, empty_figure
 from vsep_app.widgets.layout import card, stylesheet, unseen_title
 
 _LOG = logging.getLogger(__name__)
@@ -58,7 +59,8 @@ class SeparabilityPage:
         self.spec, layer, self._errors = read_map_spec(context.query)
         self.form = SeparabilityForm(self.spec, self._changed)
         self.session = SeparabilitySession(self.spec, shared_map_cache())
-        self.view = MapView(Axis(), Axis(), opens=True)
+        self.view = MapView(Axis(), Axis())
+        self.card = card(empty_figure(), weight=1, look="map")
         self.separability_map: SeparabilityMap | None = None
         self._asked: MapSpec | None = None
         self._seen: tuple[Any, ...] = ()
@@ -109,7 +111,7 @@ class SeparabilityPage:
             stylesheets=[stylesheet("transport")],
         )
         body = pn.Column(
-            card(self.view.figure, weight=1, look="map"),
+            self.card,
             self.explained,
             margin=0,
             sizing_mode="stretch_both",
@@ -164,6 +166,7 @@ class SeparabilityPage:
 
     async def _follow(self) -> None:
         """Draw when the question changes and when there are new findings."""
+        await asyncio.to_thread(holoviews, "bokeh")
         while True:
             try:
                 await self._look()
@@ -198,7 +201,7 @@ class SeparabilityPage:
         self.separability_map = separability_map
         name = self.layer.value
         with pn.io.hold():
-            self.view.update(separability_map, name)
+            self.card.objects[0].object = self.view.update(separability_map, name)
             text = f"{EXPLANATIONS[name]} {CONTOURS} A click opens the cell in the live view."
             self.explained.object = f'<p style="font-size:12px;margin:0">{text}</p>'
             done, total = len(snapshot.cell_results), snapshot.num_cells

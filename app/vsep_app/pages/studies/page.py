@@ -31,6 +31,7 @@ from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
+from vsep_app.figures.backends import holoviews
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.studies.curves import StudyCurves
 from vsep_app.pages.studies.form import StudyForm
@@ -235,6 +236,7 @@ class StudyPage:
         return io.StringIO("".join(as_json(row) + "\n" for row in rows))
 
     async def _follow(self) -> None:
+        await asyncio.to_thread(holoviews, "bokeh")
         while True:
             started = time.monotonic()
             try:
