@@ -90,7 +90,7 @@ def _add_shown(parser: Any) -> None:
     )
     group.add_argument("--iteration", type=int, metavar="N", help="(default: the last one)")
     group.add_argument(
-        "--iterations", type=_numbers, metavar="N,N,...", help="a film strip of these, at most 6"
+        "--iterations", type=_numbers, metavar="N,N,...", help="a filmstrip of these, at most 6"
     )
 
 

@@ -44,7 +44,7 @@ class CompareForm:
     def __init__(
         self, choice: CompareSettings, controls: Controls, notify_error: Callable[[str], None]
     ) -> None:
-        self.choice, self._controls, self._complain = choice, controls, notify_error
+        self.choice, self._controls, self._notify_error = choice, controls, notify_error
         self.methods = [self._select(number) for number in range(MAX_METHODS)]
         self.mask = pmu.Select(
             label=CompareSettings.param.mask.label,
@@ -101,7 +101,7 @@ class CompareForm:
         try:
             self.choice.methods = require_distinct(chosen)
         except InputError as error:
-            self._complain(str(error))
+            self._notify_error(str(error))
             self._show()
 
     _showing = False

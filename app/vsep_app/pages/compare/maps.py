@@ -1,4 +1,4 @@
-"""The cards of the methods: cleaned range-Doppler maps, or delay spectra of a single ramp."""
+"""Cards of the methods: cleaned range-Doppler maps, or delay spectra of a single ramp."""
 
 from typing import Any
 
@@ -39,7 +39,7 @@ class CompareMaps:
         self._true_marks, self._true_peaks = empty_marks(), _no_peaks()
         crosshair = Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
         self._cards = [self._card(number, crosshair) for number in range(num_cards)]
-        self._backdrop: StaticPicture | None = None
+        self._static_picture: StaticPicture | None = None
         self.grid = pn.Row(
             *(card.column for card in self._cards),
             margin=0,
@@ -62,8 +62,8 @@ class CompareMaps:
     def show(self, picture: ComparePicture) -> None:
         """Draw a picture; what stays during a run is sent once."""
         static_picture = picture.static_picture
-        if static_picture is not self._backdrop:
-            self._backdrop = static_picture
+        if static_picture is not self._static_picture:
+            self._static_picture = static_picture
             self._set_axes(static_picture, picture.true_objects)
         # The style sheet arranges two, three or four cards.
         count = f"of-{len(picture.method_runs)}"
@@ -169,9 +169,9 @@ class MethodCard:
 def _what(view: MethodView) -> str:
     found = len(view.objects.ranges_m)
     if view.metrics.num_detections is None:
-        return f"{view.sink}, iteration {view.metrics.num_repairs}"
+        return f"{view.stage}, iteration {view.metrics.num_repairs}"
     noun = "object" if found == 1 else "objects"
-    return f"{view.sink}, {found} {noun}"
+    return f"{view.stage}, {found} {noun}"
 
 
 def _no_peaks() -> ColumnDataSource:

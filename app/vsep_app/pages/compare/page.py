@@ -1,4 +1,4 @@
-"""The compare page: two to four methods side by side on the same frame, iterating together."""
+"""Page that compares two to four methods on the same frame, iterating together."""
 
 import io
 from typing import Any

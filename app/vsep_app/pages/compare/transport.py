@@ -1,4 +1,4 @@
-"""The row above the maps: the run of all methods, and the frames of the sequence."""
+"""Transport of a comparison: the run of all methods, and the frames of the sequence."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,7 @@
-"""The page of the laboratory: choose two axes, watch the map fill, open any cell in the live view.
+"""Page of separability maps: two axes, a map that fills, links from its cells to the live view.
 
 The layers that need no estimator follow the controls at once. Trials run in the background, from
-coarse to fine, and are given up when the question changes.
+coarse to fine, and are cancelled when the spec changes.
 """
 
 import asyncio
@@ -40,13 +40,13 @@ _Result = TypeVar("_Result")
 
 TITLE = "vsep: separability"
 LOOK_PERIOD_S = 0.5
-# Pages that show the same question share its map.
+# Pages that show the same spec share its map.
 cached_map = lru_cache(maxsize=16)(analytic_map)
 _BUTTON = {"size": "small", "margin": (9, 3)}
 
 
 class SeparabilityPage:
-    """One user's laboratory.
+    """One user's page of separability maps.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ class SeparabilityPage:
         self._task = asyncio.get_running_loop().create_task(self._follow())
 
     def close(self) -> None:
-        """Give the trials up; the page is gone."""
+        """Cancel the trials; the page is closed."""
         if self._task is not None:
             self._task.cancel()
         self.session.stop()
@@ -153,7 +153,7 @@ class SeparabilityPage:
             pn.state.notifications.error(sentence, duration=8000)
 
     def _changed(self) -> None:
-        """Take what the controls ask; a question that makes no sense is told and not asked."""
+        """Take what the controls ask; an invalid spec is reported and not computed."""
         try:
             self.spec = self.form.spec()
         except InputError as error:
@@ -165,7 +165,7 @@ class SeparabilityPage:
         self._call.set()
 
     async def _follow(self) -> None:
-        """Draw when the question changes and when there are new findings."""
+        """Draw when the spec changes and when there are new cell results."""
         await asyncio.to_thread(holoviews, "bokeh")
         while True:
             try:

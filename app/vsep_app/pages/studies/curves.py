@@ -1,4 +1,4 @@
-"""The curves of a study on the page: one figure of the paper at a time, its panels side by side.
+"""Curves of a study on the page: one figure of the paper at a time, its panels side by side.
 
 A panel is drawn once and then only gets newer numbers, so that nothing flickers and the zoom of
 its user stays; it is drawn anew where it has other curves than before.

@@ -1,4 +1,4 @@
-"""The page of studies: choose one, watch its curves grow, open any of its trials.
+"""Page of studies: form, growing curves, and links from single trials to the live view.
 
 The study runs in processes of its own. Once a second, if there are new rows, a thread makes panels
 and dots of them; the page then gets the newer numbers.

@@ -1,4 +1,4 @@
-"""Single trials as dots: an outlier is a dot away from the others, and a click opens its trial.
+"""Scatter of single trials, each with a link to the live view.
 
 Trials only come to a study, they never change: new dots are streamed to those that are there.
 """
@@ -95,7 +95,9 @@ class StudyScatter:
     def show(self, dots: Dots) -> None:
         """Show dots; those that are there stay."""
         drawn = dots.choice, tuple(dots.by_method)
-        if drawn != self._drawn or self._has_lost(dots):
+        if not dots.by_method:
+            self.card.objects[0].object, self._drawn = empty_figure(), None
+        elif drawn != self._drawn or self._has_lost(dots):
             self._draw(dots)
             self._drawn = drawn
         else:

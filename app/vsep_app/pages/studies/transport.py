@@ -1,4 +1,4 @@
-"""Run, stop, progress, download and the choice of the figure: the row above the curves."""
+"""Transport of a study: run, stop, progress, download and choice of the figure."""
 
 from collections.abc import Callable
 from typing import Any
