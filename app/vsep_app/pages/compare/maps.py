@@ -19,9 +19,7 @@ from vsep_app.views.range_doppler import (
     mark_objects,
 )
 from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, plain_figure, put
-from vsep_app.widgets.layout import stylesheet
-
-_FLEXIBLE = {"min-width": "0", "min-height": "0"}
+from vsep_app.widgets.layout import stack, stylesheet
 
 
 class CompareMaps:
@@ -40,13 +38,7 @@ class CompareMaps:
         crosshair = Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
         self._cards = [self._card(number, crosshair) for number in range(num_cards)]
         self._static_picture: StaticPicture | None = None
-        self.grid = pn.Row(
-            *(card.column for card in self._cards),
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", **_FLEXIBLE},
-            stylesheets=[stylesheet("compare")],
-        )
+        self.grid = stack(*(card.column for card in self._cards), row=True, sheet="compare")
 
     def _card(self, number: int, crosshair: Span) -> "MethodCard":
         card = MethodCard(
@@ -128,12 +120,7 @@ class MethodCard:
         )
         # A pane of a figure takes its visibility from the figure; what is around it does not.
         self._map_pane, self._profile_pane = (
-            pn.Column(
-                pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0),
-                margin=0,
-                sizing_mode="stretch_both",
-                styles={"flex": "1 1 0", **_FLEXIBLE},
-            )
+            stack(pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0), sheet="")
             for plot in (self.map, self.profile)
         )
         self._profile_pane.visible = False
@@ -142,7 +129,7 @@ class MethodCard:
             self._profile_pane,
             margin=3,
             sizing_mode="stretch_both",
-            styles=_FLEXIBLE,
+            styles={"min-width": "0", "min-height": "0"},
             stylesheets=[stylesheet("strip")],
         )
         self._drawn: MethodView | None = None

@@ -33,7 +33,15 @@ from vsep_app.pages.separability.session import (
 )
 from vsep_app.pages.separability.url import read_map_spec, write_map_spec
 from vsep_app.views.style import Axis, empty_figure
-from vsep_app.widgets.layout import card, stylesheet, unseen_title
+from vsep_app.widgets.layout import (
+    card,
+    download_button,
+    main_part,
+    progress_bar,
+    stack,
+    stylesheet,
+    toolbar,
+)
 
 _LOG = logging.getLogger(__name__)
 _Result = TypeVar("_Result")
@@ -42,7 +50,6 @@ TITLE = "vsep: separability"
 LOOK_PERIOD_S = 0.5
 # Pages that show the same spec share its map.
 cached_map = lru_cache(maxsize=16)(analytic_map)
-_BUTTON = {"size": "small", "margin": (9, 3)}
 
 
 class SeparabilityPage:
@@ -76,21 +83,15 @@ class SeparabilityPage:
             margin=(7, 4, 0, 4),
         )
         self.layer.param.watch(lambda _: self._changed(), "value")
-        self.bar = pmu.LinearProgress(
-            value=0,
-            variant="determinate",
-            sizing_mode="stretch_width",
-            min_width=80,
-            margin=(22, 12),
-        )
+        self.bar = progress_bar()
         self.progress = pn.pane.HTML(
             "", margin=(15, 10), min_width=190, stylesheets=[stylesheet("study")]
         )
         self.status = pn.pane.HTML(_status_html("loading"), margin=(0, 12))
         self.status.styles = {"color": "white"}
         self.explained = pn.pane.HTML("", sizing_mode="stretch_width", margin=(4, 10, 8, 10))
-        self.table = _download("Table", "separability.csv", self._table, "All cells as CSV.")
-        self.document = _download(
+        self.table = download_button("Table", "separability.csv", self._table, "All cells as CSV.")
+        self.document = download_button(
             "HTML",
             "separability.html",
             self._document,
@@ -99,40 +100,14 @@ class SeparabilityPage:
 
     def page(self) -> Any:
         """Return the whole page."""
-        top = pn.Row(
-            self.layer,
-            self.bar,
-            self.progress,
-            self.table,
-            self.document,
-            sizing_mode="stretch_width",
-            styles={"min-height": "52px"},
-            margin=(2, 3, 0, 3),
-            stylesheets=[stylesheet("transport")],
-        )
-        body = pn.Column(
-            self.card,
-            self.explained,
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("column")],
-        )
-        main = pn.Column(
-            unseen_title(TITLE),
-            top,
-            body,
-            margin=0,
-            sizing_mode="stretch_width",
-            stylesheets=[stylesheet("main")],
-        )
+        top = toolbar(self.layer, self.bar, self.progress, self.table, self.document)
         return page_frame(
             here="separability",
             title=TITLE,
             description="When can object and interference be told apart? Maps over two parameters.",
             status=self.status,
             sidebar=self.form.layout(),
-            main=main,
+            main=main_part(TITLE, top, stack(self.card, self.explained)),
         )
 
     def start(self) -> None:
@@ -249,12 +224,3 @@ def _compose(spec: MapSpec, snapshot: Snapshot) -> SeparabilityMap:
 
 def _status_html(text: str) -> str:
     return f'<strong role="status" style="font-size:13px;white-space:nowrap">{text}</strong>'
-
-
-def _download(label: str, filename: str, callback: Callable[[], Any], text: str) -> Any:
-    button = pmu.FileDownload(
-        label=label, callback=callback, filename=filename, description=text, **_BUTTON
-    )
-    # Given to the constructor it makes the widget warn of its own default.
-    button.variant = "outlined"
-    return button

@@ -14,7 +14,7 @@ from vsep.studies.panels import AnyPanel, BoxPanel, Series
 from vsep_app.figures.study_elements import panel_shape
 from vsep_app.figures.study_figure import draw_panel, update_panel
 from vsep_app.figures.study_style import DASHES, colour, marker, width
-from vsep_app.widgets.layout import card, stylesheet
+from vsep_app.widgets.layout import card, stack, stylesheet
 
 # Black has no contrast with the dark page.
 _SCREEN_COLOURS = {"#000000": "#8C8C8C"}
@@ -44,13 +44,7 @@ class StudyCurves:
         self.key = pn.pane.HTML(
             "", margin=(2, 8), sizing_mode="stretch_width", stylesheets=[stylesheet("study")]
         )
-        self.grid = pn.Column(
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("column")],
-        )
-        self.grid.append(_hint())
+        self.grid = stack(_hint())
         self._shapes: list[tuple[Any, ...]] = []
         self._places: list[Any] = []
 
@@ -105,13 +99,7 @@ def _rows(places: Sequence[Any]) -> list[Any]:
     """Two columns, or one below the other where there are only two."""
     columns = 1 if len(places) <= 2 else 2
     return [
-        pn.Row(
-            *places[start : start + columns],
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("column")],
-        )
+        stack(*places[start : start + columns], row=True)
         for start in range(0, len(places), columns)
     ]
 
