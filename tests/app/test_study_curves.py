@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 from vsep_app.figures.study_elements import panel_marks, panel_shape
 from vsep_app.figures.study_figure import draw_panel, update_panel
@@ -5,6 +7,7 @@ from vsep_app.pages.studies.curves import StudyCurves
 
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
+from vsep.studies.panels import Panel, reference
 
 
 def of_figure_3a(rows):
@@ -58,3 +61,16 @@ def test_examples_are_two_pictures_and_nothing_is_a_hint(study_rows):
     view.show([])
     assert view.grid.objects[0].object == hint
     assert "Choose a study" in hint
+
+
+def test_a_reference_that_gains_a_band_is_drawn_anew():
+    x, nothing = np.arange(3.0), np.full(3, np.nan)
+    line = reference("ideal", "guide", x, x)
+    shapes = []
+    for low, high in ((nothing, nothing), (x - 1.0, x + 1.0)):
+        series = replace(line, low=low, high=high)
+        panel = Panel(title="Fig. X", x_label="x", y_label="y", series=(series,))
+        plot = draw_panel(panel)
+        update_panel(plot, panel)
+        shapes.append(panel_shape(panel))
+    assert shapes[0] != shapes[1]

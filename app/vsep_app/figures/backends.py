@@ -43,6 +43,7 @@ def bokeh_figure(element: Any, *, x_range: Any = None, y_range: Any = None) -> A
     # A document of its own: the renderer sets the theme of the one it is given.
     plot = holoviews("bokeh").renderer("bokeh").get_plot(element, doc=Document()).state
     plot.update(x_range=x_range or DataRange1d(), y_range=y_range or DataRange1d())
+    plot.output_backend = "canvas"
     return plot
 
 

@@ -90,10 +90,8 @@ def panel_marks(panel: AnyPanel) -> list[Mark]:
 
 def panel_shape(panel: AnyPanel) -> tuple[Any, ...]:
     """Return what two panels share if one figure can show both, one after the other."""
-    if isinstance(panel, BoxPanel):
-        return panel.title, panel.y_label, *[box.role for box in panel.boxes]
-    series = [(one.label, one.role, one.kind, one.variant) for one in panel.series]
-    return panel.title, panel.y_label, *series
+    marks = [(mark.kind, mark.label) for mark in panel_marks(panel)]
+    return panel.title, panel.y_label, *marks
 
 
 def _series_marks(series: Series, panel: Panel) -> Iterator[Mark]:
@@ -104,7 +102,6 @@ def _series_marks(series: Series, panel: Panel) -> Iterator[Mark]:
         y, low, high = (np.where(values > 0.0, values, np.nan) for values in (y, low, high))
     named = {"label": series.label}
     line = {"x": x, "y": y}
-    bars = {"x": x, "low": low, "x1": x, "high": high}
     if series.kind == "crosses":
         yield Mark("Scatter", line, 1, points("x", shade, size=9), **named)
     elif series.kind == "stems":
@@ -120,6 +117,7 @@ def _series_marks(series: Series, panel: Panel) -> Iterator[Mark]:
         dash = DASHES[series.variant % len(DASHES)]
         yield Mark("Curve", line, 1, _line(shade, dash, width(series.role)), **named)
         if series.kind == "curve":
+            bars = {"x": x, "low": low, "x1": x, "high": high}
             yield Mark("Segments", bars, 4, _line(shade, alpha=0.7), **named)
             tips = [("", series.label), ("x", "@x"), ("value", "@y"), ("interval", "@low to @high")]
             look = points(marker(series.role), shade, size=6, tips=tips)
@@ -135,7 +133,7 @@ def _box_marks(place: int, box: Box) -> Iterator[Mark]:
     # Two halves: their common edge is the median.
     edges = {"left": at - half, "bottom": np.array([box.first, box.middle])}
     edges |= {"right": at + half, "top": np.array([box.middle, box.third])}
-    yield Mark("Rectangles", edges, 4, _area(shade, edge=True))
+    yield Mark("Rectangles", edges, 4, _area(shade, edge=True), label=box.role)
     outliers = np.array(box.outliers)
     dots = {"x": np.full(len(outliers), float(place)), "y": outliers}
     yield Mark("Scatter", dots, 1, points("cross", shade, size=6))
@@ -192,5 +190,5 @@ def _area(shade: str, *, edge: bool = False) -> Callable[[Backend], Options]:
 
 def _count_look(backend: Backend) -> Options:
     if backend == "bokeh":
-        return {"text_font_size": "10px", "text_align": "left", "text_color": "black"}
+        return {"text_font_size": "10px", "text_align": "left", "text_color": "#000000"}
     return {"size": 6, "horizontalalignment": "left", "color": "black"}

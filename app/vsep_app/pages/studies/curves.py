@@ -113,7 +113,7 @@ def _screen_figure(panel: AnyPanel) -> Any:
         apart.visible = False
     for renderer in plot.renderers:
         glyph = renderer.glyph
-        for name in ("line_color", "fill_color"):
+        for name in ("line_color", "fill_color", "text_color"):
             shade = getattr(glyph, name, None)
             if isinstance(shade, str) and shade in _SCREEN_COLOURS:
                 setattr(glyph, name, _SCREEN_COLOURS[shade])
