@@ -1,6 +1,6 @@
 // Plays a recorded run: hands the sources of the figures what they held in each iteration.
 (() => {
-  const tape = JSON.parse(document.getElementById("vsep-tape").textContent)
+  const replay = JSON.parse(document.getElementById("vsep-replay").textContent)
   const by = (id) => document.getElementById(id)
   const decoded = new Map()
   const current = new Map()
@@ -13,7 +13,7 @@
 
   const decode = (number) => {
     if (decoded.has(number)) return decoded.get(number)
-    const value = tape.values[number]
+    const value = replay.values[number]
     let column = value.data
     if (value.kind === "short") column = new Float32Array(bytes(value.data).buffer)
     if (value.kind === "map") column = bytes(value.data)
@@ -27,7 +27,7 @@
   }
 
   const apply = (models, version) => {
-    const [player, kind, content] = tape.versions[version]
+    const [player, kind, content] = replay.versions[version]
     if (current.get(player) === version) return
     current.set(player, version)
     const model = models[player]
@@ -38,7 +38,7 @@
     const data = {}
     for (const [name, number] of Object.entries(content)) {
       const column = decode(number)
-      if (tape.values[number].kind === "map") {
+      if (replay.values[number].kind === "map") {
         const image = model.data[name][0]
         image.set(column)
         data[name] = [image]
@@ -50,18 +50,18 @@
   }
 
   const start = (bokeh) => {
-    const models = tape.players.map((id) => bokeh.get_model_by_id(id))
+    const models = replay.players.map((id) => bokeh.get_model_by_id(id))
     const slider = by("iteration"), play = by("play"), ramp = by("ramp")
     const items = [...document.querySelectorAll("ol.log li")]
 
     const show = () => {
       const iteration = Number(slider.value)
-      const shown = tape.iterations[iteration]
-      const chosen = ramp === null ? tape.ramp : Number(ramp.value)
+      const shown = replay.iterations[iteration]
+      const chosen = ramp === null ? replay.ramp : Number(ramp.value)
       for (const version of shown.versions[chosen]) apply(models, version)
-      by("table").innerHTML = tape.tables[shown.table]
+      by("table").innerHTML = replay.tables[shown.table]
       by("status").textContent = shown.status
-      items.forEach((item, n) => { item.hidden = tape.log[n] > iteration })
+      items.forEach((item, n) => { item.hidden = replay.log[n] > iteration })
       document.body.dataset.iteration = iteration
     }
 

@@ -42,7 +42,7 @@ def test_a_choice_made_on_the_page_restarts_and_a_double_one_is_undone(pool):
     assert page.choice.methods == ["omp", "joint", "zeroing"]
     assert [select.value for select in page.form.methods] == ["omp", "joint", "zeroing", ""]
     assert page.session.run_number == number + 1
-    page.form._complain = page.errors.append
+    page.form._notify_error = page.errors.append
     page.form.methods[0].value = "joint"
     assert page.errors == ["joint is chosen twice; the methods must differ."]
     assert page.form.methods[0].value == "omp"

@@ -83,7 +83,7 @@ def test_the_repair_comes_first_and_then_the_detection():
     comparison = prepare(plan_of("zeroing", "ist"))
     steps = steps_of(comparison)
     first = steps[0].views
-    assert [view.sink for view in first] == ["detects", "repairs"]
+    assert [view.stage for view in first] == ["detects", "repairs"]
     assert first[0].metrics.num_detections == 0
     assert first[1].metrics.num_detections is None
     assert first[1].metrics.misses is None

@@ -5,9 +5,9 @@ import sys
 
 import numpy as np
 import pytest
-from vsep_app.report.metadata import read_account
+from vsep_app.report.metadata import read_provenance
 from vsep_app.report.page import outcome, report_html
-from vsep_app.report.run import account, execute, listed_settings, of_steps
+from vsep_app.report.run import execute, listed_settings, of_steps, provenance
 from vsep_app.report.sources import of_report
 from vsep_app.report.spec import ReportSpec
 from vsep_app.report.write import report_bytes, write_report
@@ -79,7 +79,7 @@ def test_the_settings_are_listed_for_a_reader(many_ramps):
 
 
 def test_the_account_tells_what_was_found_and_what_it_is_worth(many_ramps):
-    told = account(report_of(many_ramps))
+    told = provenance(report_of(many_ramps))
     state = many_ramps.steps[-1].state
     assert [entry["beat"] for entry in told["result"]["objects"]] == state.objects.beats.tolist()
     assert (told["metrics"]["objects_true"], told["metrics"]["misses"]) == (10, 0)
@@ -93,7 +93,7 @@ def test_a_report_is_made_again_from_what_it_says(one_ramp, tmp_path, suffix, ch
     run, out = report_of(one_ramp, **changes), tmp_path / f"report{suffix}"
     write_report(run, out)
     assert out.read_bytes().startswith(HEADS[suffix])
-    assert read_account(out) == json.loads(report_bytes(run, ".json"))
+    assert read_provenance(out) == json.loads(report_bytes(run, ".json"))
     spec = of_report(str(out))
     assert spec == run.spec
     assert report_bytes(execute(spec), suffix) == out.read_bytes()

@@ -11,9 +11,9 @@ from vsep_app.report.animation import (
     shown_iterations,
     write_animation,
 )
-from vsep_app.report.metadata import read_account
+from vsep_app.report.metadata import read_provenance
 from vsep_app.report.names import ffmpeg_program, require_animation_name
-from vsep_app.report.run import account
+from vsep_app.report.run import provenance
 from vsep_app.views.style import COLOURS
 
 from tests.app.test_report import report_of
@@ -30,7 +30,7 @@ def test_an_animation_shows_every_iteration_and_says_how_it_was_made(one_ramp, t
         image.seek(image.n_frames - 1)
         image.load()
         assert image.info["duration"] >= LAST_MS
-    assert read_account(out)["spec"] == account(run)["spec"]
+    assert read_provenance(out)["spec"] == provenance(run)["spec"]
 
 
 def test_lines_keep_their_colours():

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from vsep_app.report.batch import write_batch
-from vsep_app.report.metadata import read_account
+from vsep_app.report.metadata import read_provenance
 from vsep_app.report.sources import changed, of_frame
 
 from vsep.errors import InputError
@@ -28,7 +28,7 @@ def test_every_frame_gets_a_report_and_a_row(tmp_path, frame_arrays):
     assert index.count("data:image/png") == 2
     assert "2 of 3 frames" in index
     assert "<bad>" not in index
-    assert read_account(folder / "a.html")["spec"]["plan"]["max_iterations"] == 2
+    assert read_provenance(folder / "a.html")["spec"]["plan"]["max_iterations"] == 2
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,9 @@ def record(short_bursts):
 
 
 @pytest.fixture(scope="module")
-def tape(record):
+def replay(record):
     """What the script of the page plays."""
-    element = re.search(r'id="vsep-tape">(.*?)</script>', record, re.DOTALL)
+    element = re.search(r'id="vsep-replay">(.*?)</script>', record, re.DOTALL)
     return json.loads(element.group(1))
 
 
@@ -51,13 +51,13 @@ def decode(value):
     return np.where(codes == -32768, np.nan, curve)
 
 
-def columns_of(tape, iteration, ramp, *names):
+def columns_of(replay, iteration, ramp, *names):
     """The columns of the first source that has them."""
-    versions = tape["iterations"][iteration]["versions"][tape["ramps"].index(ramp)]
+    versions = replay["iterations"][iteration]["versions"][replay["ramps"].index(ramp)]
     for number in versions:
-        _, kind, content = tape["versions"][number]
+        _, kind, content = replay["versions"][number]
         if kind == "data" and set(names) <= set(content):
-            yield [decode(tape["values"][content[name]]) for name in names]
+            yield [decode(replay["values"][content[name]]) for name in names]
 
 
 def test_a_record_of_simulation_ii_has_less_than_4_mb(record):
@@ -65,24 +65,24 @@ def test_a_record_of_simulation_ii_has_less_than_4_mb(record):
 
 
 @pytest.mark.parametrize("iteration", [0, 3, -1])
-def test_a_record_holds_the_pictures_of_the_run(short_bursts, tape, iteration):
+def test_a_record_holds_the_pictures_of_the_run(short_bursts, replay, iteration):
     shown = range(len(short_bursts.steps) + 1)[iteration]
-    for ramp in tape["ramps"]:
+    for ramp in replay["ramps"]:
         picture = short_bursts.picture(shown, ramp)
-        fast_time, _ = columns_of(tape, iteration, ramp, "cleaned", "interference")
+        fast_time, _ = columns_of(replay, iteration, ramp, "cleaned", "interference")
         for curve, name in zip(fast_time, ("cleaned", "interference"), strict=True):
             wanted = getattr(picture.fast_time, name)
             # Half a step of 65534 over the curve's span, and float32, 6e-8 of 200 dB.
             half_step = np.ptp(wanted[np.isfinite(wanted)]) / LEVELS / 2.0
             np.testing.assert_allclose(curve, wanted, rtol=0, atol=half_step + 2.4e-5)
-        maps = [image for [image] in columns_of(tape, iteration, ramp, "image")]
+        maps = [image for [image] in columns_of(replay, iteration, ramp, "image")]
         assert any(np.array_equal(image, picture.map_after.ravel()) for image in maps)
-    assert tape["iterations"][iteration]["status"] == status(picture, len(short_bursts.steps))
+    assert replay["iterations"][iteration]["status"] == status(picture, len(short_bursts.steps))
 
 
-def test_every_ramp_with_a_burst_can_be_chosen(short_bursts, tape):
-    assert tape["ramps"] == list(np.flatnonzero(short_bursts.static_picture.true_ramps))
-    assert tape["ramps"][tape["ramp"]] == short_bursts.ramp
+def test_every_ramp_with_a_burst_can_be_chosen(short_bursts, replay):
+    assert replay["ramps"] == list(np.flatnonzero(short_bursts.static_picture.true_ramps))
+    assert replay["ramps"][replay["ramp"]] == short_bursts.ramp
 
 
 def test_a_long_run_shows_fewer_ramps(many_ramps, monkeypatch):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vsep_app.cli.main import main
 from vsep_app.model.settings import LOADED_FRAME, Settings
-from vsep_app.report.run import account, execute, listed_settings
+from vsep_app.report.run import execute, listed_settings, provenance
 from vsep_app.report.snapshot import KINDS, make_snapshot, snapshot_spec
 from vsep_app.report.spec import KeptFrame, ReportSpec, read_spec
 from vsep_app.report.write import report_bytes
@@ -64,7 +64,7 @@ def test_a_run_of_several_antennas_is_drawn_as_the_one_shown(tmp_path):
     picture = run.picture()
     assert picture.static_picture.antenna.number == 2
     np.testing.assert_array_equal(picture.static_picture.observation.received, received[2])
-    told = account(run)
+    told = provenance(run)
     assert "angle_deg" in told["result"]["objects"][0]
     assert read_spec(told["spec"], "a report") == spec
     assert listed_settings(run)["antenna"] == "2 of 3, separated together"

@@ -2,8 +2,10 @@ import re
 
 import numpy as np
 import pytest
+from bokeh.models import HoverTool
+from vsep_app.figures.map_elements import equality_lines
 from vsep_app.figures.map_file import describe, map_html, shown_layers, write_map
-from vsep_app.figures.map_view import MapView, equality_lines
+from vsep_app.figures.map_view import MapView
 from vsep_app.views.style import Axis
 
 from vsep import InputError
@@ -37,8 +39,7 @@ def separability_map():
 
 def test_the_lines_lie_where_the_condition_is_met(separability_map):
     for name in ("whole_db", "weakest_db"):
-        lines = equality_lines(separability_map, name)
-        x, y = (np.concatenate(lines[axis]) for axis in ("xs", "ys"))
+        x, y = np.concatenate(equality_lines(separability_map, name)).T
         # (27) falls by one dB per dB: along a row the line lies where its value at 0 dB says.
         at_zero = separability_map.layers[name][:, 4]
         expected = -np.interp(y, separability_map.spec.y.values / 1e12, at_zero)
@@ -48,24 +49,47 @@ def test_the_lines_lie_where_the_condition_is_met(separability_map):
 
 
 def test_a_map_has_units_limits_and_what_the_pointer_shows(separability_map):
-    view = MapView(Axis(), Axis(), opens=True)
-    view.update(separability_map, "detection")
-    data, plot = view.source.data, view.figure
+    plot = MapView(Axis(), Axis()).update(separability_map, "detection")
+    data = plot.renderers[0].data_source.data
     assert plot.yaxis.axis_label == "slope difference [MHz/µs]"
     # Cells are centred on their values.
-    assert (data["x"][0], data["dw"][0]) == (-45.0, 90.0)
+    assert (data["x"][0], data["dw"][0]) == pytest.approx((-45.0, 90.0))
     assert data["y"][0] == pytest.approx(-1.4)
-    assert data["shown"][0][0, 0] == pytest.approx(0.8)
-    fields = re.findall(r"@(\w+)", " ".join(text for _, text in view._hover.tooltips))
-    assert set(fields) == {*LAYERS, "x_value", "y_value", "trials"}
+    assert (plot.x_range.start, plot.x_range.end) == (-45.0, 45.0)
+    assert data["image"][0][0, 0] == pytest.approx(0.8)
+    fields = re.findall(
+        r"@(\w+)", " ".join(text for _, text in plot.select_one(HoverTool).tooltips)
+    )
+    assert set(fields) == {*(f"{name}_layer" for name in LAYERS), "x_value", "y_value", "trials"}
     assert all(data[field][0].shape == (3, 9) for field in fields)
+    np.testing.assert_array_equal(data["x_value"][0][0], separability_map.spec.x.values)
+    np.testing.assert_allclose(
+        data["y_value"][0][:, 0], separability_map.spec.y.values / 1e12, rtol=1e-12
+    )
+    np.testing.assert_array_equal(data["coherence_layer"][0], separability_map.layers["coherence"])
     start, columns, rows, *_ = plot.tags
     assert (len(columns), len(rows)) == (9, 3)
     assert start.startswith("separability-map/simulation-2-a/factorised/1/robust/0/snr_db=40.0,")
 
 
+def test_another_layer_comes_into_the_same_figure_and_the_zoom_stays(separability_map):
+    view = MapView(Axis(), Axis())
+    plot = view.update(separability_map, "detection")
+    plot.x_range.update(start=-10.0, end=20.0)
+    assert view.update(separability_map, "whole_db") is plot
+    assert plot.title.text == LAYERS["whole_db"].label
+    shown, bar = plot.renderers[0].data_source.data["image"][0], plot.right[0].color_mapper
+    np.testing.assert_array_equal(shown, separability_map.layers["whole_db"])
+    assert (bar.low, bar.high) == separability_map.limits("whole_db")
+    # Red below zero, blue above it.
+    assert bar.palette[0][1:3] > bar.palette[0][5:7]
+    assert bar.palette[-1][1:3] < bar.palette[-1][5:7]
+    assert (plot.x_range.start, plot.x_range.end) == (-10.0, 20.0)
+
+
 def test_a_document_holds_all_it_needs(separability_map):
     document = map_html(separability_map)
+    assert document == map_html(separability_map)
     assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=.http", document)
     assert document.count("condition (27), weakest object") >= 1
     assert shown_layers(separability_map) == list(LAYERS)
@@ -76,9 +100,14 @@ def test_the_title_says_what_is_fixed(separability_map):
     assert describe(separability_map.spec) == expected
 
 
-def test_a_map_for_print_has_the_layers_of_trials_too(separability_map, tmp_path):
-    out = tmp_path / "map.png"
-    write_map(separability_map, out)
-    assert out.read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(InputError, match=r"must end in .html or .png"):
-        write_map(separability_map, tmp_path / "map.pdf")
+def test_a_map_for_print_has_all_layers_and_the_same_bytes_each_time(separability_map, tmp_path):
+    for suffix, start in ((".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")):
+        paths = [tmp_path / f"{name}{suffix}" for name in ("one", "two")]
+        for path in paths:
+            write_map(separability_map, path)
+        assert paths[0].read_bytes().startswith(start)
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+    # A map is one image in the file, and its colours another.
+    assert (tmp_path / "one.svg").read_text().count("<image") >= len(LAYERS)
+    with pytest.raises(InputError, match=r"must end in .html, .png, .svg or .pdf"):
+        write_map(separability_map, tmp_path / "map.gif")

@@ -71,7 +71,7 @@ def test_the_map_is_drawn_and_its_trials_fill_it(pool, told):
 
     asyncio.run(context())
     assert told == []
-    assert page.view.source.data["trials"][0].tolist() == [[1.0] * 3] * 3
+    assert page.view.figure.renderers[0].data_source.data["trials"][0].tolist() == [[1.0] * 3] * 3
     rows = list(csv.DictReader(page._table()))
     assert len(rows) == 9
     assert page._document().read().startswith("<!DOCTYPE html>")

@@ -1,10 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
-from bokeh.models import ColumnDataSource
-from vsep_app.figures.study_figure import draw_panel, panel_columns, panel_shape, update_panel
+from vsep_app.figures.study_elements import panel_marks, panel_shape
+from vsep_app.figures.study_figure import draw_panel, update_panel
 from vsep_app.pages.studies.curves import StudyCurves
 
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
+from vsep.studies.panels import Panel, reference
 
 
 def of_figure_3a(rows):
@@ -21,12 +24,10 @@ def test_a_figure_takes_newer_numbers_and_keeps_its_range(study_rows):
     plot.x_range.update(start=20.0, end=40.0)
     assert panel_shape(before) == panel_shape(after)
     update_panel(plot, after)
-    columns = panel_columns(after)
-    sources = list(plot.select({"type": ColumnDataSource}))
-    assert len(sources) == len(columns)
-    for source in sources:
-        for name in ("y", "low", "high"):
-            np.testing.assert_array_equal(source.data[name], columns[source.name][name])
+    assert plot.title.text == after.note != before.note
+    for renderer, mark in zip(plot.renderers, panel_marks(after), strict=True):
+        for name, values in mark.columns.items():
+            np.testing.assert_array_equal(renderer.data_source.data[name], values)
     assert (plot.x_range.start, plot.x_range.end) == (20.0, 40.0)
 
 
@@ -60,3 +61,16 @@ def test_examples_are_two_pictures_and_nothing_is_a_hint(study_rows):
     view.show([])
     assert view.grid.objects[0].object == hint
     assert "Choose a study" in hint
+
+
+def test_a_reference_that_gains_a_band_is_drawn_anew():
+    x, nothing = np.arange(3.0), np.full(3, np.nan)
+    line = reference("ideal", "guide", x, x)
+    shapes = []
+    for low, high in ((nothing, nothing), (x - 1.0, x + 1.0)):
+        series = replace(line, low=low, high=high)
+        panel = Panel(title="Fig. X", x_label="x", y_label="y", series=(series,))
+        plot = draw_panel(panel)
+        update_panel(plot, panel)
+        shapes.append(panel_shape(panel))
+    assert shapes[0] != shapes[1]

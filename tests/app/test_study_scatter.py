@@ -31,6 +31,16 @@ def test_dots_of_another_seed_take_the_place_of_the_old_ones(study_rows):
     assert view.card.objects[0].object is not plot
 
 
+def test_a_study_without_rows_has_an_empty_figure_until_there_are_some(study_rows):
+    view = StudyScatter()
+    view.show(make_dots([], CHOICE))
+    view.show(make_dots(study_rows, CHOICE))
+    plot = view.card.objects[0].object
+    assert len(plot.select_one({"name": "trials-object-only"}).data["x"]) == 6
+    view.show(make_dots([], CHOICE))
+    assert view.card.objects[0].object is not plot
+
+
 def test_the_largest_values_come_first_and_are_links(study_rows):
     worst = worst_rows(make_dots(study_rows, CHOICE))
     values = sorted((row["iterations"] for row in study_rows), reverse=True)

@@ -1,9 +1,22 @@
-from vsep_app.figures.study_style import colour, marker
+import re
+from dataclasses import replace
 
-from vsep.studies.catalogue import CATALOGUE
+import numpy as np
+import pytest
+from vsep_app.figures.study_style import MARKERS, colour, marker
+from vsep_app.pages.studies.curves import sample
+
+from vsep.studies.methods import method_names
+from vsep.studies.panels import reference
 
 
-def test_no_two_methods_of_a_panel_look_the_same():
-    for plan in CATALOGUE["fig-5-methods"].curves:
-        looks = [(colour(method), marker(method)) for method in plan.methods]
-        assert len(set(looks)) == len(looks) > 4
+def test_no_two_methods_look_the_same():
+    looks = [(colour(method), marker(method)) for method in method_names()]
+    assert len(set(looks)) == len(looks) > 20
+
+
+@pytest.mark.parametrize("method", method_names())
+def test_a_method_has_its_marker_in_print_and_in_the_key(method):
+    assert marker(method) in MARKERS
+    curve = replace(reference(method, method, np.arange(2.0), np.arange(2.0)), kind="curve")
+    assert re.search(r"<g fill=.{9}><(path|circle) ", sample(curve))

@@ -110,7 +110,7 @@ def _add_shown(parser: Any) -> None:
     add_number(group, "--ramp", "(default: the one with the strongest burst)", kind=int)
     add_number(group, "--iteration", "(default: the last one)", kind=int)
     group.add_argument(
-        "--iterations", type=_numbers, metavar="N,N,...", help="a film strip of these, at most 6"
+        "--iterations", type=_numbers, metavar="N,N,...", help="a filmstrip of these, at most 6"
     )
 
 

@@ -47,7 +47,7 @@ examples:
 parameters, in SI units; a name may lack its unit:
 {fill(", ".join(AXES), 98, initial_indent="  ", subsequent_indent="  ")}
 """
-_SUFFIXES = (".html", ".png", ".csv")
+_SUFFIXES = (".html", ".png", ".svg", ".pdf", ".csv")
 _OF_TRIALS: Final = ("estimator", "schedule", "false_alarm_rate", "workers")
 _MAPS: Final = {
     "a map with trials": frozenset(_OF_TRIALS),
@@ -90,7 +90,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_false_alarm_option(parser)
     add_seed_option(parser, "draws objects, paths, noise")
     add_workers_option(parser)
-    add_out(parser, "the map, *.html, *.png or *.csv")
+    add_out(parser, "the map, *.html, *.png, *.svg, *.pdf or *.csv")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -98,7 +98,7 @@ def run(options: argparse.Namespace) -> int:
     out = Path(options.out)
     suffix = out.suffix.lower()
     if suffix not in _SUFFIXES:
-        raise InputError(f"The map {options.out!r} must end in .html, .png or .csv.")
+        raise InputError(f"The map {options.out!r} must end in .html, .png, .svg, .pdf or .csv.")
     require_folder(out)
     workers = 1 if options.workers is None else options.workers
     require_range("workers", workers, 1, 4096)

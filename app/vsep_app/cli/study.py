@@ -59,7 +59,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_run(_add_action(actions, "run", "run a study, or go on with it", _run))
     plot = _add_action(actions, "plot", "draw the rows of a study", _plot)
     plot.add_argument("rows", metavar="FILE", help="what `vsep study run` wrote")
-    add_out(plot, "the figure, *.html, *.png or *.svg")
+    add_out(plot, "the figure, *.html, *.png, *.svg or *.pdf")
     summary = _add_action(actions, "summary", "write all figures with their intervals", _summarise)
     summary.add_argument("rows", metavar="FILE", help="what `vsep study run` wrote")
     add_out(summary, "a table, *.csv")

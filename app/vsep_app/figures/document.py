@@ -38,7 +38,7 @@ def document_html(
     title : str
         Of the browser's window.
     variables : mapping
-        For the template, beside those of ``base.html``.
+        For the template; ``base.html`` shows `provenance` where there is one.
     """
     with OutputDocumentFor(plots, always_new=True):
         documents, items = standalone_docs_json_and_render_items(

@@ -1,4 +1,4 @@
-"""The report for print: matplotlib draws the picture that the views draw on screen."""
+"""Figure page of a report: the picture of the views, drawn by Matplotlib for print."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,7 +24,7 @@ _LINES = (
 )
 
 
-def draw_sheet(picture: Picture, settings: Mapping[str, str]) -> Figure:
+def draw_figure_page(picture: Picture, settings: Mapping[str, str]) -> Figure:
     """Draw the three views, the table and the settings.
 
     Parameters
@@ -34,10 +34,10 @@ def draw_sheet(picture: Picture, settings: Mapping[str, str]) -> Figure:
     settings : mapping of str to str
         Listed at the foot.
     """
-    sheet = empty_sheet()
+    page = empty_figure_page()
     several = picture.static_picture.radar.num_ramps > 1
     heights = (1.0, 1.15, 1.5) if several else (1.0, 1.15)
-    grid = sheet.add_gridspec(
+    grid = page.add_gridspec(
         len(heights),
         3,
         height_ratios=heights,
@@ -49,41 +49,41 @@ def draw_sheet(picture: Picture, settings: Mapping[str, str]) -> Figure:
         hspace=0.42,
         wspace=0.2,
     )
-    draw_fast_time(sheet.add_subplot(grid[0, :2]), picture)
-    draw_delay(sheet.add_subplot(grid[1, :2]), picture)
+    draw_fast_time(page.add_subplot(grid[0, :2]), picture)
+    draw_delay(page.add_subplot(grid[1, :2]), picture)
     if several:
-        draw_map(sheet.add_subplot(grid[2, 0]), picture, before=True)
-        image = draw_map(sheet.add_subplot(grid[2, 1]), picture, before=False)
+        draw_map(page.add_subplot(grid[2, 0]), picture, before=True)
+        image = draw_map(page.add_subplot(grid[2, 1]), picture, before=False)
         low, high = picture.static_picture.map_limits_db
-        bar = sheet.colorbar(image, ax=sheet.axes[-1], fraction=0.05, pad=0.02)
+        bar = page.colorbar(image, ax=page.axes[-1], fraction=0.05, pad=0.02)
         bar.set_ticks(
             [0.0, 127.5, 255.0], labels=[f"{x:.0f}" for x in (low, (low + high) / 2, high)]
         )
         bar.ax.set_title("dB", fontsize=8)
         bar.ax.tick_params(labelsize=7)
-    _table(sheet.add_subplot(grid[:2, 2]), picture)
+    _table(page.add_subplot(grid[:2, 2]), picture)
     if several:
-        _progress(sheet.add_subplot(grid[2, 2]), picture)
-    add_words(sheet, picture, settings)
-    return sheet
+        _progress(page.add_subplot(grid[2, 2]), picture)
+    add_words(page, picture, settings)
+    return page
 
 
-def empty_sheet() -> Figure:
+def empty_figure_page() -> Figure:
     """Return an empty page."""
-    sheet = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH)
-    FigureCanvasAgg(sheet)
-    return sheet
+    page = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH)
+    FigureCanvasAgg(page)
+    return page
 
 
-def add_words(sheet: Figure, picture: Picture, settings: Mapping[str, str]) -> None:
+def add_words(page: Figure, picture: Picture, settings: Mapping[str, str]) -> None:
     """Write the title above a page and the settings below it."""
     title = f"vsep: {picture.static_picture.title}"
     outcome = f"iteration {picture.iteration}, {picture.termination.value}"
-    sheet.text(0.055, 0.965, title, fontsize=12, fontweight="bold", va="center")
-    sheet.text(0.985, 0.965, outcome, fontsize=8, ha="right", va="center")
+    page.text(0.055, 0.965, title, fontsize=12, fontweight="bold", va="center")
+    page.text(0.985, 0.965, outcome, fontsize=8, ha="right", va="center")
     foot = picture.static_picture.levels_text
     listed = ", ".join(f"{name}: {value}" for name, value in settings.items())
-    sheet.text(0.055, 0.035, f"{foot}\n{listed}", fontsize=7, va="center", wrap=True)
+    page.text(0.055, 0.035, f"{foot}\n{listed}", fontsize=7, va="center", wrap=True)
 
 
 def _lines(axes: Any, signals: Signals) -> None:

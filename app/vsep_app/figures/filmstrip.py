@@ -1,4 +1,4 @@
-"""The film strip for print: three views of some iterations, side by side."""
+"""Filmstrip of a report for print: three views of some iterations, side by side."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,12 +9,12 @@ from vsep_app.figures.figure_page import (
     draw_delay,
     draw_fast_time,
     draw_map,
-    empty_sheet,
+    empty_figure_page,
 )
 from vsep_app.model.picture import Picture
 
 
-def draw_film(pictures: Sequence[Picture], settings: Mapping[str, str]) -> Figure:
+def draw_filmstrip(pictures: Sequence[Picture], settings: Mapping[str, str]) -> Figure:
     """Draw fast time, delay and map of each picture below one another.
 
     Parameters
@@ -24,9 +24,9 @@ def draw_film(pictures: Sequence[Picture], settings: Mapping[str, str]) -> Figur
     settings : mapping of str to str
         Listed at the foot.
     """
-    sheet = empty_sheet()
+    page = empty_figure_page()
     several = pictures[0].static_picture.radar.num_ramps > 1
-    grid = sheet.add_gridspec(
+    grid = page.add_gridspec(
         3 if several else 2,
         len(pictures),
         left=0.055,
@@ -37,7 +37,7 @@ def draw_film(pictures: Sequence[Picture], settings: Mapping[str, str]) -> Figur
         wspace=0.24,
     )
     for column, picture in enumerate(pictures):
-        top, *lower = (sheet.add_subplot(grid[row, column]) for row in range(grid.nrows))
+        top, *lower = (page.add_subplot(grid[row, column]) for row in range(grid.nrows))
         draw_fast_time(top, picture, legend=False)
         draw_delay(lower[0], picture, legend=False)
         if several:
@@ -51,5 +51,5 @@ def draw_film(pictures: Sequence[Picture], settings: Mapping[str, str]) -> Figur
             loc="left",
             fontsize=9,
         )
-    add_words(sheet, pictures[-1], settings)
-    return sheet
+    add_words(page, pictures[-1], settings)
+    return page

@@ -1,25 +1,22 @@
-"""The map of a question as a file: HTML that opens from disk, or PNG for print."""
+"""Separability maps in a file: HTML that opens from disk, or PNG, SVG and PDF for print."""
 
 from html import escape
 from pathlib import Path
-
-from bokeh.embed import file_html
-from bokeh.layouts import column, gridplot
-from bokeh.models import Div
-from bokeh.resources import INLINE
 
 from vsep.errors import InputError
 from vsep.separability.axes import AXES
 from vsep.separability.map import LAYERS, SeparabilityMap
 from vsep.separability.map_spec import MapSpec
-from vsep_app.figures.map_explanations import CONTOURS, EXPLANATIONS
-from vsep_app.figures.map_print import write_print
+from vsep_app.figures.document import document_html
+from vsep_app.figures.map_elements import CONTOURS, EXPLANATIONS, map_overlay
 from vsep_app.figures.map_view import MapView
+from vsep_app.figures.static_figure import Place, write_static
 from vsep_app.views.style import Axis
 
-SUFFIXES = (".html", ".png")
+SUFFIXES = (".html", ".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 460, 360
-_COLUMNS = 2
+_PANEL_INCHES = (4.3, 3.3)
+_COLUMNS = 4
 
 
 def write_map(separability_map: SeparabilityMap, out: Path) -> None:
@@ -30,7 +27,7 @@ def write_map(separability_map: SeparabilityMap, out: Path) -> None:
     separability_map : SeparabilityMap
         What to draw.
     out : Path
-        File to write, ``.html`` or ``.png``.
+        File to write, ``.html``, ``.png``, ``.svg`` or ``.pdf``.
 
     Raises
     ------
@@ -41,34 +38,54 @@ def write_map(separability_map: SeparabilityMap, out: Path) -> None:
     """
     suffix = out.suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError(f"The map {out.name!r} must end in .html or .png.")
+        raise InputError(f"The map {out.name!r} must end in .html, .png, .svg or .pdf.")
     if suffix == ".html":
         out.write_text(map_html(separability_map), encoding="utf-8")
-    else:
-        write_print(separability_map, out, title=describe(separability_map.spec))
+        return
+    names = shown_layers(separability_map)
+    columns = _COLUMNS if len(names) > _COLUMNS else _COLUMNS // 2
+    rows = [names[start : start + columns] for start in range(0, len(names), columns)]
+    titles = [describe(separability_map.spec), *[""] * (len(rows) - 1)]
+    write_static(
+        [
+            (
+                title,
+                [
+                    Place(
+                        map_overlay(separability_map, name, "matplotlib"), title=LAYERS[name].label
+                    )
+                    for name in own
+                ],
+            )
+            for title, own in zip(titles, rows, strict=True)
+        ],
+        out,
+        panel_inches=_PANEL_INCHES,
+    )
 
 
 def map_html(separability_map: SeparabilityMap) -> str:
     """Return the layers as one HTML document that asks for nothing else; they zoom together."""
     x_axis, y_axis = Axis(), Axis()
-    plots, texts = [], []
-    for name in shown_layers(separability_map):
-        view = MapView(x_axis, y_axis, opens=False)
-        view.update(separability_map, name)
-        view.figure.update(sizing_mode="fixed", width=WIDTH, height=HEIGHT)
-        plots.append(view.figure)
-        texts.append(f"<dt><b>{escape(LAYERS[name].label)}</b></dt><dd>{EXPLANATIONS[name]}</dd>")
-    heading = f"<h1 style='font-size:18px'>{escape(describe(separability_map.spec))}</h1>"
-    document: str = file_html(
-        column(
-            Div(text=heading),
-            gridplot(plots, ncols=_COLUMNS, toolbar_location="right"),
-            Div(text=f"<p>{CONTOURS}</p><dl>{''.join(texts)}</dl>", width=_COLUMNS * WIDTH),
-        ),
-        resources=INLINE,
-        title="vsep: separability",
+    plots = []
+    names = shown_layers(separability_map)
+    for name in names:
+        plot = MapView(x_axis, y_axis).update(separability_map, name)
+        plot.update(sizing_mode="fixed", width=WIDTH, height=HEIGHT, name=name)
+        plots.append(plot)
+    texts = "".join(
+        f"<dt>{escape(LAYERS[name].label)}</dt><dd>{EXPLANATIONS[name]}</dd>" for name in names
     )
-    return document
+    return document_html(
+        plots,
+        template="panels.html",
+        title="vsep: separability",
+        variables={
+            "heading": describe(separability_map.spec),
+            "sections": [("", names)],
+            "remarks": f"<p>{CONTOURS}</p><dl>{texts}</dl>",
+        },
+    )
 
 
 def shown_layers(separability_map: SeparabilityMap) -> list[str]:

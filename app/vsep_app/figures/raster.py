@@ -1,4 +1,4 @@
-"""The raster of crossing bursts for print: which ramp, when, and how far from the lattice."""
+"""Static raster of interference bursts: ramp, crossing time, residual of the timing fit."""
 
 from pathlib import Path
 
@@ -28,9 +28,9 @@ def write_raster(frame: FrameTimings, out: Path) -> None:
     OSError
         If the file cannot be written.
     """
-    sheet = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH, layout="constrained")
-    FigureCanvasAgg(sheet)
-    raster, residuals = sheet.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+    page = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH, layout="constrained")
+    FigureCanvasAgg(page)
+    raster, residuals = page.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
     everything = frame.crossings
     raster.plot(everything.ramps, everything.samples, "x", color="0.55", label="bursts found")
     for number, timing in enumerate(frame.timings):
@@ -59,4 +59,4 @@ def write_raster(frame: FrameTimings, out: Path) -> None:
         axes.spines[["top", "right"]].set_visible(False)
         if axes.get_legend_handles_labels()[0]:
             axes.legend(fontsize=8, frameon=False, loc="upper right")
-    sheet.savefig(out, format=out.suffix[1:].lower())
+    page.savefig(out, format=out.suffix[1:].lower())

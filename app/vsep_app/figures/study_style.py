@@ -4,7 +4,7 @@ Colours are those of Okabe and Ito, safe for colour-blind readers; a marker tell
 without colour, a dash the variants of one method.
 """
 
-from vsep.mitigation.registry import MITIGATIONS
+from vsep.studies.methods import method_names
 
 _COLOURS = {
     "factorised": "#0072B2",
@@ -33,8 +33,23 @@ _MARKERS = {
     "masked-autoregressive": "star",
     "no-interference": "diamond",
 }
-_OTHER_MARKERS = ("inverted_triangle", "star", "hex", "plus")
-_MITIGATIONS = {name: number for number, name in enumerate(MITIGATIONS)}
+# None of these is in the table above, so that no other method looks like one of its methods.
+_OTHER_MARKERS = ("hex", "plus", "square_pin", "triangle_pin")
+MARKERS: dict[str, str | tuple[int, int, int]] = {
+    "circle": "o",
+    "square": "s",
+    "triangle": "^",
+    "diamond": "D",
+    "inverted_triangle": "v",
+    "star": "*",
+    "hex": "h",
+    "plus": "P",
+    "square_pin": (4, 1, 0),
+    "triangle_pin": (3, 1, 0),
+    "cross": "$+$",
+    "x": r"$\times$",
+}
+"""Matplotlib's markers by the names that Bokeh has for them; all of them have an area."""
 DASHES = ("solid", "dashed", "dotted", "dotdash")
 
 
@@ -57,10 +72,8 @@ def marker(role: str) -> str:
     >>> marker("joint")
     'square'
     """
-    return (
-        _MARKERS.get(role)
-        or _OTHER_MARKERS[_number(role) // len(_OTHER_COLOURS) % len(_OTHER_MARKERS)]
-    )
+    turn = _number(role) // len(_OTHER_COLOURS)
+    return _MARKERS.get(role) or _OTHER_MARKERS[turn % len(_OTHER_MARKERS)]
 
 
 def width(role: str) -> float:
@@ -75,5 +88,6 @@ def width(role: str) -> float:
 
 
 def _number(role: str) -> int:
-    """Return the number of a role without a look of its own; mitigation methods have their own."""
-    return _MITIGATIONS.get(role, sum(role.encode()))
+    """Return the place of a method among those without a look of their own."""
+    others = [name for name in method_names() if name not in _MARKERS]
+    return others.index(role) if role in others else sum(role.encode())

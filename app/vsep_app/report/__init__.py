@@ -1,1 +1,1 @@
-"""Reports: a run as a file that needs neither server nor network, and that can be made again."""
+"""Reports: reproducible files of a run that need neither server nor network."""

@@ -1,4 +1,4 @@
-"""A run as a moving picture: GIF, WebP or, with ffmpeg, MP4."""
+"""Animations of a run: GIF, WebP or, with ffmpeg, MP4."""
 
 import subprocess
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from vsep_app.figures.figure_page import draw_delay, draw_fast_time, draw_map
 from vsep_app.model.picture import Picture
 from vsep_app.report.names import ffmpeg_program, require_animation_name
 from vsep_app.report.replay import status
-from vsep_app.report.run import ReportRun, account
+from vsep_app.report.run import ReportRun, provenance
 from vsep_app.views.style import COLOURS
 
 SIZE_INCHES = (9.6, 5.6)
@@ -42,7 +42,7 @@ def write_animation(run: ReportRun, out: Path) -> None:
     require_animation_name(str(out))
     images = [draw_image(run.picture(i), len(run.steps)) for i in shown_iterations(len(run.steps))]
     times_ms = [FIRST_MS, *[EACH_MS] * (len(images) - 2), LAST_MS][: len(images)]
-    _WRITERS[out.suffix.lower()](out, images, times_ms, as_json(account(run)).encode())
+    _WRITERS[out.suffix.lower()](out, images, times_ms, as_json(provenance(run)).encode())
 
 
 def shown_iterations(last: int) -> list[int]:
@@ -59,10 +59,10 @@ def shown_iterations(last: int) -> list[int]:
 
 def draw_image(picture: Picture, last: int) -> Image.Image:
     """Draw one iteration of a run of `last` iterations."""
-    sheet = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH)
-    canvas = FigureCanvasAgg(sheet)
+    page = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH)
+    canvas = FigureCanvasAgg(page)
     several = picture.static_picture.radar.num_ramps > 1
-    grid = sheet.add_gridspec(
+    grid = page.add_gridspec(
         2,
         2 if several else 1,
         width_ratios=(1.25, 1.0) if several else (1.0,),
@@ -73,18 +73,18 @@ def draw_image(picture: Picture, last: int) -> Image.Image:
         hspace=0.42,
         wspace=0.17,
     )
-    top = sheet.add_subplot(grid[0, 0])
+    top = page.add_subplot(grid[0, 0])
     draw_fast_time(top, picture, legend=False)
-    draw_delay(sheet.add_subplot(grid[1, 0]), picture, legend=False)
+    draw_delay(page.add_subplot(grid[1, 0]), picture, legend=False)
     if several:
         for row, before in enumerate((True, False)):
-            axes = sheet.add_subplot(grid[row, 1])
+            axes = page.add_subplot(grid[row, 1])
             draw_map(axes, picture, before=before)
             axes.set_ylabel("velocity [m/s]", fontsize=8)
     handles, labels = top.get_legend_handles_labels()
-    sheet.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize=9, frameon=False)
+    page.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize=9, frameon=False)
     words = status(picture, last)
-    sheet.text(0.015, 0.955, words[0].upper() + words[1:], fontsize=12, weight="bold", va="center")
+    page.text(0.015, 0.955, words[0].upper() + words[1:], fontsize=12, weight="bold", va="center")
     canvas.draw()
     return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
 
@@ -103,7 +103,7 @@ def animation_palette() -> "np.ndarray[tuple[int, int], np.dtype[np.uint8]]":
 
 
 def _write_gif(
-    out: Path, images: Sequence[Image.Image], times_ms: Sequence[int], account: bytes
+    out: Path, images: Sequence[Image.Image], times_ms: Sequence[int], provenance: bytes
 ) -> None:
     # One palette for all: then a picture holds only what differs from the one before.
     palette = Image.new("P", (1, 1))
@@ -117,12 +117,12 @@ def _write_gif(
         duration=list(times_ms),
         loop=0,
         optimize=True,
-        comment=account,
+        comment=provenance,
     )
 
 
 def _write_webp(
-    out: Path, images: Sequence[Image.Image], times_ms: Sequence[int], account: bytes
+    out: Path, images: Sequence[Image.Image], times_ms: Sequence[int], provenance: bytes
 ) -> None:
     images[0].save(
         out,
@@ -132,7 +132,7 @@ def _write_webp(
         duration=list(times_ms),
         loop=0,
         quality=WEBP_QUALITY,
-        xmp=account,
+        xmp=provenance,
     )
 
 

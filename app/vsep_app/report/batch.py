@@ -1,4 +1,4 @@
-"""Many frames as a folder: a report of each, and one page that lists them all."""
+"""Reports of many frames in a folder, and one page that lists them all."""
 
 import base64
 import io
@@ -15,7 +15,7 @@ from vsep.errors import InputError
 from vsep_app.assets import path
 from vsep_app.model.picture import Picture
 from vsep_app.report.page import outcome
-from vsep_app.report.run import account, execute
+from vsep_app.report.run import execute, provenance
 from vsep_app.report.spec import ReportSpec
 from vsep_app.report.write import write_report
 from vsep_app.views.tables import MISSING
@@ -93,7 +93,7 @@ def _report(frame: str, out: Path, spec: ReportSpec) -> str:
     run = execute(spec)
     write_report(run, out)
     picture = run.picture()
-    metrics = account(run)["metrics"] or {}
+    metrics = provenance(run)["metrics"] or {}
     numbers = [str(len(picture.objects.ranges_m))]
     numbers += [
         str(metrics.get(key, MISSING)) for key in ("objects_true", "misses", "false_alarms")

@@ -1,4 +1,4 @@
-"""Where a file carries what it says of itself: in a page, a picture, a document, or plain JSON."""
+"""Provenance of a report inside its file: HTML, PNG, PDF or JSON."""
 
 import base64
 import binascii
@@ -13,6 +13,7 @@ from PIL import Image, UnidentifiedImageError
 from vsep.errors import InputError
 from vsep.files.results import as_json
 
+# This name stays: reports of all versions are read back.
 ELEMENT = "vsep-account"
 PNG_KEY = "vsep"
 _PDF_MARK = "vsep:"
@@ -22,18 +23,18 @@ _IN_PDF = re.compile(rb"/Keywords\s*\(" + _PDF_MARK.encode() + rb"([A-Za-z0-9+/=
 _IMAGE_HEADS = (b"\x89PNG", b"GIF8", b"RIFF")
 
 
-def for_html(account: Mapping[str, Any]) -> str:
-    """Return the element of a page that holds an account."""
-    text = as_json(account).replace("<", "\\u003c")
+def for_html(provenance: Mapping[str, Any]) -> str:
+    """Return the element of a page that holds provenance."""
+    text = as_json(provenance).replace("<", "\\u003c")
     return f'<script type="application/json" id="{ELEMENT}">{text}</script>'
 
 
-def for_pdf(account: Mapping[str, Any]) -> str:
-    """Return the keywords of a document that hold an account: letters that need no escape."""
-    return _PDF_MARK + base64.b64encode(as_json(account).encode()).decode()
+def for_pdf(provenance: Mapping[str, Any]) -> str:
+    """Return the keywords of a document that hold provenance: letters that need no escape."""
+    return _PDF_MARK + base64.b64encode(as_json(provenance).encode()).decode()
 
 
-def read_account(path: str | Path) -> dict[str, Any]:
+def read_provenance(path: str | Path) -> dict[str, Any]:
     """Read what a report says of itself.
 
     Parameters
@@ -76,7 +77,7 @@ def _text(file: Path, content: bytes) -> str:
         return text
     element = _IN_HTML.search(text)
     if element is None:
-        raise ValueError("no account in the page")
+        raise ValueError("no provenance in the page")
     return element.group(1)
 
 

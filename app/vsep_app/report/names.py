@@ -1,4 +1,4 @@
-"""What may be asked of a report, checked before anything is computed."""
+"""Checks of the names and iterations of a report before anything is computed."""
 
 import shutil
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from vsep.errors import InputError
 REPORTS = (".html", ".png", ".pdf", ".json")
 ANIMATIONS = (".gif", ".webp", ".mp4")
 MAX_FRAMES = 6
-"""Of a film strip."""
+"""Of a filmstrip."""
 
 
 def require_report_name(out: str) -> None:
@@ -47,9 +47,9 @@ def ffmpeg_program() -> str | None:
 
 
 def require_room(iterations: Sequence[int]) -> None:
-    """Refuse a film strip with more frames than can be read."""
+    """Refuse a filmstrip with more frames than can be read."""
     if len(iterations) > MAX_FRAMES:
         raise InputError(
-            f"A film strip of {len(iterations)} iterations is asked for; it has room for at most "
+            f"A filmstrip of {len(iterations)} iterations is asked for; it has room for at most "
             f"{MAX_FRAMES}."
         )

@@ -9,7 +9,7 @@ from bokeh.models import Span
 from vsep_app.figures.document import document_html
 from vsep_app.model.picture import Picture
 from vsep_app.report.metadata import for_html
-from vsep_app.report.run import ReportRun, account, listed_settings
+from vsep_app.report.run import ReportRun, listed_settings, provenance
 from vsep_app.views.progress import ProgressView
 from vsep_app.views.ramps import RampStrip
 from vsep_app.views.range_doppler import RangeDopplerView
@@ -55,12 +55,12 @@ def report_html(run: ReportRun) -> str:
     several = picture.static_picture.radar.num_ramps > 1
     views = ReportViews(several=several)
     views.update(picture)
-    film, frames = _film(run.film(), several=several)
+    filmstrip, frames = _filmstrip(run.filmstrip(), several=several)
     return document_html(
-        [*views.plots, *film],
+        [*views.plots, *filmstrip],
         template="report.html",
         title=f"vsep: {picture.static_picture.title}",
-        variables={"film": frames, **page_variables(run, picture)},
+        variables={"filmstrip": frames, **page_variables(run, picture)},
     )
 
 
@@ -74,7 +74,7 @@ def page_variables(run: ReportRun, picture: Picture) -> dict[str, Any]:
         "table": table_html(picture.table, moving=several),
         "log": log_html(picture.log),
         "settings": list(listed_settings(run).items()),
-        "account": for_html(account(run)),
+        "provenance": for_html(provenance(run)),
     }
 
 
@@ -88,8 +88,10 @@ def outcome(picture: Picture) -> str:
     )
 
 
-def _film(pictures: Sequence[Picture], *, several: bool) -> tuple[list[Any], list[dict[str, str]]]:
-    """Return the figures of a film strip, and the caption and name of each of its frames."""
+def _filmstrip(
+    pictures: Sequence[Picture], *, several: bool
+) -> tuple[list[Any], list[dict[str, str]]]:
+    """Return the figures of a filmstrip, and the caption and name of each of its frames."""
     range_axis, crosshair = Axis(), Span(dimension="height", line_color="#8C8C8C")
     plots, frames = [], []
     for number, picture in enumerate(pictures):
@@ -99,7 +101,7 @@ def _film(pictures: Sequence[Picture], *, several: bool) -> tuple[list[Any], lis
         own += [(maps.after, 190)] if several else []
         for view in (delay, fast_time, *((maps,) if several else ())):
             view.update(picture)
-        name = f"film-{number}-"
+        name = f"filmstrip-{number}-"
         for plot, height in own:
             plot.update(sizing_mode="stretch_width", height=height, name=name + plot.name)
             plots.append(plot)

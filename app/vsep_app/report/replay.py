@@ -1,4 +1,4 @@
-"""A recorded run: one file in which a slider goes through every iteration, without any server.
+"""Replay of a run: one HTML file in which a slider goes through every iteration.
 
 The views are given every picture of the run, and what their sources then hold is kept; the page's
 script hands it back to them. So the record shows what the dashboard would, and knows nothing of
@@ -57,7 +57,7 @@ def record_html(run: ReportRun) -> str:
     last = pictures[frames[-1], run.ramp]
     # Axes only grow within a run: after the last picture they hold all of them.
     views.update(last)
-    tapes = {"values": Replay(), "versions": Replay(), "tables": Replay()}
+    replays = {"values": Replay(), "versions": Replay(), "tables": Replay()}
     players = _players(views.plots)
     shown = []
     for i in frames:
@@ -65,21 +65,21 @@ def record_html(run: ReportRun) -> str:
         for ramp in ramps:
             # A clean slate: a view draws the map as received once a scene only.
             views.update(pictures[i, ramp])
-            seen.append([_version(player, n, tapes) for n, player in enumerate(players)])
+            seen.append([_version(player, n, replays) for n, player in enumerate(players)])
         picture = pictures[i, run.ramp]
         shown.append(
             {
                 "versions": seen,
-                "table": tapes["tables"].keep(table_html(picture.table, moving=several)),
+                "table": replays["tables"].keep(table_html(picture.table, moving=several)),
                 "status": status(picture, frames[-1]),
             }
         )
     views.update(last)
-    tape = {
+    replay = {
         "players": [player.id for player in players],
-        "values": tapes["values"].values,
-        "versions": tapes["versions"].values,
-        "tables": tapes["tables"].values,
+        "values": replays["values"].values,
+        "versions": replays["versions"].values,
+        "tables": replays["tables"].values,
         "iterations": shown,
         "ramps": ramps,
         "ramp": ramps.index(run.ramp),
@@ -91,7 +91,7 @@ def record_html(run: ReportRun) -> str:
         title=f"vsep: {run.static_picture.title}, recorded",
         variables={
             **page_variables(run, last),
-            "tape": as_json(tape).replace("<", "\\u003c"),
+            "replay": as_json(replay).replace("<", "\\u003c"),
             "script": path("report/record.js").read_text(encoding="utf-8"),
             "last": frames[-1],
             "ramps": ramps,
@@ -166,13 +166,15 @@ def _players(plots: Sequence[Any]) -> list[Any]:
     return [unique[key] for key in sorted(unique, key=lambda key: int(key[1:]))] + titles + frames
 
 
-def _version(player: Any, number: int, tapes: Mapping[str, Replay]) -> int:
+def _version(player: Any, number: int, replays: Mapping[str, Replay]) -> int:
     """Keep what a player shows now, and return its number."""
     if isinstance(player, ColumnDataSource):
         columns = {
-            name: tapes["values"].keep(encoded(column)) for name, column in player.data.items()
+            name: replays["values"].keep(encoded(column)) for name, column in player.data.items()
         }
-        return tapes["versions"].keep([number, "data", columns])
+        return replays["versions"].keep([number, "data", columns])
     if isinstance(player, BoxAnnotation):
-        return tapes["versions"].keep([number, "set", {"left": player.left, "right": player.right}])
-    return tapes["versions"].keep([number, "set", {"text": escape(player.text, quote=False)}])
+        return replays["versions"].keep(
+            [number, "set", {"left": player.left, "right": player.right}]
+        )
+    return replays["versions"].keep([number, "set", {"text": escape(player.text, quote=False)}])

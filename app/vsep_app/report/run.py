@@ -1,4 +1,4 @@
-"""A spec carried out: the frame, the run, and what the report says of it to a machine."""
+"""Execution of a report spec: the frame, the run, and its provenance."""
 
 import io
 import platform
@@ -93,8 +93,8 @@ class ReportRun:
             fast_time_mode=self.spec.fast_time,
         )
 
-    def film(self) -> tuple[Picture, ...]:
-        """Make the pictures of the film strip."""
+    def filmstrip(self) -> tuple[Picture, ...]:
+        """Make the pictures of the filmstrip."""
         return tuple(self.picture(iteration) for iteration in self.spec.iterations)
 
 
@@ -154,7 +154,7 @@ def of_steps(spec: ReportSpec, steps: tuple[Step, ...]) -> ReportRun:
     )
 
 
-def account(run: ReportRun) -> dict[str, Any]:
+def provenance(run: ReportRun) -> dict[str, Any]:
     """Return what a report says of itself to a machine.
 
     Returns

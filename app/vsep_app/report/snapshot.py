@@ -1,4 +1,4 @@
-"""What the live view shows as a file: the report of its run so far, its frame, its numbers."""
+"""Downloads of the live view: the report of its run so far, its frame, its numbers."""
 
 import tempfile
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Recipes from what a user has: a frame file, a preset, a study's trial, a link, a report."""
+"""Report specs from a frame file, a preset, a study's trial, a link or a report."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,7 +14,7 @@ from vsep.studies.rows import read_rows
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, Settings
 from vsep_app.model.trial_link import open_trial, trial_link, trial_of_query
 from vsep_app.model.url import parse_iteration, parse_query
-from vsep_app.report.metadata import read_account
+from vsep_app.report.metadata import read_provenance
 from vsep_app.report.spec import KeptFrame, ReportSpec, default_plan, read_spec
 
 _TRIAL_FORM = "POINT/REALIZATION or POINT/REALIZATION/METHOD"
@@ -130,7 +130,7 @@ def of_report(path: str, frame: KeptFrame | None = None) -> ReportSpec:
     InputError
         If it carries none, or needs its frame and that is not given.
     """
-    return read_spec(read_account(path)["spec"], path, frame)
+    return read_spec(read_provenance(path)["spec"], path, frame)
 
 
 def changed(spec: ReportSpec, given: Mapping[str, Any]) -> ReportSpec:

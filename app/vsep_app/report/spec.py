@@ -1,4 +1,4 @@
-"""What a report is made from: all that determines it, as data that the report itself carries.
+"""Report spec: all that determines a report, as data that the report itself carries.
 
 A `ReportSpec` is a plan, as for the live view, with the frame or the trial that the plan does not
 determine, and what is shown of the run. Two reports of equal specs, made by the same versions on
@@ -72,7 +72,7 @@ class ReportSpec:
     iteration : int or None
         Iteration shown; None: the last one.
     iterations : tuple of int
-        Iterations of the film strip, none for no strip.
+        Iterations of the filmstrip, none for no strip.
     fast_time : str
         "level" or "real".
     """

@@ -1,4 +1,4 @@
-"""A report as a file: what it is follows from its name."""
+"""Report files: the suffix of the name determines the format."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,7 +7,7 @@ from vsep.files.results import as_json
 from vsep_app.report.names import require_record_name, require_report_name
 from vsep_app.report.page import report_html
 from vsep_app.report.replay import record_html
-from vsep_app.report.run import ReportRun, account
+from vsep_app.report.run import ReportRun, provenance
 
 
 def write_report(run: ReportRun, out: Path) -> None:
@@ -39,8 +39,8 @@ def report_bytes(run: ReportRun, suffix: str) -> bytes:
     run : ReportRun
         What to show.
     suffix : str
-        ``.html``, the views; ``.png``, one sheet, which is the film strip where one is asked for;
-        ``.pdf``, the sheet and the film strip; ``.json``, the numbers alone.
+        ``.html``, the views; ``.png``, one page, which is the filmstrip where one is asked for;
+        ``.pdf``, the page and the filmstrip; ``.json``, the numbers alone.
     """
     return _MAKERS[suffix](run)
 
@@ -64,7 +64,7 @@ def _html(run: ReportRun) -> bytes:
 
 
 def _json(run: ReportRun) -> bytes:
-    return (as_json(account(run)) + "\n").encode()
+    return (as_json(provenance(run)) + "\n").encode()
 
 
 def _png(run: ReportRun) -> bytes:

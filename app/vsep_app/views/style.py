@@ -127,10 +127,24 @@ def plain_figure(
         # A small figure has no room for a tool bar: it lies on the figure, under the pointer only.
         plot.add_tools(SaveTool())
         plot.toolbar_inner = True
-    plot.toolbar.logo = None
-    plot.toolbar.autohide = True
+    dress(plot)
     plot.title.text_font_size = "12px"
     plot.title.standoff = 2
+    return plot
+
+
+def empty_figure() -> figure:
+    """Return a figure without anything: the place of one that is still to come."""
+    plot = figure(x_range=(0, 1), y_range=(0, 1), toolbar_location=None, outline_line_color=None)
+    plot.scatter([], [])
+    plot.axis.visible = plot.grid.visible = False
+    return plot
+
+
+def dress(plot: Any) -> None:
+    """Give a figure the common look: small type, few ticks, a faint grid, a tool bar that hides."""
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
     for axis in plot.axis:
         axis.axis_label_text_font_size = LABEL_SIZE
         axis.major_label_text_font_size = LABEL_SIZE
@@ -139,8 +153,8 @@ def plain_figure(
         axis.major_tick_in = 0
         axis.minor_tick_line_color = None
     plot.grid.grid_line_alpha = 0.35
+    plot.min_border = 4
     plot.min_border_right = 14
-    return plot
 
 
 def legend_of(plot: figure, entries: list[tuple[str, list[Any]]]) -> Legend:

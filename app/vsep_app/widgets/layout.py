@@ -1,9 +1,10 @@
 """Building blocks of the page: cards, panels, theme and style sheets."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import panel as pn
+import panel_material_ui as pmu
 
 from vsep_app.assets import path
 from vsep_app.views.progress import ProgressView
@@ -58,6 +59,66 @@ def card(
         styles={**flex, "min-height": "0", "min-width": "0"},
         stylesheets=[stylesheet(look)],
     )
+
+
+def stack(*content: Any, weight: float = 1, row: bool = False, sheet: str = "column") -> Any:
+    """Return a column, or a row, that takes its share of the free room and may shrink."""
+    return (pn.Row if row else pn.Column)(
+        *content,
+        margin=0,
+        sizing_mode="stretch_both",
+        styles={"flex": f"{weight} 1 0", "min-height": "0", "min-width": "0"},
+        stylesheets=[stylesheet(sheet)] if sheet else [],
+    )
+
+
+def main_part(title: str, *content: Any) -> Any:
+    """Return the main part of a page below its unseen title."""
+    return pn.Column(
+        unseen_title(title),
+        *content,
+        margin=0,
+        sizing_mode="stretch_width",
+        stylesheets=[stylesheet("main")],
+    )
+
+
+def toolbar(*content: Any) -> Any:
+    """Return the row of buttons, progress and choices above the figures."""
+    return pn.Row(
+        *content,
+        sizing_mode="stretch_width",
+        styles={"min-height": "52px"},
+        margin=(2, 3, 0, 3),
+        align="center",
+        stylesheets=[stylesheet("transport")],
+    )
+
+
+def progress_bar() -> Any:
+    """Return an empty bar for the toolbar."""
+    return pmu.LinearProgress(
+        value=0,
+        variant="determinate",
+        sizing_mode="stretch_width",
+        min_width=80,
+        margin=(22, 12),
+    )
+
+
+def download_button(label: str, filename: str, callback: Callable[[], Any], text: str) -> Any:
+    """Return a button of the toolbar that makes a file when it is pressed."""
+    button = pmu.FileDownload(
+        label=label,
+        callback=callback,
+        filename=filename,
+        description=text,
+        size="small",
+        margin=(9, 3),
+    )
+    # Given to the constructor it makes the widget warn of its own default.
+    button.variant = "outlined"
+    return button
 
 
 def panel(title: str, content: Any, *, weight: float, tools: Sequence[Any] = ()) -> Any:

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from vsep_app.report.metadata import read_account
+from vsep_app.report.metadata import read_provenance
 
 from tests.app.browser.tab import PATIENCE_MS, Dashboard, Tab
 
@@ -108,7 +108,7 @@ def test_a_snapshot_is_downloaded_and_says_what_was_shown(dashboard, tmp_path):
         names.append(download.value.suggested_filename)
         download.value.save_as(tmp_path / names[-1])
     assert names == [f"vsep-simulation-2-b-7-iteration-2.{suffix}" for suffix in ("html", "json")]
-    told = [read_account(tmp_path / name) for name in names]
+    told = [read_provenance(tmp_path / name) for name in names]
     assert told[0] == told[1]
     assert (told[0]["spec"]["iteration"], told[0]["result"]["iterations"]) == (2, 2)
 

@@ -25,7 +25,7 @@ INTERVALS = """() => {
   const m = [...Bokeh.documents[0].all_models]
     .find((m) => m.name === "study-RMSE / root CRLB" && Bokeh.index.find_one_by_id(m.id))
   if (m == null) { return 0 }
-  const source = m.renderers[0].data_source
+  const source = m.renderers.map((r) => r.data_source).find((s) => s.data.low)
   return [...source.data.low].filter((low, i) => low < source.data.high[i]).length
 }"""
 

@@ -51,7 +51,7 @@ def test_trials_without_a_result_are_counted(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([*AXES, "--out", "map.pdf"], "must end in .html, .png or .csv"),
+        ([*AXES, "--out", "map.gif"], "must end in .html, .png, .svg, .pdf or .csv"),
         ([*AXES, "--out", "nowhere/map.csv"], "nowhere is no folder"),
         ([*AXES, "--workers", "0", "--out", "map.csv"], "workers is 0"),
         ([*AXES, "--set", "snr", "--out", "map.csv"], "must read name=number"),

@@ -141,8 +141,8 @@ def test_bad_input_is_one_sentence_and_no_traceback(
 
 
 def test_a_figure_of_an_unknown_kind_is_refused(rows_path, tmp_path, capsys):
-    assert study("plot", rows_path, "--out", tmp_path / "figure.pdf") == 2
-    assert "must end in .html, .png or .svg" in capsys.readouterr().err
+    assert study("plot", rows_path, "--out", tmp_path / "figure.gif") == 2
+    assert "must end in .html, .png, .svg or .pdf" in capsys.readouterr().err
 
 
 def test_a_schedule_that_no_method_takes_is_refused(tmp_path, capsys):

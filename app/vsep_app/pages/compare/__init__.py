@@ -1,1 +1,1 @@
-"""The page that shows several methods side by side on the same frames."""
+"""Page of several methods side by side on the same frames."""

@@ -42,7 +42,7 @@ class CompareForm:
     def __init__(
         self, choice: CompareSettings, controls: Controls, notify_error: Callable[[str], None]
     ) -> None:
-        self.choice, self._controls, self._complain = choice, controls, notify_error
+        self.choice, self._controls, self._notify_error = choice, controls, notify_error
         self.methods = [self._select(number) for number in range(MAX_METHODS)]
         mask, debias = CompareSettings.param.mask, CompareSettings.param.debias
         self.mask = field(pmu.Select, mask.label, mask.doc, options=_MASK_LABELS, value=choice.mask)
@@ -90,7 +90,7 @@ class CompareForm:
         try:
             self.choice.methods = require_distinct(chosen)
         except InputError as error:
-            self._complain(str(error))
+            self._notify_error(str(error))
             self._show()
 
     _showing = False

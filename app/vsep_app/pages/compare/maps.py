@@ -1,4 +1,4 @@
-"""The cards of the methods: cleaned range-Doppler maps, or delay spectra of a single ramp."""
+"""Cards of the methods: cleaned range-Doppler maps, or delay spectra of a single ramp."""
 
 from typing import Any
 
@@ -19,9 +19,7 @@ from vsep_app.views.range_doppler import (
     mark_objects,
 )
 from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, plain_figure, put
-from vsep_app.widgets.layout import stylesheet
-
-_FLEXIBLE = {"min-width": "0", "min-height": "0"}
+from vsep_app.widgets.layout import stack, stylesheet
 
 
 class CompareMaps:
@@ -39,14 +37,8 @@ class CompareMaps:
         self._true_marks, self._true_peaks = empty_marks(), _no_peaks()
         crosshair = Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
         self._cards = [self._card(number, crosshair) for number in range(num_cards)]
-        self._backdrop: StaticPicture | None = None
-        self.grid = pn.Row(
-            *(card.column for card in self._cards),
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", **_FLEXIBLE},
-            stylesheets=[stylesheet("compare")],
-        )
+        self._static_picture: StaticPicture | None = None
+        self.grid = stack(*(card.column for card in self._cards), row=True, sheet="compare")
 
     def _card(self, number: int, crosshair: Span) -> "MethodCard":
         card = MethodCard(
@@ -62,8 +54,8 @@ class CompareMaps:
     def show(self, picture: ComparePicture) -> None:
         """Draw a picture; what stays during a run is sent once."""
         static_picture = picture.static_picture
-        if static_picture is not self._backdrop:
-            self._backdrop = static_picture
+        if static_picture is not self._static_picture:
+            self._static_picture = static_picture
             self._set_axes(static_picture, picture.true_objects)
         # The style sheet arranges two, three or four cards.
         count = f"of-{len(picture.method_runs)}"
@@ -128,12 +120,7 @@ class MethodCard:
         )
         # A pane of a figure takes its visibility from the figure; what is around it does not.
         self._map_pane, self._profile_pane = (
-            pn.Column(
-                pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0),
-                margin=0,
-                sizing_mode="stretch_both",
-                styles={"flex": "1 1 0", **_FLEXIBLE},
-            )
+            stack(pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0), sheet="")
             for plot in (self.map, self.profile)
         )
         self._profile_pane.visible = False
@@ -142,7 +129,7 @@ class MethodCard:
             self._profile_pane,
             margin=3,
             sizing_mode="stretch_both",
-            styles=_FLEXIBLE,
+            styles={"min-width": "0", "min-height": "0"},
             stylesheets=[stylesheet("strip")],
         )
         self._drawn: MethodView | None = None
@@ -169,9 +156,9 @@ class MethodCard:
 def _what(view: MethodView) -> str:
     found = len(view.objects.ranges_m)
     if view.metrics.num_detections is None:
-        return f"{view.sink}, iteration {view.metrics.num_repairs}"
+        return f"{view.stage}, iteration {view.metrics.num_repairs}"
     noun = "object" if found == 1 else "objects"
-    return f"{view.sink}, {found} {noun}"
+    return f"{view.stage}, {found} {noun}"
 
 
 def _no_peaks() -> ColumnDataSource:

@@ -1,4 +1,4 @@
-"""What a method's frame is worth, as numbers that a table and a curve show."""
+"""Metrics of a method's frame for the table and the curve of a comparison."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

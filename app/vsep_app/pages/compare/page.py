@@ -1,4 +1,4 @@
-"""The compare page: two to four methods side by side on the same frame, iterating together."""
+"""Page that compares two to four methods on the same frame, iterating together."""
 
 import io
 from typing import Any
@@ -45,7 +45,7 @@ from vsep_app.pages.compare.transport import CompareTransport
 from vsep_app.teaching.experiment import COMPARE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide
 from vsep_app.widgets.controls import Controls
-from vsep_app.widgets.layout import stylesheet, unseen_title
+from vsep_app.widgets.layout import main_part
 from vsep_app.widgets.location import SharedIteration, set_query, synchronise
 from vsep_app.widgets.notifications import tell_of_antennas
 
@@ -134,22 +134,13 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
 
     def page(self) -> Any:
         """Return the whole page."""
-        main = pn.Column(
-            unseen_title(TITLE),
-            self.transport.layout(),
-            self.maps.grid,
-            self.results.row,
-            margin=0,
-            sizing_mode="stretch_width",
-            stylesheets=[stylesheet("main")],
-        )
         return page_frame(
             here="compare",
             title=TITLE,
             description="Methods against radar interference side by side, live.",
             status=self.transport.status,
             sidebar=[*self.guide.layout(), *self.form.layout()],
-            main=main,
+            main=main_part(TITLE, self.transport.layout(), self.maps.grid, self.results.row),
         )
 
     def start(self) -> None:

@@ -1,4 +1,4 @@
-"""What the compare page draws: one view for each method, in display units."""
+"""Pictures of a comparison: one view for each method, in display units."""
 
 from dataclasses import dataclass
 
@@ -39,7 +39,7 @@ class MethodView:
     """
 
     name: str
-    sink: str
+    stage: str
     metrics: MethodMetrics
     map_cleaned: ByteArray
     profile_db: FloatArray
@@ -59,7 +59,7 @@ class ComparePicture:
         Which run, the iteration shown, and how many there are so far.
     termination : Termination
         Whether all methods have ended here.
-    lanes : tuple of MethodView
+    method_runs : tuple of MethodView
         The methods.
     true_objects : Markers
         The truth.
@@ -100,10 +100,10 @@ def view_method_run(
         repair_s=state.repair_s,
         detection_s=state.detection_s,
     )
-    sink = "repairs" if separation is None else "detects"
+    stage = "repairs" if separation is None else "detects"
     return MethodView(
         name=method_run.name,
-        sink=_ENDS.get(state.termination, sink),
+        stage=_ENDS.get(state.termination, stage),
         metrics=metrics,
         map_cleaned=static_picture.map_of(cleaned),
         profile_db=static_picture.spectra_db(cleaned[0]),

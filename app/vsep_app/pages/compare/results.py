@@ -1,4 +1,4 @@
-"""Below the maps: a table of what the methods are worth, and how they do from frame to frame."""
+"""Table of the metrics of all methods, and the error of each from frame to frame."""
 
 from collections.abc import Sequence
 from html import escape
@@ -125,7 +125,7 @@ def table_html(picture: ComparePicture) -> str:
     head = "".join(f'<th title="{escape(text)}">{name}</th>' for name, text in _HEADINGS)
     body = _row("as received", "", picture.received, None, "")
     for view, colour in zip(picture.method_runs, SLOT_COLOURS, strict=False):
-        body += _row(view.name, view.sink, view.metrics, view.num_prior_peaks, colour)
+        body += _row(view.name, view.stage, view.metrics, view.num_prior_peaks, colour)
     return (
         f'<table class="components methods"><thead><tr>{head}</tr></thead>'
         f"<tbody>{body}</tbody></table>"
@@ -133,14 +133,14 @@ def table_html(picture: ComparePicture) -> str:
 
 
 def _row(
-    name: str, sink: str, metrics: MethodMetrics, num_prior_peaks: int | None, colour: str
+    name: str, stage: str, metrics: MethodMetrics, num_prior_peaks: int | None, colour: str
 ) -> str:
     swatch = f'<span class="swatch" style="background:{colour}"></span>' if colour else ""
     noun = "peak" if num_prior_peaks == 1 else "peaks"
     peaks = MISSING if num_prior_peaks is None else f"{num_prior_peaks} {noun}"
     cells = [
         swatch + escape(name),
-        escape(sink) or MISSING,
+        escape(stage) or MISSING,
         _sum(_count(metrics.num_repairs), _count(metrics.num_detections)),
         _sum(
             None if metrics.num_repairs is None else f"{metrics.repair_s:.2f}",

@@ -1,16 +1,15 @@
-"""The row above the maps: the run of all methods, and the frames of the sequence."""
+"""Transport of a comparison: the run of all methods, and the frames of the sequence."""
 
 from collections.abc import Callable
 from typing import Any
 
-import panel as pn
 import panel_material_ui as pmu
 
 from vsep_app.jobs.run_session import Phase, RunSession
 from vsep_app.model.compare_settings import LAST_FRAME
 from vsep_app.model.settings import Settings
 from vsep_app.pages.compare.picture import ComparePicture
-from vsep_app.widgets.layout import stylesheet
+from vsep_app.widgets.layout import toolbar
 from vsep_app.widgets.transport import RunTransport
 
 _BUTTON = {"size": "small", "variant": "outlined", "margin": (9, 3)}
@@ -70,18 +69,8 @@ class CompareTransport(RunTransport):
 
     def layout(self) -> Any:
         """Return the row."""
-        return pn.Row(
-            *self.buttons.values(),
-            self.speed,
-            self.scrub,
-            self.next,
-            self.first,
-            self.play,
-            sizing_mode="stretch_width",
-            styles={"min-height": "52px"},
-            margin=(2, 3, 0, 3),
-            align="center",
-            stylesheets=[stylesheet("transport")],
+        return toolbar(
+            *self.buttons.values(), self.speed, self.scrub, self.next, self.first, self.play
         )
 
     def show(self, picture: ComparePicture, *, rate: float, has_next: bool) -> None:

@@ -1,1 +1,1 @@
-"""The page where one asks when object and interference can be told apart, and its figures."""
+"""Page of separability maps."""

@@ -1,7 +1,7 @@
-"""The page of the laboratory: choose two axes, watch the map fill, open any cell in the live view.
+"""Page of separability maps: two axes, a map that fills, links from its cells to the live view.
 
 The layers that need no estimator follow the controls at once. Trials run in the background, from
-coarse to fine, and are given up when the question changes.
+coarse to fine, and are cancelled when the spec changes.
 """
 
 import asyncio
@@ -19,7 +19,8 @@ from vsep.errors import InputError
 from vsep.separability.analytic import analytic_map
 from vsep.separability.map import LAYERS, SeparabilityMap, make_separability_map, table_rows
 from vsep.separability.map_spec import MapSpec
-from vsep_app.figures.map_explanations import CONTOURS, EXPLANATIONS
+from vsep_app.figures.backends import holoviews
+from vsep_app.figures.map_elements import CONTOURS, EXPLANATIONS
 from vsep_app.figures.map_file import map_html
 from vsep_app.figures.map_view import MapView
 from vsep_app.pages import PAGES
@@ -32,21 +33,28 @@ from vsep_app.pages.separability.session import (
     shared_map_cache,
 )
 from vsep_app.pages.separability.url import read_map_spec, write_map_spec
-from vsep_app.views.style import Axis
-from vsep_app.widgets.layout import card, stylesheet, unseen_title
+from vsep_app.views.style import Axis, empty_figure
+from vsep_app.widgets.layout import (
+    card,
+    download_button,
+    main_part,
+    progress_bar,
+    stack,
+    stylesheet,
+    toolbar,
+)
 
 _LOG = logging.getLogger(__name__)
 _Result = TypeVar("_Result")
 
 TITLE = PAGES["separability"].title
 LOOK_PERIOD_S = 0.5
-# Pages that show the same question share its map.
+# Pages that show the same spec share its map.
 cached_map = lru_cache(maxsize=16)(analytic_map)
-_BUTTON = {"size": "small", "margin": (9, 3)}
 
 
 class SeparabilityPage:
-    """One user's laboratory.
+    """One user's page of separability maps.
 
     Parameters
     ----------
@@ -59,7 +67,8 @@ class SeparabilityPage:
         self.spec, layer, self._errors = read_map_spec(context.query)
         self.form = SeparabilityForm(self.spec, self._changed)
         self.session = SeparabilitySession(self.spec, shared_map_cache())
-        self.view = MapView(Axis(), Axis(), opens=True)
+        self.view = MapView(Axis(), Axis())
+        self.card = card(empty_figure(), weight=1, look="map")
         self.separability_map: SeparabilityMap | None = None
         self._asked: MapSpec | None = None
         self._seen: tuple[Any, ...] = ()
@@ -75,21 +84,15 @@ class SeparabilityPage:
             margin=(7, 4, 0, 4),
         )
         self.layer.param.watch(lambda _: self._changed(), "value")
-        self.bar = pmu.LinearProgress(
-            value=0,
-            variant="determinate",
-            sizing_mode="stretch_width",
-            min_width=80,
-            margin=(22, 12),
-        )
+        self.bar = progress_bar()
         self.progress = pn.pane.HTML(
             "", margin=(15, 10), min_width=190, stylesheets=[stylesheet("study")]
         )
         self.status = pn.pane.HTML(_status_html("loading"), margin=(0, 12))
         self.status.styles = {"color": "white"}
         self.explained = pn.pane.HTML("", sizing_mode="stretch_width", margin=(4, 10, 8, 10))
-        self.table = _download("Table", "separability.csv", self._table, "All cells as CSV.")
-        self.document = _download(
+        self.table = download_button("Table", "separability.csv", self._table, "All cells as CSV.")
+        self.document = download_button(
             "HTML",
             "separability.html",
             self._document,
@@ -98,40 +101,14 @@ class SeparabilityPage:
 
     def page(self) -> Any:
         """Return the whole page."""
-        top = pn.Row(
-            self.layer,
-            self.bar,
-            self.progress,
-            self.table,
-            self.document,
-            sizing_mode="stretch_width",
-            styles={"min-height": "52px"},
-            margin=(2, 3, 0, 3),
-            stylesheets=[stylesheet("transport")],
-        )
-        body = pn.Column(
-            card(self.view.figure, weight=1, look="map"),
-            self.explained,
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("column")],
-        )
-        main = pn.Column(
-            unseen_title(TITLE),
-            top,
-            body,
-            margin=0,
-            sizing_mode="stretch_width",
-            stylesheets=[stylesheet("main")],
-        )
+        top = toolbar(self.layer, self.bar, self.progress, self.table, self.document)
         return page_frame(
             here="separability",
             title=TITLE,
             description="When can object and interference be told apart? Maps over two parameters.",
             status=self.status,
             sidebar=self.form.layout(),
-            main=main,
+            main=main_part(TITLE, top, stack(self.card, self.explained)),
         )
 
     def start(self) -> None:
@@ -141,7 +118,7 @@ class SeparabilityPage:
         self._task = asyncio.get_running_loop().create_task(self._follow())
 
     def close(self) -> None:
-        """Give the trials up; the page is gone."""
+        """Cancel the trials; the page is closed."""
         if self._task is not None:
             self._task.cancel()
         self.session.stop()
@@ -152,7 +129,7 @@ class SeparabilityPage:
             pn.state.notifications.error(sentence, duration=8000)
 
     def _changed(self) -> None:
-        """Take what the controls ask; a question that makes no sense is told and not asked."""
+        """Take what the controls ask; an invalid spec is reported and not computed."""
         try:
             self.spec = self.form.spec()
         except InputError as error:
@@ -164,7 +141,8 @@ class SeparabilityPage:
         self._call.set()
 
     async def _follow(self) -> None:
-        """Draw when the question changes and when there are new findings."""
+        """Draw when the spec changes and when there are new cell results."""
+        await asyncio.to_thread(holoviews, "bokeh")
         while True:
             try:
                 await self._look()
@@ -199,7 +177,7 @@ class SeparabilityPage:
         self.separability_map = separability_map
         name = self.layer.value
         with pn.io.hold():
-            self.view.update(separability_map, name)
+            self.card.objects[0].object = self.view.update(separability_map, name)
             text = f"{EXPLANATIONS[name]} {CONTOURS} A click opens the cell in the live view."
             self.explained.object = f'<p style="font-size:12px;margin:0">{text}</p>'
             done, total = len(snapshot.cell_results), snapshot.num_cells
@@ -247,12 +225,3 @@ def _compose(spec: MapSpec, snapshot: Snapshot) -> SeparabilityMap:
 
 def _status_html(text: str) -> str:
     return f'<strong role="status" style="font-size:13px;white-space:nowrap">{text}</strong>'
-
-
-def _download(label: str, filename: str, callback: Callable[[], Any], text: str) -> Any:
-    button = pmu.FileDownload(
-        label=label, callback=callback, filename=filename, description=text, **_BUTTON
-    )
-    # Given to the constructor it makes the widget warn of its own default.
-    button.variant = "outlined"
-    return button

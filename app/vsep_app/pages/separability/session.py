@@ -1,4 +1,4 @@
-"""The trials of the question on the page: in the background, given up when the question changes.
+"""Trials of the map on the page, in the background; another map cancels them.
 
 A thread follows the engine, whose trials run in a process of their own. Of all pages together only
 as many are at work as the machine has cores to spare; the others wait for their turn.
@@ -34,13 +34,13 @@ class Progress(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """How far the trials of a question are.
+    """How far the trials of a map are.
 
     Attributes
     ----------
-    question : MapSpec
+    spec : MapSpec
         Which one.
-    findings : mapping
+    cell_results : mapping
         By cell.
     progress : Progress
         What they are doing.
@@ -76,10 +76,10 @@ class SeparabilitySession:
 
     Parameters
     ----------
-    question : MapSpec
+    spec : MapSpec
         The first one; `ask` starts its trials.
-    answers : MapCache
-        What is known already, and where findings go.
+    cache : MapCache
+        What is known already, and where cell results go.
     """
 
     def __init__(self, spec: MapSpec, cache: MapCache) -> None:
@@ -90,7 +90,7 @@ class SeparabilitySession:
         self._thread: threading.Thread | None = None
 
     def ask(self, spec: MapSpec) -> None:
-        """Give up the trials at work and begin with those of another question."""
+        """Cancel the running trials and begin with those of another map."""
         self.stop()
         with self._lock:
             self._spec, self._stop = spec, threading.Event()
@@ -122,7 +122,7 @@ class SeparabilitySession:
         return Snapshot(spec=spec, cell_results=known, progress=progress, error=error)
 
     def _follow(self, spec: MapSpec, stop: threading.Event) -> None:
-        """Take findings from the engine; the thread's body."""
+        """Take cell results from the engine; the thread's body."""
         if stop.wait(SETTLE_S):
             return
         while not turns().acquire(timeout=_TURN_CHECK_S):
@@ -141,7 +141,7 @@ class SeparabilitySession:
             turns().release()
 
     def _enter(self, stop: threading.Event, progress: Progress, error: str = "") -> None:
-        """Say what the trials do, unless they are of a question given up."""
+        """Say what the trials do, unless they are of a cancelled map."""
         with self._lock:
             if not stop.is_set():
                 self._progress, self._error = progress, error

@@ -1,1 +1,1 @@
-"""Studies in the dashboard and as figures: run, watch, draw, open a single trial."""
+"""Page of Monte-Carlo studies."""

@@ -1,4 +1,4 @@
-"""The curves of a study on the page: one figure of the paper at a time, its panels side by side.
+"""Curves of a study on the page: one figure of the paper at a time, its panels side by side.
 
 A panel is drawn once and then only gets newer numbers, so that nothing flickers and the zoom of
 its user stays; it is drawn anew where it has other curves than before.
@@ -9,14 +9,13 @@ from html import escape
 from typing import Any
 
 import panel as pn
-from bokeh.models import Legend, Title
 
 from vsep.studies.panels import AnyPanel, BoxPanel, Series
-from vsep_app.figures.study_figure import draw_panel, panel_shape, update_panel
+from vsep_app.figures.study_elements import panel_shape
+from vsep_app.figures.study_figure import draw_panel, update_panel
 from vsep_app.figures.study_style import DASHES, colour, marker, width
-from vsep_app.widgets.layout import card, stylesheet
+from vsep_app.widgets.layout import card, stack, stylesheet
 
-_LABEL_SIZE = "11px"
 # Black has no contrast with the dark page.
 _SCREEN_COLOURS = {"#000000": "#8C8C8C"}
 _DASH_ARRAYS = dict(zip(DASHES, ("", "6 4", "2 3", "6 3 2 3"), strict=True))
@@ -25,6 +24,12 @@ _SHAPES = {
     "square": '<path d="M8 2H14V8H8Z"/>',
     "triangle": '<path d="M11 1.5L14.5 8H7.5Z"/>',
     "diamond": '<path d="M11 1L14 5L11 9L8 5Z"/>',
+    "inverted_triangle": '<path d="M11 8.5L14.5 2H7.5Z"/>',
+    "star": '<path d="M11 1L12.2 4H15L12.8 6L13.6 9L11 7.2L8.4 9L9.2 6L7 4H9.8Z"/>',
+    "hex": '<path d="M8 3.3L11 1.5L14 3.3V6.7L11 8.5L8 6.7Z"/>',
+    "plus": '<path d="M10 2H12V4H14V6H12V8H10V6H8V4H10Z"/>',
+    "square_pin": '<path d="M8 2Q11 4 14 2Q12 5 14 8Q11 6 8 8Q10 5 8 2Z"/>',
+    "triangle_pin": '<path d="M11 1Q11.5 5 14.5 8Q11 6.5 7.5 8Q10.5 5 11 1Z"/>',
 }
 _MARKS = {
     "crosses": '<path d="M8 2L14 8M8 8L14 2"/>',
@@ -39,13 +44,7 @@ class StudyCurves:
         self.key = pn.pane.HTML(
             "", margin=(2, 8), sizing_mode="stretch_width", stylesheets=[stylesheet("study")]
         )
-        self.grid = pn.Column(
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("column")],
-        )
-        self.grid.append(_hint())
+        self.grid = stack(_hint())
         self._shapes: list[tuple[Any, ...]] = []
         self._places: list[Any] = []
 
@@ -100,13 +99,7 @@ def _rows(places: Sequence[Any]) -> list[Any]:
     """Two columns, or one below the other where there are only two."""
     columns = 1 if len(places) <= 2 else 2
     return [
-        pn.Row(
-            *places[start : start + columns],
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("column")],
-        )
+        stack(*places[start : start + columns], row=True)
         for start in range(0, len(places), columns)
     ]
 
@@ -114,17 +107,13 @@ def _rows(places: Sequence[Any]) -> list[Any]:
 def _screen_figure(panel: AnyPanel) -> Any:
     """Draw a panel to fit its place, its key apart."""
     plot = draw_panel(panel)
-    plot.update(width=None, height=None, min_border=4, min_border_right=14, min_height=60)
-    plot.sizing_mode = "stretch_both"
+    plot.update(width=None, height=None, min_height=60, sizing_mode="stretch_both")
     plot.name = f"study-{panel.y_label}"
-    for apart in (*plot.select({"type": Legend}), *plot.select({"type": Title})):
+    for apart in (*plot.legend, plot.title):
         apart.visible = False
-    for axis in plot.axis:
-        axis.axis_label_text_font_size = _LABEL_SIZE
-        axis.axis_label_standoff = 3
     for renderer in plot.renderers:
         glyph = renderer.glyph
-        for name in ("line_color", "fill_color"):
+        for name in ("line_color", "fill_color", "text_color"):
             shade = getattr(glyph, name, None)
             if isinstance(shade, str) and shade in _SCREEN_COLOURS:
                 setattr(glyph, name, _SCREEN_COLOURS[shade])
@@ -139,20 +128,21 @@ def _key_html(panels: Sequence[AnyPanel]) -> str:
             for series in panel.series:
                 entries.setdefault(series.label, series)
     items = "".join(
-        f'<span class="item">{_sample(series)}{escape(label)}</span>'
+        f'<span class="item">{sample(series)}{escape(label)}</span>'
         for label, series in entries.items()
     )
     title = f"<h2>{escape(panels[0].title)}</h2>" if panels else ""
     return f'{title}<div class="key">{items}</div>'
 
 
-def _sample(series: Series) -> str:
+def sample(series: Series) -> str:
+    """Return what stands for a series in the key."""
     shade = colour(series.role)
     shade = _SCREEN_COLOURS.get(shade, shade)
     dash = _DASH_ARRAYS[DASHES[series.variant % len(DASHES)]]
     line = f'<path d="M0 5H22" stroke-width="{width(series.role)}" stroke-dasharray="{dash}"/>'
     if series.kind == "curve":
-        line += f'<g fill="{shade}">{_SHAPES.get(marker(series.role), "")}</g>'
+        line += f'<g fill="{shade}">{_SHAPES[marker(series.role)]}</g>'
     elif series.kind == "dashed":
         line = f'<path d="M0 5H22" stroke-width="1.5" stroke-dasharray="{_DASH_ARRAYS["dashed"]}"/>'
     elif series.kind in _MARKS:

@@ -1,4 +1,4 @@
-"""What a user chooses of a study: which one, how much of it, with what, and where its rows go."""
+"""Form of a study: its name, extent, methods, workers and the folder of its rows."""
 
 import os
 from collections.abc import Awaitable, Callable

@@ -1,4 +1,4 @@
-"""The page of studies: choose one, watch its curves grow, open any of its trials.
+"""Page of studies: form, growing curves, and links from single trials to the live view.
 
 The study runs in processes of its own. Once a second, if there are new rows, a thread makes panels
 and dots of them; the page then gets the newer numbers.
@@ -31,6 +31,7 @@ from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
+from vsep_app.figures.backends import holoviews
 from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.studies.curves import StudyCurves
@@ -38,7 +39,7 @@ from vsep_app.pages.studies.form import StudyForm
 from vsep_app.pages.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
 from vsep_app.pages.studies.session import StudySession, StudySnapshot
 from vsep_app.pages.studies.transport import StudyTransport
-from vsep_app.widgets.layout import panel, stylesheet, unseen_title
+from vsep_app.widgets.layout import main_part, panel, stack, stylesheet
 
 _LOG = logging.getLogger(__name__)
 
@@ -111,53 +112,28 @@ class StudyPage:
 
     def page(self) -> Any:
         """Return the whole page."""
-        flexible = {"min-width": "0", "min-height": "0"}
-        left = pn.Column(
-            self.curves.key,
-            self.curves.grid,
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "17 1 0", **flexible},
-            stylesheets=[stylesheet("column")],
-        )
-        right = pn.Column(
-            pn.Row(
-                self.panel,
-                self.value,
-                margin=0,
-                sizing_mode="stretch_width",
-                stylesheets=[stylesheet("transport")],
-            ),
-            self.scatter.card,
-            panel("Largest values: open one in the live view", self.scatter.worst, weight=8),
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "11 1 0", **flexible},
-            stylesheets=[stylesheet("column")],
-        )
-        body = pn.Row(
-            left,
-            right,
-            margin=0,
-            sizing_mode="stretch_both",
-            styles={"flex": "1 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("body")],
-        )
-        main = pn.Column(
-            unseen_title(TITLE),
-            self.transport.layout(stylesheet("transport")),
-            body,
+        left = stack(self.curves.key, self.curves.grid, weight=17)
+        choices = pn.Row(
+            self.panel,
+            self.value,
             margin=0,
             sizing_mode="stretch_width",
-            stylesheets=[stylesheet("main")],
+            stylesheets=[stylesheet("transport")],
         )
+        right = stack(
+            choices,
+            self.scatter.card,
+            panel("Largest values: open one in the live view", self.scatter.worst, weight=8),
+            weight=11,
+        )
+        body = stack(left, right, row=True, sheet="body")
         return page_frame(
             here="studies",
             title=TITLE,
             description="Monte-Carlo studies of vsep, growing as their trials finish.",
             status=self.transport.status,
             sidebar=self.form.layout(),
-            main=main,
+            main=main_part(TITLE, self.transport.layout(), body),
         )
 
     def start(self) -> None:
@@ -236,6 +212,7 @@ class StudyPage:
         return io.StringIO("".join(as_json(row) + "\n" for row in rows))
 
     async def _follow(self) -> None:
+        await asyncio.to_thread(holoviews, "bokeh")
         while True:
             started = time.monotonic()
             try:

@@ -1,4 +1,4 @@
-"""Single trials as dots: an outlier is a dot away from the others, and a click opens its trial.
+"""Scatter of single trials, each with a link to the live view.
 
 Trials only come to a study, they never change: new dots are streamed to those that are there.
 """
@@ -10,26 +10,18 @@ from typing import Any
 from urllib.parse import quote
 
 import panel as pn
-from bokeh.models import (
-    BoxZoomTool,
-    ColumnDataSource,
-    CustomJS,
-    HoverTool,
-    PanTool,
-    ResetTool,
-    SaveTool,
-    TapTool,
-    WheelZoomTool,
-)
-from bokeh.plotting import figure
+from bokeh.models import ColumnDataSource, CustomJS, HoverTool, TapTool
 
 from vsep.studies.axes import x_label
 from vsep.studies.catalogue import panel_specs
 from vsep.studies.panel_specs import PanelSpec
 from vsep.studies.scatter import Scatter, scatter
 from vsep.studies.trial import Row
+from vsep_app.figures.backends import bokeh_figure
+from vsep_app.figures.study_elements import Mark, overlay, points
 from vsep_app.figures.study_style import colour, marker
 from vsep_app.model.trial_link import TRIAL_KEY, trial_link
+from vsep_app.views.style import dress, empty_figure
 from vsep_app.widgets.layout import card, stylesheet
 
 NUM_WORST = 12
@@ -96,7 +88,7 @@ class StudyScatter:
     def __init__(self) -> None:
         self._drawn: tuple[ScatterChoice, tuple[str, ...]] | None = None
         self._sources: dict[str, ColumnDataSource] = {}
-        self.card = card(_empty_figure(), weight=11)
+        self.card = card(empty_figure(), weight=11)
         self.worst = pn.pane.HTML(
             worst_html([]), sizing_mode="stretch_both", stylesheets=[stylesheet("study")]
         )
@@ -104,7 +96,9 @@ class StudyScatter:
     def show(self, dots: Dots) -> None:
         """Show dots; those that are there stay."""
         drawn = dots.choice, tuple(dots.by_method)
-        if drawn != self._drawn or self._has_lost(dots):
+        if not dots.by_method:
+            self.card.objects[0].object, self._drawn = empty_figure(), None
+        elif drawn != self._drawn or self._has_lost(dots):
             self._draw(dots)
             self._drawn = drawn
         else:
@@ -126,49 +120,36 @@ class StudyScatter:
         return False
 
     def _draw(self, dots: Dots) -> None:
+        self._sources = {}
         choice = dots.choice
-        plot = figure(
-            x_axis_label=x_label(choice.x),
-            y_axis_label=choice.value,
-            x_axis_type="log" if choice.log_x else "linear",
-            y_axis_type="log" if "error" in choice.value else "linear",
-            tools=[],
-            sizing_mode="stretch_both",
-            min_border=4,
-            min_border_right=14,
-            name="study-trials",
+        plot = bokeh_figure(
+            overlay(
+                [_mark(method, dots) for method in dots.by_method],
+                "bokeh",
+                xlabel=x_label(choice.x),
+                ylabel=choice.value,
+                logx=choice.log_x,
+                logy="error" in choice.value,
+            )
         )
-        self._sources, renderers = {}, []
-        for method in dots.by_method:
-            source = ColumnDataSource(_columns(method, dots, 0), name=f"trials-{method}")
-            self._sources[method] = source
-            shade = colour(method)
-            look = {"size": 6, "line_color": shade, "fill_color": shade, "fill_alpha": 0.25}
-            renderers.append(plot.scatter("x", "y", source=source, marker=marker(method), **look))
-        tips = "@method: point @point, realization @realization, @y; click to open"
-        for method, renderer in zip(dots.by_method, renderers, strict=True):
-            text = tips.replace("@method", method)
-            plot.add_tools(HoverTool(renderers=[renderer], tooltips=text, visible=False))
-        zoom = BoxZoomTool()
-        plot.add_tools(zoom, PanTool(), WheelZoomTool(), ResetTool(), SaveTool())
-        plot.add_tools(TapTool(renderers=renderers, callback=CustomJS(code=_OPEN), visible=False))
-        plot.toolbar.active_drag = zoom
-        plot.toolbar.logo = None
-        plot.toolbar.autohide = True
-        for axis in plot.axis:
-            axis.axis_label_text_font_style = "normal"
-            axis.axis_label_text_font_size = "11px"
-            axis.axis_label_standoff = 3
-            axis.minor_tick_line_color = None
-        plot.grid.grid_line_alpha = 0.4
+        dress(plot)
+        plot.update(width=None, height=None, sizing_mode="stretch_both", name="study-trials")
+        for method, renderer in zip(dots.by_method, plot.renderers, strict=True):
+            renderer.data_source.name = f"trials-{method}"
+            self._sources[method] = renderer.data_source
+        plot.add_tools(
+            TapTool(renderers=plot.renderers, callback=CustomJS(code=_OPEN), visible=False)
+        )
+        for tool in plot.select({"type": HoverTool}):
+            tool.visible = False
         self.card.objects[0].object = plot
 
 
-def _empty_figure() -> figure:
-    plot = figure(x_range=(0, 1), y_range=(0, 1), toolbar_location=None, outline_line_color=None)
-    plot.scatter([], [])
-    plot.axis.visible = plot.grid.visible = False
-    return plot
+def _mark(method: str, dots: Dots) -> Mark:
+    tips = "@method: point @point, realization @realization, @y; click to open"
+    text = tips.replace("@method", method)
+    look = points(marker(method), colour(method), size=6, alpha=0.25, tips=text)
+    return Mark("Scatter", _columns(method, dots, 0), 1, look)
 
 
 def _columns(method: str, dots: Dots, start: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A study that runs in the background of the dashboard: start, watch, stop, go on.
+"""Session of a study in the background of the dashboard: start, snapshot, stop, resume.
 
 The engine is that of the command line and so is the file: what one has begun, the other continues.
 One thread follows the engine; readers take snapshots. Nothing is drawn here.

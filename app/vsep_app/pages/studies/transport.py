@@ -1,4 +1,4 @@
-"""Run, stop, progress, download and the choice of the figure: the row above the curves."""
+"""Transport of a study: run, stop, progress, download and choice of the figure."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,7 +7,7 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep_app.pages.studies.session import StudyPhase, StudySnapshot
-from vsep_app.widgets.layout import stylesheet
+from vsep_app.widgets.layout import download_button, progress_bar, stylesheet, toolbar
 
 _BUTTON = {"size": "small", "margin": (9, 3)}
 
@@ -45,25 +45,13 @@ class StudyTransport:
             description="Stop: keep all rows; trials at work are made again later.",
             **_BUTTON,
         )
-        self.download = pmu.FileDownload(
-            label="Rows",
-            callback=rows,
-            filename="rows.jsonl",
-            disabled=True,
-            description="Download the rows so far, as the command line writes them.",
-            **_BUTTON,
+        self.download = download_button(
+            "Rows", "rows.jsonl", rows, "Download the rows so far, as the command line writes them."
         )
-        # Given to the constructor it makes the widget warn of its own default.
-        self.download.variant = "outlined"
+        self.download.disabled = True
         self.run.on_click(run)
         self.halt.on_click(halt)
-        self.bar = pmu.LinearProgress(
-            value=0,
-            variant="determinate",
-            sizing_mode="stretch_width",
-            min_width=80,
-            margin=(22, 12),
-        )
+        self.bar = progress_bar()
         self.progress = pn.pane.HTML(
             "", margin=(15, 10), min_width=210, stylesheets=[stylesheet("study")]
         )
@@ -80,20 +68,9 @@ class StudyTransport:
             margin=(7, 4, 0, 4),
         )
 
-    def layout(self, style: str) -> Any:
+    def layout(self) -> Any:
         """Return the row."""
-        return pn.Row(
-            self.run,
-            self.halt,
-            self.download,
-            self.bar,
-            self.progress,
-            self.figure,
-            sizing_mode="stretch_width",
-            styles={"min-height": "52px"},
-            margin=(2, 3, 0, 3),
-            stylesheets=[style],
-        )
+        return toolbar(self.run, self.halt, self.download, self.bar, self.progress, self.figure)
 
     def offer(self, titles: list[str]) -> None:
         """Offer the figures there are; the one that is shown stays if it is among them."""

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 from vsep_app.report import spec as specs
-from vsep_app.report.metadata import for_html, read_account
+from vsep_app.report.metadata import for_html, read_provenance
 from vsep_app.report.spec import KeptFrame, ReportSpec, default_plan, read_spec, spec_data
 
 from vsep.errors import InputError
@@ -87,7 +87,7 @@ def test_no_text_of_an_account_ends_its_element(tmp_path):
     element = for_html(told)
     assert element.count("<") == 2
     (tmp_path / "a.html").write_text(f"<html>{element}</html>")
-    assert read_account(tmp_path / "a.html") == told
+    assert read_provenance(tmp_path / "a.html") == told
 
 
 @pytest.mark.parametrize(
@@ -111,4 +111,4 @@ def test_a_file_that_says_nothing_of_itself_is_one_sentence(tmp_path, content):
     path = tmp_path / "a.html"
     path.write_bytes(content)
     with pytest.raises(InputError, match="does not say how it was made"):
-        read_account(path)
+        read_provenance(path)
