@@ -17,9 +17,12 @@ FLOORS = {
     "vsep._typing": 0,
     "vsep._version": 0,
     "vsep._processes": 0,
+    "vsep._entry_points": 1,
     "vsep._optional": 1,
     "vsep._validation": 1,
     "vsep.units": 1,
+    "vsep._state_tree": 1,
+    "vsep.registry": 2,
     "vsep.kernels": 2,
     "vsep.signal": 3,
     "vsep.inference": 4,
@@ -31,6 +34,7 @@ FLOORS = {
     "vsep.calibration": 6,
     "vsep.files": 6,
     # The rows of a study are written as result lines are.
+    "vsep.check": 7,
     "vsep.studies": 7,
     "vsep.recordings": 7,
     # The trials of a separability map are those of the studies.

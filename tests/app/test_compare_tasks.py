@@ -25,7 +25,7 @@ from vsep.inference.registry import make_estimator
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.registry import make_mitigation
 from vsep.mitigation.sparse.sequence import mitigate_sequence
-from vsep.mitigation.sparse.sparse_methods import SOFT_PRIOR, pm_ist
+from vsep.mitigation.sparse.thresholding import SOFT_PRIOR, pm_ist
 
 
 def plan_of(*methods, preset="simulation-2-b", mask="truth", **changes):

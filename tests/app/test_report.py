@@ -133,7 +133,7 @@ def test_a_picture_is_large_enough_for_print(many_ramps):
         ({"iteration": 400}, "has the iterations 0 to"),
         ({"iterations": (1, 400)}, "has the iterations 0 to"),
         ({"ramp": 3}, "has the ramps 0 to 0"),
-        ({"mask": "amplitude"}, "takes none; it is for masked"),
+        ({"mask": "amplitude"}, "factorised takes none; masked does"),
     ],
 )
 def test_what_the_run_does_not_have_is_refused(one_ramp, changes, words):

@@ -72,9 +72,25 @@ def test_an_unknown_preset_is_one_sentence():
         of_preset("simulation-9")
 
 
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"mask": "amplitude"}, "mask is 'amplitude'; factorised takes none; masked does."),
+        (
+            {"estimator": "object-only", "schedule": "paper"},
+            "schedule is 'paper'; object-only takes none; factorised and joint do.",
+        ),
+    ],
+)
+def test_what_the_estimator_does_not_have_is_refused(given, sentence):
+    with pytest.raises(InputError) as refusal:
+        changed(ReportSpec(plan=default_plan()), given)
+    assert str(refusal.value) == sentence
+
+
 def test_what_is_given_replaces_what_the_source_has():
     base = changed(ReportSpec(plan=default_plan()), {"object_threshold_db": 9.0, "ramp": 2})
     assert (base.plan.object_threshold_db, base.ramp) == (9.0, 2)
-    again = changed(base, {"false_alarm_rate": 0.5, "mask": "amplitude"})
+    again = changed(base, {"estimator": "masked", "false_alarm_rate": 0.5, "mask": "amplitude"})
     assert (again.plan.object_threshold_db, again.plan.false_alarm_rate) == (None, 0.5)
     assert (again.mask, again.ramp) == ("amplitude", 2)

@@ -19,8 +19,8 @@ from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.masked import MaskedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator
-from vsep.mitigation.blanking import zeroing
 from vsep.mitigation.method import mitigate
+from vsep.mitigation.registry import make_mitigation
 from vsep.signal.clutter import static_clutter
 from vsep.signal.filters import NoFilter
 from vsep.signal.radar import ChirpSequence, InterfererSequence
@@ -210,7 +210,7 @@ def sweep_point(observation, objects, response, max_iterations):
     states = {
         "separation": run(FactorisedSeparator(model=model_with(response), **settings), frame).state
     }
-    zeroed = np.asarray(mitigate(zeroing(), frame, mask).cleaned)
+    zeroed = np.asarray(mitigate(make_mitigation("zeroing"), frame, mask).cleaned)
     states["zeroing"] = run(
         ObjectOnlySeparator(model=model_with(NoFilter()), **settings), zeroed
     ).state

@@ -14,7 +14,7 @@ from vsep.mitigation.method import iterate_mitigation, mitigate
 from vsep.mitigation.registry import make_mitigation
 from vsep.mitigation.sparse.filling import SparseMitigation
 from vsep.mitigation.sparse.operators import ExplicitMatrix
-from vsep.mitigation.sparse.solver import SolverState
+from vsep.mitigation.sparse.solver import Solver, SolverState
 from vsep.mitigation.sparse.thresholding import IterativeThresholding
 from vsep.signal.spectra import hann_window
 
@@ -160,13 +160,13 @@ def test_the_window_makes_the_spectrum_sparse():
 
 
 @dataclass(frozen=True)
-class Runaway:
+class Runaway(Solver):
     """A solver that grows a thousandfold in every iteration."""
 
-    def start(self, operator, measured):
+    def init(self, operator, measured):
         return SolverState(spectrum=1e-3 * operator.adjoint(measured), may_stop=False)
 
-    def advance(self, _operator, _measured, state):
+    def step(self, _operator, _measured, state):
         return SolverState(spectrum=1e3 * state.spectrum, may_stop=False)
 
 

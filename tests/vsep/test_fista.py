@@ -18,9 +18,9 @@ def problem():
 
 
 def advanced(solver, operator, measured, iterations):
-    state = solver.start(operator, measured)
+    state = solver.init(operator, measured)
     for _ in range(iterations):
-        state = solver.advance(operator, measured, state)
+        state = solver.step(operator, measured, state)
     return state.spectrum
 
 

@@ -10,9 +10,9 @@ from vsep.mitigation.sparse.operators import DOMAINS, ExplicitMatrix, MaskedFft,
 
 
 def advanced(solver, operator, measured, iterations):
-    state = solver.start(operator, measured)
+    state = solver.init(operator, measured)
     for _ in range(iterations):
-        state = solver.advance(operator, measured, state)
+        state = solver.step(operator, measured, state)
     return state
 
 
@@ -81,9 +81,9 @@ def test_cosamp_grows_up_to_a_third_of_the_samples():
     operator = MaskedFft(mask, np.complex128)
     solver = Cosamp(growth=7, false_alarm_rate=100.0)
     sizes = []
-    state = solver.start(operator, operator.measured(frame))
+    state = solver.init(operator, operator.measured(frame))
     for _ in range(8):
-        state = solver.advance(operator, operator.measured(frame), state)
+        state = solver.step(operator, operator.measured(frame), state)
         sizes.append(state.num_cells)
         assert np.count_nonzero(state.spectrum) <= state.num_cells
     largest = operator.num_measurements // 3

@@ -4,13 +4,15 @@ import pytest
 from tests.vsep.repair_bench import repair_scene
 from vsep.analysis.repair import windowed_error_db
 from vsep.errors import InputError
-from vsep.mitigation.mca import mca, mca_2d
+from vsep.mitigation.mca import MorphologicalComponents
 from vsep.mitigation.method import iterate_mitigation, mitigate
+from vsep.mitigation.registry import make_mitigation
 
 
 @pytest.mark.scenario
 @pytest.mark.parametrize(
-    ("method", "lowest_db", "highest_db"), [(mca(), -15.0, -9.0), (mca_2d(), -40.0, -22.0)]
+    ("method", "lowest_db", "highest_db"),
+    [(make_mitigation("mca"), -15.0, -9.0), (make_mitigation("mca-2d"), -40.0, -22.0)],
 )
 def test_simulation_2_is_repaired_as_well_as_independent_trials_did(method, lowest_db, highest_db):
     # 12 frames, 4 of each set; measured with 30: -12.6 per ramp with a standard
@@ -25,9 +27,9 @@ def test_simulation_2_is_repaired_as_well_as_independent_trials_did(method, lowe
 
 def test_both_layers_add_up_to_what_is_above_the_noise():
     scene = repair_scene(0, tails=False)
-    state = mitigate(mca_2d(), scene.received, scene.mask)
+    state = mitigate(MorphologicalComponents(num_axes=2), scene.received, scene.mask)
     layers = state.memory
-    windowed = scene.received * mca_2d()._window(scene.received)
+    windowed = scene.received * MorphologicalComponents(num_axes=2)._window(scene.received)
     left = np.linalg.norm(windowed - layers.objects - layers.bursts)
     # Hard thresholds at three noise levels leave the noise, 27 dB under the objects, and little.
     assert left < 0.1 * np.linalg.norm(windowed)
@@ -35,7 +37,9 @@ def test_both_layers_add_up_to_what_is_above_the_noise():
 
 def test_thresholds_fall_and_the_run_ends():
     scene = repair_scene(0, tails=False)
-    states = list(iterate_mitigation(mca(iterations=7), scene.received, scene.mask))
+    states = list(
+        iterate_mitigation(MorphologicalComponents(iterations=7), scene.received, scene.mask)
+    )
     assert len(states) == 7
     energies = [np.linalg.norm(state.memory.objects) for state in states]
     assert energies[0] < energies[-1]
@@ -43,4 +47,4 @@ def test_thresholds_fall_and_the_run_ends():
 
 def test_no_iterations_are_refused():
     with pytest.raises(InputError, match="iterations is 0"):
-        mca(iterations=0)
+        MorphologicalComponents(iterations=0)

@@ -12,9 +12,9 @@ from vsep.mitigation.sparse.thresholding import soft_threshold
 
 
 def advanced(solver, operator, measured, iterations):
-    state = solver.start(operator, measured)
+    state = solver.init(operator, measured)
     for _ in range(iterations):
-        state = solver.advance(operator, measured, state)
+        state = solver.step(operator, measured, state)
     return state
 
 
@@ -33,7 +33,7 @@ def test_the_memory_term_is_the_mean_derivative_of_the_threshold():
 
 def test_the_denoiser_is_the_posterior_of_its_prior():
     operator = MaskedFft(np.zeros((4, 4), dtype=bool), np.complex128)
-    state = Gamp(initial_occupied=0.1).start(operator, np.full((4, 4), 0.5 + 0j))
+    state = Gamp(initial_occupied=0.1).init(operator, np.full((4, 4), 0.5 + 0j))
     variance = 0.3
     axis = np.linspace(-12.0, 12.0, 1201)
     cell = axis[:, None] + 1j * axis

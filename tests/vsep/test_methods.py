@@ -11,9 +11,9 @@ from vsep.studies.methods import (
     MASKED_BY_DETECTOR,
     NO_INTERFERENCE,
     estimator_names,
-    make_estimator,
     method_names,
     require_methods,
+    trial_estimator,
 )
 from vsep.studies.study import Point, TrialSettings
 
@@ -38,16 +38,16 @@ def test_all_estimators_and_mitigations_are_methods_and_the_reference_comes_last
 @pytest.mark.parametrize("method", method_names())
 def test_thresholds_and_schedule_reach_every_estimator_that_has_them(method):
     settings = TrialSettings(schedule="paper")
-    by_level = make_estimator(method, MODEL, point(object_threshold_db=9.5), settings)
+    by_level = trial_estimator(method, MODEL, point(object_threshold_db=9.5), settings)
     assert by_level.threshold_db == 9.5
-    rare = make_estimator(method, MODEL, point(false_alarm_rate=1e-4), settings)
-    often = make_estimator(method, MODEL, point(false_alarm_rate=1.0), settings)
+    rare = trial_estimator(method, MODEL, point(false_alarm_rate=1e-4), settings)
+    often = trial_estimator(method, MODEL, point(false_alarm_rate=1.0), settings)
     assert rare.threshold_db > often.threshold_db
     assert getattr(by_level, "schedule", "paper") == "paper"
 
 
 def test_the_reference_is_the_object_only_estimator():
-    estimator = make_estimator(NO_INTERFERENCE, MODEL, point(), TrialSettings())
+    estimator = trial_estimator(NO_INTERFERENCE, MODEL, point(), TrialSettings())
     assert isinstance(estimator, ObjectOnlySeparator)
     received = np.exp(-2j * np.pi * 0.1 * np.arange(64))[None, :]
     assert estimator.init(received).iteration == 0
@@ -58,14 +58,14 @@ def test_a_masked_method_ignores_the_mask_it_is_given():
     mask[0, 10:20] = True
     assert set(MASKED_BY_DETECTOR.values()) <= set(DETECTORS)
     for method in ("masked", *MASKED_BY_DETECTOR):
-        estimator = make_estimator(method, MODEL, point(), TrialSettings(), mask)
+        estimator = trial_estimator(method, MODEL, point(), TrialSettings(), mask)
         assert isinstance(estimator, MaskedSeparator)
         assert np.array_equal(estimator.used, ~mask)
 
 
 def test_only_repaired_frames_have_fewer_iterations():
     limits = {
-        method: make_estimator(method, MODEL, point(), TrialSettings()).max_iterations
+        method: trial_estimator(method, MODEL, point(), TrialSettings()).max_iterations
         for method in method_names()
     }
     assert {name for name in limits if limits[name] == ITERATIONS_AFTER_REPAIR} == set(MITIGATIONS)

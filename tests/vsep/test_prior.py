@@ -7,7 +7,7 @@ from tests.vsep.sparse_bench import gap_scene
 from vsep.errors import InputError
 from vsep.mitigation.method import mitigate
 from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
-from vsep.mitigation.sparse.sparse_methods import pm_iht, pm_ist
+from vsep.mitigation.sparse.thresholding import pm_iht, pm_ist
 
 SHAPE = (16, 32)
 

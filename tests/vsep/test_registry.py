@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vsep.errors import InputError
+from vsep.inference.core.progress import Termination
 from vsep.mitigation.method import iterate_mitigation, mitigate
 from vsep.mitigation.registry import MITIGATIONS, make_mitigation
 
@@ -103,7 +104,7 @@ def test_a_paused_run_goes_on_as_if_it_had_not_been(name):
     resumed = [*iterate_mitigation(method, received, mask, paused)] or [paused]
     np.testing.assert_array_equal(resumed[-1].cleaned, states[-1].cleaned)
     assert [state.iteration for state in states] == list(range(1, len(states) + 1))
-    assert method.finished(states[-1])
+    assert method.terminate(states[-1]) is not Termination.RUNNING
 
 
 @METHODS

@@ -7,8 +7,9 @@ from tests.vsep.sparse_bench import gap_sequence
 from vsep.analysis.repair import gap_error_db
 from vsep.errors import InputError
 from vsep.mitigation.method import iterate_mitigation
+from vsep.mitigation.registry import make_mitigation
 from vsep.mitigation.sparse.sequence import mitigate_sequence
-from vsep.mitigation.sparse.sparse_methods import SOFT_PRIOR, ist, pm_ist
+from vsep.mitigation.sparse.thresholding import SOFT_PRIOR, pm_ist
 
 SEEDS = (0, 1)
 
@@ -38,7 +39,7 @@ def runs():
         last = frames[-1]
         other = [*frames_of(100 + seed)[:-1], last]
         methods = (
-            ist(),
+            make_mitigation("ist"),
             pm_ist(history=history_of(frames)),
             pm_ist(history=history_of(other)),
         )

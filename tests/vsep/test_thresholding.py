@@ -39,8 +39,8 @@ def test_one_iteration_is_equations_11_and_12(shrinkage):
     operator = MaskedFft(mask, np.complex128)
     measured = np.where(mask, 0.0, frame)
     solver = IterativeThresholding(shrinkage=shrinkage, control=1.5)
-    first = solver.advance(operator, measured, solver.start(operator, measured))
-    second = solver.advance(operator, measured, first)
+    first = solver.step(operator, measured, solver.init(operator, measured))
+    second = solver.step(operator, measured, first)
     residual = np.where(mask, 0.0, frame - np.fft.fft2(first.spectrum, norm="ortho"))
     gradient = np.fft.ifft2(residual, norm="ortho")
     threshold = 1.5 * np.sqrt(np.mean(np.abs(gradient) ** 2))
@@ -55,12 +55,12 @@ def test_the_schedule_falls_from_the_largest_cell():
     operator = MaskedFft(mask, np.complex128)
     measured = operator.measured(frame)
     solver = IterativeThresholding(shrinkage="hard", control=1e-6, decay=0.8)
-    state = solver.start(operator, measured)
+    state = solver.init(operator, measured)
     peak = np.abs(operator.adjoint(measured)).max()
     for iteration in range(8):
         assert state.floor == pytest.approx(0.8**iteration * peak, rel=1e-12)
         assert not state.may_stop
-        state = solver.advance(operator, measured, state)
+        state = solver.step(operator, measured, state)
         occupied = np.abs(state.spectrum[state.spectrum != 0.0])
         assert occupied.min(initial=np.inf) >= 0.8**iteration * peak * (1.0 - 1e-12)
 
@@ -75,8 +75,8 @@ def test_relief_lowers_the_threshold_of_its_cells_only():
         IterativeThresholding(shrinkage="soft", control=0.5, relief=given)
         for given in (None, relief)
     )
-    before = plain.advance(operator, measured, plain.start(operator, measured)).spectrum
-    after = eased.advance(operator, measured, eased.start(operator, measured)).spectrum
+    before = plain.step(operator, measured, plain.init(operator, measured)).spectrum
+    after = eased.step(operator, measured, eased.init(operator, measured)).spectrum
     others = relief == 0.0
     np.testing.assert_array_equal(after[others], before[others])
     threshold = 0.5 * gradient_std(operator, measured)

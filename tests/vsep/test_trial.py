@@ -5,7 +5,7 @@ import pytest
 
 from vsep._version import __version__
 from vsep.files.results import as_json
-from vsep.inference.registry import ESTIMATORS
+from vsep.inference.core.estimator import EstimatorEntry
 from vsep.studies import trial as trials
 from vsep.studies.study import Point, Trial, TrialSettings
 from vsep.studies.trial import failed_rows, run_trial
@@ -95,13 +95,14 @@ def test_a_scene_that_cannot_be_made_is_a_row_with_its_reason():
     assert "slope" in rows[0]["reason"]
 
 
-def test_a_method_that_breaks_leaves_the_others_alone(monkeypatch):
+def test_a_method_that_breaks_leaves_the_others_alone():
     class Broken:
         def __init__(self, **_):
             raise ZeroDivisionError("on purpose")
 
-    monkeypatch.setitem(ESTIMATORS, "joint", dataclasses.dataclass(Broken))
-    rows = run_trial(trial(methods=("joint", "no-interference")))
+    broken = EstimatorEntry(name="broken", factory=Broken)
+    one = dataclasses.replace(trial(methods=("broken", "no-interference")), handed=(broken,))
+    rows = run_trial(one)
     assert [row["status"] for row in rows] == ["failed", "done"]
     assert rows[0]["reason"] == "ZeroDivisionError: on purpose"
 

@@ -17,9 +17,9 @@ def test_the_minimum_is_that_of_the_l1_problem():
     measured = operator.measured(frame)
     minima = []
     for solver, iterations in ((Fista(penalty=PENALTY), 2000), (Yall1(penalty=PENALTY), 1000)):
-        state = solver.start(operator, measured)
+        state = solver.init(operator, measured)
         for _ in range(iterations):
-            state = solver.advance(operator, measured, state)
+            state = solver.step(operator, measured, state)
         minima.append(state.spectrum)
     expected = objective(operator, measured, minima[0], PENALTY)
     assert objective(operator, measured, minima[1], PENALTY) == pytest.approx(expected, rel=1e-9)
@@ -30,5 +30,5 @@ def test_a_frame_of_zeros_has_a_spectrum_of_zeros():
     operator = MaskedFft(np.eye(4, dtype=bool), np.complex128)
     measured = np.zeros((4, 4), dtype=complex)
     solver = Yall1()
-    state = solver.advance(operator, measured, solver.start(operator, measured))
+    state = solver.step(operator, measured, solver.init(operator, measured))
     assert not np.any(state.spectrum)

@@ -17,7 +17,7 @@ from vsep.inference.bursts.outliers import drop_outliers
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.elbo import noise_bound, weights_bound
-from vsep.inference.core.estimator import is_quiet, settle
+from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
@@ -295,3 +295,15 @@ def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray)
     if 0.0 in energies:
         return float("nan")
     return 10.0 * math.log10(energies[0] / energies[1])
+
+
+ENTRIES = (
+    EstimatorEntry(
+        name="factorised",
+        label="Factorised",
+        help="Algorithm 1: objects and interference with separate posteriors.",
+        factory=FactorisedSeparator,
+        position=10,
+        several_antennas=True,
+    ),
+)

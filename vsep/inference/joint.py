@@ -11,7 +11,7 @@ import numpy as np
 
 from vsep._typing import ComplexArray
 from vsep.inference.core.elbo import noise_bound, weights_bound
-from vsep.inference.core.estimator import require_one_antenna
+from vsep.inference.core.estimator import EstimatorEntry, require_one_antenna
 from vsep.inference.core.progress import IterationInfo
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
@@ -76,3 +76,14 @@ class JointSeparator(FactorisedSeparator):
         bound += noise_bound(num_used, noise_precision, columns.expected_error())
         end = self.conclude(state, objects, interference, noise_precision, bound, searched)
         return self.confirmed(received, *end)
+
+
+ENTRIES = (
+    EstimatorEntry(
+        name="joint",
+        label="Joint",
+        help="Algorithm 1 with one joint posterior of objects and interference.",
+        factory=JointSeparator,
+        position=20,
+    ),
+)

@@ -1,66 +1,17 @@
-"""The estimators by the names that users call them."""
+"""Registry of the estimators."""
 
-from dataclasses import fields
-from typing import Any, Final, TypeAlias, TypedDict, Unpack
+from typing import Any, Final
 
-from vsep._typing import BoolArray
-from vsep.errors import InputError
-from vsep.inference.core.estimator import Estimator
-from vsep.inference.factorised import FactorisedSeparator
-from vsep.inference.joint import JointSeparator
-from vsep.inference.objects.masked import MaskedSeparator
-from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.inference.core.estimator import Estimator, EstimatorEntry
+from vsep.registry import Registry
 from vsep.signal.template import SignalModel
 
-AnyEstimator: TypeAlias = (
-    type[FactorisedSeparator] | type[ObjectOnlySeparator] | type[MaskedSeparator]
-)
-
-ESTIMATORS: Final[dict[str, AnyEstimator]] = {
-    "factorised": FactorisedSeparator,
-    "joint": JointSeparator,
-    "object-only": ObjectOnlySeparator,
-    "masked": MaskedSeparator,
-}
+ESTIMATORS: Final = Registry(EstimatorEntry, "vsep.inference", "vsep.estimators")
+"""The estimators of this package and of other distributions by name."""
 
 
-SEVERAL_ANTENNAS: Final = ("factorised", "object-only")
-"""Estimators that take what several antennas received apart together."""
-
-
-def estimator_by_name(name: str) -> AnyEstimator:
-    """Return the estimator class a user names.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-
-    Examples
-    --------
-    >>> estimator_by_name("joint").__name__
-    'JointSeparator'
-    """
-    if name not in ESTIMATORS:
-        raise InputError(f"estimator is {name!r}; it must be one of {', '.join(ESTIMATORS)}.")
-    return ESTIMATORS[name]
-
-
-class EstimatorSettings(TypedDict, total=False):
-    """Settings of the estimators; what is left out keeps its default."""
-
-    false_alarm_rate: float
-    object_threshold_db: float | None
-    interference_threshold_db: float | None
-    schedule: str
-    max_iterations: int
-    mask: BoolArray | None
-
-
-def make_estimator(
-    name: str, model: SignalModel, **settings: Unpack[EstimatorSettings]
-) -> Estimator:
-    """Make the estimator of a name; settings that it does not have play no part.
+def make_estimator(name: str, model: SignalModel, **settings: Any) -> Estimator:
+    """Make the estimator of a name.
 
     Parameters
     ----------
@@ -69,14 +20,22 @@ def make_estimator(
     model : SignalModel
         Size, sampling and assumed filter.
     **settings
-        See `FactorisedSeparator` and, for the mask of samples to ignore, `MaskedSeparator`.
+        Those that the estimator has, see `EstimatorEntry.settings` and `FactorisedSeparator`; None
+        stands for the default.
 
     Raises
     ------
     InputError
-        If the name is unknown or a setting out of its range.
+        If the name is unknown, the estimator has no such setting or a value is out of its range.
+
+    Examples
+    --------
+    >>> from vsep.signal.filters import NoFilter
+    >>> model = SignalModel(num_ramps=1, num_samples=128, sample_rate_hz=5.1e6,
+    ...                     anti_aliasing_filter=NoFilter())
+    >>> make_estimator("object-only", model, schedule="paper")
+    Traceback (most recent call last):
+    vsep.errors.InputError: schedule is 'paper'; object-only takes none; factorised and joint do.
     """
-    kind = estimator_by_name(name)
-    known = {field.name for field in fields(kind)}
-    used: dict[str, Any] = {key: value for key, value in settings.items() if key in known}
-    return kind(model=model, **used)
+    estimator: Estimator = ESTIMATORS.make(name, model=model, **settings)
+    return estimator

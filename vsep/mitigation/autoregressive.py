@@ -14,6 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.mitigation.direct import DirectMitigation
+from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
 from vsep.mitigation.method import FrameArray
 
 ORDER = 8  # of the repair: higher orders follow the noise and sometimes fail badly
@@ -128,3 +129,15 @@ def _error_energy(coefficients: ComplexArray, num_samples: int) -> ComplexArray:
     energy = forward + forward[::-1, ::-1].conj()
     ridge: FloatArray = _RIDGE * np.trace(energy).real / num_samples * np.eye(num_samples)
     return np.asarray(energy + ridge)
+
+
+ENTRIES = (
+    MitigationEntry(
+        name="autoregressive",
+        label="Autoregressive interpolation",
+        help="Gaps are filled by an autoregressive model pooled over the ramps.",
+        factory=autoregressive,
+        group=TIME_DOMAIN,
+        position=40,
+    ),
+)

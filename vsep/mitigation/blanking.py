@@ -6,15 +6,11 @@ import numpy as np
 
 from vsep._typing import BoolArray, FloatArray
 from vsep._validation import require_range
-from vsep.mitigation.direct import DirectMitigation
+from vsep.mitigation.direct import DirectMitigation, direct_entry
+from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
 from vsep.mitigation.method import FrameArray
 
 EDGE_SAMPLES = 4  # on either side of what is blanked: the taper of sensor vendors' data sheets
-
-
-def zeroing() -> DirectMitigation:
-    """Make the usual remedy of products: flagged samples become zero."""
-    return DirectMitigation("zeroing", zeroed)
 
 
 def blanking(edge_samples: int = EDGE_SAMPLES) -> DirectMitigation:
@@ -76,3 +72,18 @@ def samples_to_flagged(mask: BoolArray) -> FloatArray:
     before = np.maximum.accumulate(np.where(mask, samples, -np.inf), axis=1)
     after = np.minimum.accumulate(np.where(mask, samples, np.inf)[:, ::-1], axis=1)[:, ::-1]
     return np.asarray(np.minimum(samples - before, after - samples))
+
+
+ENTRIES = (
+    direct_entry(
+        "zeroing", "Zeroing", 10, "Interfered samples become zero, as in most products.", zeroed
+    ),
+    MitigationEntry(
+        name="blanking",
+        label="Blanking",
+        help="Interfered samples become zero between raised-cosine edges.",
+        factory=blanking,
+        group=TIME_DOMAIN,
+        position=20,
+    ),
+)

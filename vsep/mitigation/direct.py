@@ -1,10 +1,13 @@
-"""Methods that do not iterate: one step leads from the received frame to the cleaned one."""
+"""Mitigation methods of a single step, from the received frame to the cleaned one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias
 
 from vsep._typing import BoolArray, frozen
+from vsep.inference.core.progress import Termination
+from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 
 Repair: TypeAlias = Callable[[FrameArray, BoolArray], FrameArray]
@@ -44,6 +47,16 @@ class DirectMitigation:
         cleaned = self.repair(received, mask).astype(received.dtype, copy=False)
         return MitigationState(iteration=state.iteration + 1, cleaned=frozen(cleaned), change=0.0)
 
-    def finished(self, state: MitigationState) -> bool:
+    def terminate(self, state: MitigationState) -> Termination:
         """After one step."""
-        return state.iteration >= 1
+        return Termination.CONVERGED if state.iteration >= 1 else Termination.RUNNING
+
+
+def direct_entry(
+    name: str, label: str, position: int, help: str, repair: Repair
+) -> MitigationEntry:
+    """Return the record of a method of one step without settings."""
+    factory = partial(DirectMitigation, name=name, repair=repair)
+    return MitigationEntry(
+        name=name, label=label, help=help, factory=factory, group=TIME_DOMAIN, position=position
+    )

@@ -3,22 +3,8 @@
 import numpy as np
 
 from vsep._typing import BoolArray
-from vsep.mitigation.direct import DirectMitigation
+from vsep.mitigation.direct import direct_entry
 from vsep.mitigation.method import FrameArray
-
-
-def linear() -> DirectMitigation:
-    """Make interpolation along fast time: a straight line over every gap."""
-    return DirectMitigation("linear", interpolated)
-
-
-def slow_time() -> DirectMitigation:
-    """Make interpolation along slow time: the same sample of the neighbouring ramps.
-
-    It suits objects that move little from ramp to ramp, and bursts that fall on other samples in
-    every ramp. What no clean ramp can tell is interpolated along the ramp.
-    """
-    return DirectMitigation("slow-time", interpolated_across_ramps)
 
 
 def interpolated(received: FrameArray, mask: BoolArray) -> FrameArray:
@@ -44,6 +30,9 @@ def interpolated(received: FrameArray, mask: BoolArray) -> FrameArray:
 def interpolated_across_ramps(received: FrameArray, mask: BoolArray) -> FrameArray:
     """Replace flagged samples by straight lines along the first axis, where a ramp is clean.
 
+    It suits objects that move little from ramp to ramp, and bursts that fall on other samples in
+    every ramp. What no clean ramp can tell is interpolated along the ramp.
+
     Examples
     --------
     >>> frame, mask = np.array([[1j], [9j], [3j]]), np.array([[False], [True], [False]])
@@ -53,3 +42,21 @@ def interpolated_across_ramps(received: FrameArray, mask: BoolArray) -> FrameArr
     across = interpolated(received.T, mask.T).T
     hopeless = np.broadcast_to(mask.all(axis=0), mask.shape)
     return np.where(hopeless, interpolated(received, mask), across)
+
+
+ENTRIES = (
+    direct_entry(
+        "linear",
+        "Linear interpolation",
+        30,
+        "A straight line along the ramp over every gap.",
+        interpolated,
+    ),
+    direct_entry(
+        "slow-time",
+        "Slow-time interpolation",
+        50,
+        "A straight line over every gap between the same samples of neighbouring ramps.",
+        interpolated_across_ramps,
+    ),
+)

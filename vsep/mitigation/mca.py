@@ -11,12 +11,15 @@ between the bins are not sparse; as the other methods do, only flagged samples a
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import fft
 
 from vsep._typing import BoolArray, FloatArray, frozen
 from vsep._validation import require_range
+from vsep.inference.core.progress import Termination
+from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.short_time import ShortTimeFrame
 from vsep.signal.spectra import hann_window
@@ -99,9 +102,10 @@ class MorphologicalComponents:
             memory=Layers(frozen(objects), frozen(bursts), layers.first_level),
         )
 
-    def finished(self, state: MitigationState) -> bool:
+    def terminate(self, state: MitigationState) -> Termination:
         """After the last threshold."""
-        return state.iteration >= self.iterations
+        ended = state.iteration >= self.iterations
+        return Termination.CONVERGED if ended else Termination.RUNNING
 
     def _level(self, unexplained: FrameArray, iteration: int, layers: Layers) -> float:
         """Threshold of an iteration; the median of noise power is ln 2 times its mean."""
@@ -129,11 +133,21 @@ def _above(bins: FrameArray, level: float) -> FrameArray:
     return np.where(np.abs(bins) > level, bins, bins.dtype.type(0))
 
 
-def mca(iterations: int = ITERATIONS) -> MorphologicalComponents:
-    """Make MCA with an object layer per ramp, as the paper compares with."""
-    return MorphologicalComponents(name="mca", num_axes=1, iterations=iterations)
-
-
-def mca_2d(iterations: int = ITERATIONS) -> MorphologicalComponents:
-    """Make MCA with a two-dimensional object layer."""
-    return MorphologicalComponents(name="mca-2d", num_axes=2, iterations=iterations)
+ENTRIES = (
+    MitigationEntry(
+        name="mca",
+        label="MCA",
+        help="Morphological component analysis with an object layer per ramp.",
+        factory=partial(MorphologicalComponents, name="mca", num_axes=1),
+        group=TIME_DOMAIN,
+        position=70,
+    ),
+    MitigationEntry(
+        name="mca-2d",
+        label="MCA, two-dimensional",
+        help="Morphological component analysis with a two-dimensional object layer.",
+        factory=partial(MorphologicalComponents, name="mca-2d", num_axes=2),
+        group=TIME_DOMAIN,
+        position=80,
+    ),
+)

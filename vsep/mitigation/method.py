@@ -1,9 +1,9 @@
-"""What every mitigation method offers: a state, a pure step, and when it has finished.
+"""Protocol of the mitigation methods, and the loop that runs them.
 
 A method takes a frame and a mask of interfered samples and repairs the frame, iteration by
-iteration where it iterates. Like the estimators, methods are frozen bags of settings; everything
-that changes is in the state, so that a run can be watched, paused and resumed. Adding one is one
-file and one line in `vsep.mitigation.registry`.
+iteration where it iterates. Like the estimators, methods are frozen bags of settings with ``init``,
+``step`` and ``terminate``; everything that changes is in the state, so that a run can be watched,
+paused and resumed. Adding one is one file, see `MitigationEntry`.
 """
 
 from collections.abc import Iterator
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from vsep._typing import BoolArray, frozen
 from vsep.errors import InputError
+from vsep.inference.core.progress import Termination
 
 FrameArray: TypeAlias = NDArray[np.complexfloating[Any, Any]]
 """A frame in its own precision: complex64 stays complex64, all else is complex128."""
@@ -43,7 +44,7 @@ class MitigationState:
 
 
 class Mitigation(Protocol):
-    """A frozen bag of settings with ``init``, ``step`` and ``finished``."""
+    """A frozen bag of settings with ``init``, ``step`` and ``terminate``."""
 
     @property
     def name(self) -> str:
@@ -57,8 +58,8 @@ class Mitigation(Protocol):
     ) -> MitigationState:
         """One iteration: a pure function of its arguments."""
 
-    def finished(self, state: MitigationState) -> bool:
-        """Whether a run ends with this state."""
+    def terminate(self, state: MitigationState) -> Termination:
+        """Whether a run goes on after this state; it may have ended before the first step."""
 
 
 def iterate_mitigation(
@@ -67,7 +68,7 @@ def iterate_mitigation(
     mask: BoolArray,
     state: MitigationState | None = None,
 ) -> Iterator[MitigationState]:
-    """Yield the state after every step, until the method has finished.
+    """Yield the state after every step, until the method terminates.
 
     Leaving the loop pauses the run; handing the last state back resumes it.
 
@@ -95,7 +96,7 @@ def iterate_mitigation(
     received = checked_frame(received)
     mask = checked_mask(mask, received)
     state = method.init(received, mask) if state is None else state
-    while not method.finished(state):
+    while method.terminate(state) is Termination.RUNNING:
         state = method.step(received, mask, state)
         yield state
 
@@ -119,8 +120,8 @@ def mitigate(method: Mitigation, received: FrameArray, mask: BoolArray) -> Mitig
     received = checked_frame(received)
     mask = checked_mask(mask, received)
     state = method.init(received, mask)
-    while not method.finished(state):
-        state = method.step(received, mask, state)
+    for last in iterate_mitigation(method, received, mask, state):
+        state = last
     return state
 
 

@@ -18,7 +18,7 @@ from vsep.separability.axes import Axis, require_allowed, require_known
 from vsep.signal.filters import NoFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.template import SignalModel
-from vsep.studies.methods import make_estimator, require_methods
+from vsep.studies.methods import require_methods, trial_estimator
 from vsep.studies.study import Point, Trial, TrialSettings
 
 Cell: TypeAlias = tuple[int, int]
@@ -166,7 +166,7 @@ class MapSpec:
         model = SignalModel(
             num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
         )
-        make_estimator(self.method, model, self.point((0, 0)), self.settings)
+        trial_estimator(self.method, model, self.point((0, 0)), self.settings)
 
 
 def ramps_of_share(radar: ChirpSequence, share: float) -> int:

@@ -19,10 +19,11 @@ from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
 from vsep.studies.methods import (
     NO_INTERFERENCE,
+    Methods,
     estimator_names,
-    make_estimator,
     method_names,
-    require_methods,
+    read_methods,
+    trial_estimator,
 )
 from vsep.studies.study import Point, Study, TrialSettings, select_points
 
@@ -254,7 +255,7 @@ def make_study(
     name: str,
     *,
     realizations: int | None = None,
-    methods: tuple[str, ...] | None = None,
+    methods: tuple[Any, ...] | None = None,
     selection: str | None = None,
     settings: TrialSettings | None = None,
     object_threshold_db: float | None = None,
@@ -267,8 +268,9 @@ def make_study(
         One of `CATALOGUE`.
     realizations : int, optional
         Per point; the catalogue's by default.
-    methods : tuple of str, optional
-        By default the study's own. Noise alone is not run twice: without interference there is no
+    methods : tuple, optional
+        Names, or objects that are not registered, see `vsep.studies.methods.read_methods`. By
+        default the study's own. Noise alone is not run twice: without interference there is no
         reference.
     selection : str, optional
         Panels and indices of the points to run, see `select_points`.
@@ -303,26 +305,26 @@ def make_study(
         noise = all(point.scene.startswith("noise") for point in points)
         methods = entry.methods[:-1] if noise else entry.methods
     settings = TrialSettings() if settings is None else settings
-    _require_usable(require_methods(methods), points, settings)
+    chosen = read_methods(methods)
+    _require_usable(chosen, points, settings)
     return Study(
         name=name,
         title=entry.title,
         points=points,
         realizations=entry.realizations if realizations is None else realizations,
-        methods=methods,
+        methods=chosen.names,
         settings=settings,
         selected=None if selection is None else select_points(points, selection),
+        handed=chosen.handed,
     )
 
 
-def _require_usable(
-    methods: tuple[str, ...], points: tuple[Point, ...], settings: TrialSettings
-) -> None:
+def _require_usable(methods: Methods, points: tuple[Point, ...], settings: TrialSettings) -> None:
     """Refuse a bad threshold at once, not once per trial: it is checked with any model."""
     model = SignalModel(
         num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
     )
     thresholds = {(point.object_threshold_db, point.false_alarm_rate): point for point in points}
-    for method in methods:
+    for method in methods.names:
         for point in thresholds.values():
-            make_estimator(method, model, point, settings)
+            trial_estimator(method, model, point, settings, handed=methods.handed)

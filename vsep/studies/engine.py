@@ -6,7 +6,7 @@ interruption change nothing but the order of the rows.
 
 import threading
 from collections.abc import Collection, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from itertools import islice
@@ -15,6 +15,7 @@ from pathlib import Path
 from vsep._processes import worker_pool
 from vsep._validation import require_range
 from vsep.studies.cluster import run_on_cluster
+from vsep.studies.pickling import dump_trial, run_dumped_trial
 from vsep.studies.rows import (
     RowKey,
     append_rows,
@@ -156,15 +157,29 @@ def _run_until_breakage(
             while not stop.is_set():
                 for trial in islice(waiting, workers * _AHEAD - len(running)):
                     unfinished[trial] = None
-                    running[pool.submit(run_trial, trial)] = trial
+                    running[_submit(pool, trial)] = trial
                 if not running:
                     break
                 done, _ = wait(running, timeout=_STOP_CHECK_S, return_when=FIRST_COMPLETED)
                 # Whole results first: a breakage ends all that runs at once.
                 for future in sorted(done, key=lambda one: one.exception() is not None):
-                    rows = future.result()
+                    rows = _rows_of(future, running[future])
                     del unfinished[running.pop(future)]
                     yield rows
         except BrokenProcessPool:
             return list(unfinished)
     return []
+
+
+def _submit(pool: ProcessPoolExecutor, trial: Trial) -> Future[list[Row]]:
+    if trial.handed:
+        return pool.submit(run_dumped_trial, dump_trial(trial))
+    return pool.submit(run_trial, trial)
+
+
+def _rows_of(future: Future[list[Row]], trial: Trial) -> list[Row]:
+    """Return the rows of a trial; a method that the worker cannot load makes failed ones."""
+    error = future.exception()
+    if error is None or isinstance(error, BrokenProcessPool):
+        return future.result()
+    return failed_rows(trial, f"{type(error).__name__}: {error}")

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from vsep.inference.registry import ESTIMATORS
-from vsep.mitigation.registry import MITIGATIONS, SPARSE
+from vsep.mitigation.entry import COMPRESSIVE_SENSING
+from vsep.mitigation.registry import MITIGATIONS
 from vsep.studies.methods import (
     ITERATIONS_AFTER_REPAIR,
     MASKED_BY_DETECTOR,
@@ -88,16 +89,17 @@ _ERROR_MISSES_FALSE_ALARMS = (
     ("misses", "misses a frame"),
     ("false_alarms", "false alarms a frame"),
 )
+_SPARSE = MITIGATIONS.in_group(COMPRESSIVE_SENSING)
 _METHODS_FIGURES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Estimators on the frame as received", (*ESTIMATORS, *MASKED_BY_DETECTOR)),
     (
         f"Repair with the perfect mask, then at most {ITERATIONS_AFTER_REPAIR} iterations",
-        ("factorised", *(name for name in MITIGATIONS if name not in SPARSE)),
+        ("factorised", *(name for name in MITIGATIONS if name not in _SPARSE)),
     ),
     (
         "Compressive sensing with the perfect mask, then at most "
         f"{ITERATIONS_AFTER_REPAIR} iterations",
-        ("factorised", *SPARSE),
+        ("factorised", *_SPARSE),
     ),
 )
 

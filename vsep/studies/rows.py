@@ -131,12 +131,14 @@ def study_of_rows(rows: Sequence[Row], path: str | Path) -> Study:
     study = make_study(
         trial.study,
         realizations=1 + max(row["realization"] for row in own),
-        methods=tuple(dict.fromkeys(row["method"] for row in own)),
         settings=trial.settings,
         object_threshold_db=threshold_db,
     )
     require_same_study(own, study, path)
-    return replace(study, selected=tuple(sorted({row["point_index"] for row in own})))
+    # By name alone: a method that was handed over is not known here.
+    methods = tuple(dict.fromkeys(row["method"] for row in own))
+    selected = tuple(sorted({row["point_index"] for row in own}))
+    return replace(study, methods=methods, selected=selected)
 
 
 def require_same_study(rows: Iterable[Row], study: Study, path: str | Path) -> None:

@@ -13,6 +13,7 @@ from vsep._validation import require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.errors import InputError
 from vsep.inference.core.schedule import schedule_by_name
+from vsep.registry import Entry
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
 
 SceneName: TypeAlias = Literal[
@@ -150,6 +151,8 @@ class Trial:
         Names of `vsep.studies.methods`; every one sees the same scene and noise.
     settings : TrialSettings
         Common to the study.
+    handed : tuple of Entry
+        Methods that are not registered, see `vsep.studies.methods`.
     """
 
     study: str
@@ -158,6 +161,7 @@ class Trial:
     realization: int
     methods: tuple[str, ...]
     settings: TrialSettings
+    handed: tuple[Entry, ...] = field(default=(), compare=False)
 
     @property
     def seed_sequence(self) -> np.random.SeedSequence:
@@ -186,6 +190,8 @@ class Study:
         Seed, schedule, GOSPA.
     selected : tuple of int, optional
         Indices of the points to run; all by default.
+    handed : tuple of Entry
+        Methods that are not registered.
     """
 
     name: str
@@ -195,6 +201,7 @@ class Study:
     methods: tuple[str, ...]
     settings: TrialSettings = field(default_factory=TrialSettings)
     selected: tuple[int, ...] | None = None
+    handed: tuple[Entry, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         """Check the number of realisations and the selection."""
@@ -229,6 +236,7 @@ class Study:
             realization=realization,
             methods=self.methods,
             settings=self.settings,
+            handed=self.handed,
         )
 
 

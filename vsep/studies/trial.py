@@ -19,9 +19,8 @@ from vsep.inference.core.run import run
 from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
-from vsep.mitigation.registry import MITIGATIONS, make_mitigation
 from vsep.signal.scene import Observation
-from vsep.studies.methods import MASKED_BY_DETECTOR, NO_INTERFERENCE, make_estimator
+from vsep.studies.methods import MASKED_BY_DETECTOR, NO_INTERFERENCE, repair_of, trial_estimator
 from vsep.studies.study import Trial
 from vsep.studies.trial_scenario import Bench, simulate_trial
 
@@ -66,12 +65,15 @@ def separate(trial: Trial, method: str, bench: Bench) -> tuple[Observation, Solu
     start = time.perf_counter()
     if method in MASKED_BY_DETECTOR:
         mask = detect_interference(MASKED_BY_DETECTOR[method], observation.received)
-    if method in MITIGATIONS:
-        cleaned = mitigate(make_mitigation(method), observation.received, mask).cleaned
+    repair = repair_of(method, trial.handed)
+    if repair is not None:
+        cleaned = mitigate(repair.make(), observation.received, mask).cleaned
         received = np.asarray(cleaned, dtype=np.complex128)
         observation = Observation(received=received, truth=observation.truth)
     seconds = time.perf_counter() - start
-    estimator = make_estimator(method, bench.model, trial.point, trial.settings, mask)
+    estimator = trial_estimator(
+        method, bench.model, trial.point, trial.settings, mask, trial.handed
+    )
     solution = run(estimator, observation.received)
     return observation, replace(solution, seconds=solution.seconds + seconds)
 

@@ -14,6 +14,7 @@ from typing import NoReturn
 from vsep._version import __version__
 from vsep.errors import InputError
 from vsep_app.cli.calibrate_options import add_calibrate
+from vsep_app.cli.choices import ESTIMATOR_NAMES
 from vsep_app.cli.convert_options import add_convert
 from vsep_app.cli.interferer_timing_options import add_timing
 from vsep_app.cli.mitigate_options import add_antenna_option, add_mask_option, add_mitigate
@@ -223,18 +224,19 @@ def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the estimator")
     group.add_argument(
         "--estimator",
-        choices=("factorised", "joint", "object-only", "masked"),
+        choices=ESTIMATOR_NAMES,
         default="factorised",
-        help="objects and interference with separate posteriors or a joint one, objects alone, or "
-        "objects from the samples that the mask leaves (default: factorised)",
+        metavar="NAME",
+        help="one of %(choices)s: objects and interference with separate posteriors or a joint "
+        "one, objects alone, or objects from the samples that the mask leaves "
+        "(default: factorised)",
     )
     add_mask_option(group)
     group.add_argument(
         "--schedule",
         choices=("robust", "paper"),
-        default="robust",
         help="order of updates; the literal one of the paper for comparison "
-        "(default: robust; factorised only)",
+        "(default: robust; factorised and joint)",
     )
     threshold = group.add_mutually_exclusive_group()
     threshold.add_argument(
@@ -252,7 +254,7 @@ def _add_estimator_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         metavar="X",
         help="threshold of interference-channel components "
-        "(default: that of the schedule; factorised only)",
+        "(default: that of the schedule; factorised and joint)",
     )
     group.add_argument(
         "--max-iterations",

@@ -13,8 +13,8 @@ from vsep._typing import BoolArray
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
-from vsep.mitigation.method import FrameArray, mitigate
-from vsep.mitigation.registry import PRIORS, MitigationSettings, make_mitigation
+from vsep.mitigation.method import FrameArray, Mitigation, mitigate
+from vsep.mitigation.registry import MITIGATIONS
 from vsep.mitigation.sparse.prior import SeenFrame
 from vsep.signal.radar import ChirpSequence
 
@@ -40,21 +40,23 @@ class _Repairs:
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        self._name: str = options.method
-        self._settings = MitigationSettings(domain=options.domain, debias=options.debias)
-        self._method = make_mitigation(self._name, **self._settings)
+        self._entry = MITIGATIONS.require(options.method)
+        self._settings = {"domain": options.domain, "debias": options.debias}
+        self._method = self._make()
         self._history: tuple[SeenFrame, ...] = ()
         self._radar: ChirpSequence | None = None
 
+    def _make(self, history: tuple[SeenFrame, ...] | None = None) -> Mitigation:
+        method: Mitigation = MITIGATIONS.make(self._entry.name, history=history, **self._settings)
+        return method
+
     def cleaned(self, frame: Frame, mask: BoolArray) -> FrameArray:
         """Return the repaired frame."""
-        prior = PRIORS.get(self._name)
+        prior = self._entry.prior
         if prior is None:
             return mitigate(self._method, frame.received, mask).cleaned
         history = self._history if frame.radar == self._radar else ()
-        settings: MitigationSettings = {**self._settings, "history": history}
-        method = make_mitigation(self._name, **settings)
-        cleaned = mitigate(method, frame.received, mask).cleaned
+        cleaned = mitigate(self._make(history), frame.received, mask).cleaned
         self._history, self._radar = prior.see(history, cleaned), frame.radar
         return cleaned
 

@@ -3,16 +3,14 @@
 import argparse
 from typing import Any
 
+from vsep_app.cli.choices import MITIGATION_NAMES
+
 _EXAMPLES = """\
 examples:
   vsep mitigate frame.npz --method zeroing --out cleaned
   vsep mitigate night/*.npz --method mca-2d --mask autoregressive --out cleaned
   vsep mitigate drive-1.npz drive-2.npz drive-3.npz --method pm-ist --out cleaned
 """
-METHODS = (
-    "zeroing, blanking, linear, autoregressive, slow-time, noise-canceller, mca, mca-2d, ist, iht, "
-    "iht-plain, pm-ist, pm-iht, fista, omp, cosamp, amp, gamp, yall1"
-)
 
 
 def add_mitigate(commands: Any) -> None:
@@ -29,18 +27,26 @@ def add_mitigate(commands: Any) -> None:
     )
     parser.set_defaults(command=_mitigate)
     parser.add_argument("frames", nargs="+", metavar="FRAME", help="a frame file, *.npz; in order")
-    parser.add_argument("--method", required=True, metavar="NAME", help=METHODS)
+    parser.add_argument(
+        "--method",
+        required=True,
+        choices=MITIGATION_NAMES,
+        metavar="NAME",
+        help="%(choices)s",
+    )
     add_mask_option(parser)
     add_antenna_option(parser)
     parser.add_argument(
         "--domain",
         choices=("masked-2d", "explicit-1d"),
-        default="masked-2d",
         help="how compressive sensing computes: two-dimensional masked residual updates, or the "
         "explicit matrix for comparison (default: masked-2d)",
     )
     parser.add_argument(
-        "--debias", action="store_true", help="end compressive sensing by a least-squares fit"
+        "--debias",
+        action="store_true",
+        default=None,
+        help="end compressive sensing by a least-squares fit",
     )
     parser.add_argument(
         "--out",

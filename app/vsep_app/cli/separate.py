@@ -28,7 +28,7 @@ from vsep.files.two_pass import require_timing_support, run_twice
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step
 from vsep.inference.core.run import run
-from vsep.inference.registry import SEVERAL_ANTENNAS, make_estimator
+from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.signal.clutter import remove_static_clutter
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.template import SignalModel
@@ -184,7 +184,7 @@ def _read_frame(path: str, options: argparse.Namespace) -> Frame:
 def _is_together(frame: Frame, options: argparse.Namespace) -> bool:
     """Whether all antennas of a frame are separated together: unless one of them is asked for."""
     several = frame.num_antennas > 1 and options.antenna is None
-    return several and options.estimator in SEVERAL_ANTENNAS
+    return several and ESTIMATORS.require(options.estimator).several_antennas
 
 
 def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
@@ -211,8 +211,8 @@ def _require_usable(options: argparse.Namespace) -> None:
 
 
 def _separator_of(options: argparse.Namespace, frame: Frame) -> Estimator:
-    masked = options.estimator == "masked"
-    mask = frame_mask(frame, options.mask) if masked else None
+    needs_mask = ESTIMATORS.require(options.estimator).needs_mask
+    mask = frame_mask(frame, options.mask) if needs_mask else None
     num_antennas = frame.num_antennas if _is_together(frame, options) else 1
     model = SignalModel.of_radar(frame.radar, frame.assumed_filter, num_antennas)
     return make_separator(options, model, mask)
@@ -222,10 +222,7 @@ def make_separator(
     options: argparse.Namespace, model: SignalModel, mask: BoolArray | None = None
 ) -> Estimator:
     """Make the estimator that the options of ``separate`` describe."""
-    if options.mask is not None and options.estimator != "masked":
-        raise InputError(
-            f"--mask is {options.mask}, and {options.estimator} takes none; it is for masked."
-        )
+    ESTIMATORS.require_settings(options.estimator, {"mask": options.mask})
     return make_estimator(
         options.estimator,
         model,

@@ -13,11 +13,11 @@ import numpy as np
 from vsep._typing import BoolArray
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
-from vsep.inference import registry as estimators
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Step
 from vsep.inference.core.run import guarded_step
 from vsep.inference.core.state import SeparationState
+from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.presets.scenes import simulate_preset
 from vsep.signal.filters import (
     AntiAliasingFilter,
@@ -111,7 +111,7 @@ def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepar
     frame = scene.frame
     if not is_together(plan, frame):
         frame = frame.of_antenna(min(antenna, frame.num_antennas - 1))
-    estimator = make_estimator(
+    estimator = plan_estimator(
         plan, frame.radar, scene.assumed_filter, num_antennas=frame.num_antennas
     )
     every = frame.received if frame.antennas is None else frame.antennas
@@ -130,7 +130,7 @@ def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepar
 
 def is_together(plan: Plan, frame: Frame) -> bool:
     """Whether the antennas of a frame are separated together."""
-    return frame.num_antennas > 1 and plan.estimator in estimators.SEVERAL_ANTENNAS
+    return frame.num_antennas > 1 and ESTIMATORS.require(plan.estimator).several_antennas
 
 
 def static_picture_of(frame: Frame, antenna: int) -> StaticPicture:
@@ -275,7 +275,7 @@ def _assumed_filter(
     return measured
 
 
-def make_estimator(
+def plan_estimator(
     plan: Plan,
     radar: ChirpSequence,
     anti_aliasing_filter: AntiAliasingFilter,
@@ -283,17 +283,16 @@ def make_estimator(
     mask: BoolArray | None = None,
     num_antennas: int = 1,
 ) -> Estimator:
-    """Return the estimator of a plan; only the masked one has a use for a mask."""
+    """Return the estimator of a plan, which keeps one set of settings for all estimators."""
     model = SignalModel.of_radar(radar, anti_aliasing_filter, num_antennas)
-    return estimators.make_estimator(
-        plan.estimator,
-        model,
+    settings = ESTIMATORS.require(plan.estimator).accepted(
         false_alarm_rate=plan.false_alarm_rate,
         object_threshold_db=plan.object_threshold_db,
         schedule=plan.schedule,
         max_iterations=plan.max_iterations,
         mask=mask,
     )
+    return make_estimator(plan.estimator, model, **settings)
 
 
 def _simulation(

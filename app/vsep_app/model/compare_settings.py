@@ -14,7 +14,6 @@ from vsep.mitigation.sparse.prior import SeenFrame
 from vsep_app.model.settings import Plan
 from vsep_app.pages.compare.metrics import FrameResult
 
-METHODS = (*MITIGATIONS, *ESTIMATORS)
 MIN_METHODS, MAX_METHODS = 2, 4
 NO_METHOD = ""
 # Objects of the simulations drive some 10 m in this time, which takes near ones through the radar.
@@ -57,7 +56,7 @@ class ComparePlan:
     scene : Plan
         The scene and the estimators' settings.
     methods : tuple of str
-        Some of `METHODS`.
+        Some of `method_labels`.
     mask : str
         How interfered samples are found.
     debias : bool
@@ -79,6 +78,11 @@ class ComparePlan:
     past: tuple[FrameResult, ...]
 
 
+def method_labels() -> dict[str, str]:
+    """Return all methods that can be compared by name, with their labels; repairs come first."""
+    return {name: entry.label for name, entry in [*MITIGATIONS.items(), *ESTIMATORS.items()]}
+
+
 def require_distinct(methods: list[str]) -> list[str]:
     """Return the names if they are two to four different methods.
 
@@ -92,9 +96,10 @@ def require_distinct(methods: list[str]) -> list[str]:
     >>> require_distinct(["iht", "masked"])
     ['iht', 'masked']
     """
+    known = method_labels()
     for name in methods:
-        if name not in METHODS:
-            raise InputError(f"method is {name!r}; it must be one of {', '.join(METHODS)}.")
+        if name not in known:
+            raise InputError(f"method is {name!r}; it must be one of {', '.join(known)}.")
     twice = [name for name in methods if methods.count(name) > 1]
     if twice:
         raise InputError(f"{twice[0]} is chosen twice; the methods must differ.")

@@ -21,7 +21,7 @@ from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step, Termination
 from vsep.inference.core.run import iterate
 from vsep.inference.core.state import SeparationState
-from vsep.inference.registry import make_estimator
+from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.scene import Observation
 from vsep.signal.template import SignalModel
@@ -32,7 +32,6 @@ from vsep_app.model.static_picture import StaticPicture, make_static_picture
 from vsep_app.model.trial_link import open_trial
 from vsep_app.report.spec import ReportSpec, spec_data
 
-MASKED = "masked"
 _LIBRARIES = ("numpy", "scipy", "numba", "bokeh", "matplotlib")
 
 
@@ -125,21 +124,22 @@ def of_steps(spec: ReportSpec, steps: tuple[Step, ...]) -> ReportRun:
     plan = spec.plan
     scene = make_scene(plan, _loaded_frame(spec))
     frame = scene.frame
-    if spec.mask is not None and plan.estimator != MASKED:
-        raise InputError(
-            f"mask is {spec.mask}, and {plan.estimator} takes none; it is for {MASKED}."
-        )
+    entry = ESTIMATORS.require(plan.estimator)
+    ESTIMATORS.require_settings(entry.name, {"mask": spec.mask})
     together = spec.together and is_together(plan, frame)
     num_antennas = frame.num_antennas if together else 1
     estimator = make_estimator(
         plan.estimator,
         SignalModel.of_radar(frame.radar, scene.assumed_filter, num_antennas),
-        false_alarm_rate=plan.false_alarm_rate,
-        object_threshold_db=plan.object_threshold_db,
         interference_threshold_db=spec.interference_threshold_db,
-        schedule=plan.schedule,
-        max_iterations=plan.max_iterations,
-        mask=frame_mask(frame, spec.mask) if plan.estimator == MASKED else None,
+        mask=frame_mask(frame, spec.mask) if entry.needs_mask else None,
+        # The plan has the settings of all estimators; `changed` refuses those given in vain.
+        **entry.accepted(
+            false_alarm_rate=plan.false_alarm_rate,
+            object_threshold_db=plan.object_threshold_db,
+            schedule=plan.schedule,
+            max_iterations=plan.max_iterations,
+        ),
     )
     observation = Observation(received=frame.received, truth=frame.truth)
     alone = make_static_picture(frame.radar, observation, title=frame.name)
@@ -199,10 +199,10 @@ def listed_settings(run: ReportRun) -> dict[str, str]:
     settings["estimator"] = plan.estimator
     if spec.mask is not None:
         settings["mask"] = spec.mask
-    if plan.estimator == "factorised":
+    if "schedule" in ESTIMATORS.require(plan.estimator).settings:
         settings["schedule"] = plan.schedule
-        if spec.interference_threshold_db is not None:
-            settings["interference threshold"] = f"{spec.interference_threshold_db:g} dB"
+    if spec.interference_threshold_db is not None:
+        settings["interference threshold"] = f"{spec.interference_threshold_db:g} dB"
     if plan.object_threshold_db is None:
         settings["false-alarm rate"] = f"{plan.false_alarm_rate:g} per frame"
     settings["object threshold"] = f"{run.estimator.threshold_db:.1f} dB"

@@ -8,6 +8,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from vsep.errors import InputError
 from vsep.files.frame import read_frame
+from vsep.inference.registry import ESTIMATORS
 from vsep.studies.rows import read_rows
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, PRESETS, Settings
 from vsep_app.model.trial_link import open_trial, trial_link, trial_of_query
@@ -140,9 +141,17 @@ def changed(spec: ReportSpec, given: Mapping[str, Any]) -> ReportSpec:
         What to start from.
     given : mapping
         Names of `Plan` or of `ReportSpec`, and their values.
+
+    Raises
+    ------
+    InputError
+        If a setting is given that the estimator does not have.
     """
     values = dict(given)
     if "false_alarm_rate" in values:
         values.setdefault("object_threshold_db", None)
     of_plan = {name: values.pop(name) for name in tuple(values) if name in PLAN_NAMES}
-    return replace(spec, plan=replace(spec.plan, **of_plan), **values)
+    new = replace(spec, plan=replace(spec.plan, **of_plan), **values)
+    chosen = {name: value for name, value in given.items() if name in ESTIMATORS.settings}
+    ESTIMATORS.require_settings(new.plan.estimator, chosen)
+    return new

@@ -1,6 +1,6 @@
-"""The help of every page: the three views, all controls in words, and a glossary."""
+"""Help of every page: the three views, all controls and methods in words, and a glossary."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from typing import Any
 
@@ -8,6 +8,8 @@ import panel as pn
 import panel_material_ui as pmu
 from panel_material_ui.widgets.base import MaterialWidget
 
+from vsep.inference.registry import ESTIMATORS
+from vsep.mitigation.registry import MITIGATIONS
 from vsep_app.assets import path
 from vsep_app.widgets.layout import ICON_ONLY, stylesheet
 
@@ -27,7 +29,7 @@ class Help:
             icon="help_outline",
             variant="text",
             size="small",
-            description="Help: the three views, all controls, and a glossary.",
+            description="Help: the three views, all controls and methods, and a glossary.",
             sx={"color": "white", "minWidth": "0", "@media (max-width: 599px)": ICON_ONLY},
             margin=(0, 2),
             align="center",
@@ -36,6 +38,7 @@ class Help:
             pmu.Tabs(
                 ("Views", _document("views")),
                 ("Controls", _pane(controls_html(parts))),
+                ("Methods", _pane(methods_html())),
                 ("Glossary", _document("glossary")),
                 sizing_mode="stretch_width",
             ),
@@ -62,7 +65,24 @@ def controls_of(parts: Iterable[Any]) -> Iterator[Any]:
 
 def controls_html(parts: Iterable[Any]) -> str:
     """Return what the tooltips say: a phone and a keyboard have no pointer to hover with."""
-    entries = {str(widget.label): str(widget.description or "") for widget in controls_of(parts)}
+    return _list_html(
+        {str(widget.label): str(widget.description or "") for widget in controls_of(parts)}
+    )
+
+
+def methods_html() -> str:
+    """Return what every estimator and every mitigation method is, group by group."""
+    groups: dict[str, dict[str, str]] = {"Estimators": {}}
+    for entry in ESTIMATORS.values():
+        groups["Estimators"][f"{entry.label} ({entry.name})"] = entry.help
+    for method in MITIGATIONS.values():
+        groups.setdefault(method.group, {})[f"{method.label} ({method.name})"] = method.help
+    return "".join(
+        f"<h4>{escape(group)}</h4>{_list_html(entries)}" for group, entries in groups.items()
+    )
+
+
+def _list_html(entries: Mapping[str, str]) -> str:
     lines = "".join(
         f"<dt>{escape(label)}</dt><dd>{escape(text)}</dd>" for label, text in entries.items()
     )

@@ -425,7 +425,7 @@ def test_a_frame_beyond_the_memory_does_not_lose_the_others(
         (["--object-threshold-db", "9", "--false-alarm-rate", "0.05"], "not allowed with"),
         (["--max-iterations", "0"], "max_iterations is 0"),
         (["--max-iterations", "many"], "invalid int value: 'many'"),
-        (["--estimator", "magic"], "invalid choice: 'magic'"),
+        (["--estimator", "magic"], "estimator is 'magic'; it must be one of factorised, joint"),
         (["--sched", "paper"], "unrecognized arguments"),
     ],
 )

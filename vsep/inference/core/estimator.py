@@ -1,11 +1,13 @@
-"""What every estimator offers, and when a run has settled."""
+"""Protocol and record of the estimators, and when a run has settled."""
 
-from typing import Protocol
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
 
 from vsep._typing import ComplexArray
 from vsep.errors import InputError
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.state import SeparationState
+from vsep.registry import Entry
 from vsep.signal.template import SignalModel
 
 SETTLED_DEVIATIONS = 0.01  # objects move by less than this share of their standard deviation ...
@@ -15,7 +17,7 @@ SETTLING_EVENTS = {EventKind.OBJECT_REJECTED, EventKind.CHANNEL_ADDED, EventKind
 
 
 class Estimator(Protocol):
-    """What every estimator offers: a state, a pure step, and when to stop."""
+    """A frozen bag of settings with ``init``, ``step`` and ``terminate``."""
 
     @property
     def model(self) -> SignalModel:
@@ -35,6 +37,40 @@ class Estimator(Protocol):
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Whether a run goes on after this step."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class EstimatorEntry(Entry):
+    """An estimator.
+
+    It stands in the tuple ``ENTRIES`` of the estimator's own file, or another distribution declares
+    it or the estimator's class as an entry point of ``vsep.estimators``. The usual settings are
+    ``false_alarm_rate``, ``object_threshold_db``, ``interference_threshold_db``, ``schedule``,
+    ``max_iterations`` and, for the samples to ignore, ``mask``.
+
+    Parameters
+    ----------
+    name, factory, label, help, group, position
+        As of `vsep.registry.Entry`; the factory makes an `Estimator` and takes a ``model``.
+    several_antennas : bool
+        Whether it takes what several antennas received apart together.
+
+    Examples
+    --------
+    >>> from vsep.inference.objects.object_only import ObjectOnlySeparator
+    >>> EstimatorEntry(name="mine", factory=ObjectOnlySeparator).settings
+    ('false_alarm_rate', 'object_threshold_db', 'max_iterations')
+    """
+
+    kind: ClassVar[str] = "estimator"
+    bound: ClassVar[tuple[str, ...]] = ("model",)
+
+    several_antennas: bool = False
+
+    @property
+    def needs_mask(self) -> bool:
+        """Whether it is told which samples to ignore."""
+        return "mask" in self.settings
 
 
 def require_one_antenna(model: SignalModel, name: str) -> None:

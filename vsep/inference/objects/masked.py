@@ -19,7 +19,7 @@ import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, frozen
 from vsep.errors import InputError
-from vsep.inference.core.estimator import is_quiet, require_one_antenna, settle
+from vsep.inference.core.estimator import EstimatorEntry, is_quiet, require_one_antenna, settle
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
@@ -136,3 +136,14 @@ class MaskedSeparator:
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""
         return settle(state, self.max_iterations, converged=is_quiet(info))
+
+
+ENTRIES = (
+    EstimatorEntry(
+        name="masked",
+        label="Masked",
+        help="Algorithm 3 on the samples that a mask leaves: interfered ones are ignored.",
+        factory=MaskedSeparator,
+        position=40,
+    ),
+)

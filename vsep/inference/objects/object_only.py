@@ -7,7 +7,7 @@ import numpy as np
 from vsep._typing import ComplexArray
 from vsep._validation import require_range
 from vsep.inference.core.elbo import noise_bound, weights_bound
-from vsep.inference.core.estimator import is_quiet, settle
+from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
@@ -180,3 +180,15 @@ def conclude_objects(
 def expected_error(residual: ComplexArray, trace: float) -> float:
     """Denominator of (65): residual energy plus the energy of the weights' uncertainty."""
     return float(np.vdot(residual, residual).real) + trace
+
+
+ENTRIES = (
+    EstimatorEntry(
+        name="object-only",
+        label="Object-only",
+        help="Algorithm 3 alone: objects on the received signal, interference neglected.",
+        factory=ObjectOnlySeparator,
+        position=30,
+        several_antennas=True,
+    ),
+)

@@ -7,7 +7,8 @@ sparse spectrum synthesises, divided by the window.
 """
 
 from dataclasses import dataclass, replace
-from typing import cast, get_args
+from functools import partial
+from typing import Any, cast, get_args
 
 import numpy as np
 from scipy.fft import fft2
@@ -15,6 +16,8 @@ from scipy.fft import fft2
 from vsep._typing import BoolArray, FloatArray, frozen
 from vsep._validation import require_range
 from vsep.errors import InputError
+from vsep.inference.core.progress import Termination
+from vsep.mitigation.entry import COMPRESSIVE_SENSING, MitigationEntry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.sparse.operators import (
     Domain,
@@ -24,7 +27,7 @@ from vsep.mitigation.sparse.operators import (
     make_operator,
     require_domain,
 )
-from vsep.mitigation.sparse.solver import Solver, SolverState
+from vsep.mitigation.sparse.solver import Solver, SolverState, freeze_arrays
 from vsep.mitigation.sparse.support import least_squares
 from vsep.signal.spectra import Window, hann_window
 
@@ -48,10 +51,10 @@ class SparseMemory:
         The window.
     solution : SolverState
         Where the solver stands.
-    settled : bool
-        Whether the solver has converged; what may follow is the debiasing step.
-    ended : bool
-        Whether nothing follows.
+    termination : Termination
+        Verdict on the solver; what may follow its end is the debiasing step.
+    debiased : bool
+        Whether that step is done.
     """
 
     operator: SensingOperator
@@ -59,8 +62,12 @@ class SparseMemory:
     scale: float
     window: RealSamples
     solution: SolverState
-    settled: bool = False
-    ended: bool = False
+    termination: Termination = Termination.RUNNING
+    debiased: bool = False
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        freeze_arrays(self)
 
     @property
     def spectrum(self) -> Samples:
@@ -134,7 +141,7 @@ class SparseMitigation:
             measured=measured,
             scale=scale,
             window=window,
-            solution=self.solver.start(operator, measured),
+            solution=self.solver.init(operator, measured),
         )
         return MitigationState(iteration=0, cleaned=_filled(received, mask, memory), memory=memory)
 
@@ -143,23 +150,24 @@ class SparseMitigation:
     ) -> MitigationState:
         """One iteration of the solver, or the debiasing step after its last one."""
         memory = cast(SparseMemory, state.memory)
-        if memory.settled:
+        debiasing = memory.termination is not Termination.RUNNING
+        if debiasing:
             support = np.abs(memory.solution.spectrum) > _noise(memory)
             spectrum = least_squares(memory.operator, memory.measured, support)
             solution = replace(memory.solution, spectrum=spectrum)
         else:
-            solution = self.solver.advance(memory.operator, memory.measured, memory.solution)
+            solution = self.solver.step(memory.operator, memory.measured, memory.solution)
         if not _is_sound(solution.spectrum, memory):
             # An approximate message passing that runs away ends with its last good spectrum.
-            kept = replace(memory, settled=True, ended=True)
+            kept = replace(memory, termination=Termination.NONFINITE)
             return replace(state, iteration=state.iteration + 1, change=0.0, memory=kept)
         change = _relative_change(solution.spectrum, memory.solution.spectrum)
-        settled = memory.settled or (
-            (change < self.tolerance and solution.may_stop)
-            or state.iteration + 1 >= self.max_iterations
-        )
-        ended = settled and (memory.settled or not self.debias)
-        memory = replace(memory, solution=solution, settled=settled, ended=ended)
+        termination = memory.termination
+        if not debiasing:
+            termination = self.solver.terminate(solution, settled=change < self.tolerance)
+            if termination is Termination.RUNNING and state.iteration + 1 >= self.max_iterations:
+                termination = Termination.MAX_ITERATIONS
+        memory = replace(memory, solution=solution, termination=termination, debiased=debiasing)
         return MitigationState(
             iteration=state.iteration + 1,
             cleaned=_filled(received, mask, memory),
@@ -167,9 +175,15 @@ class SparseMitigation:
             memory=memory,
         )
 
-    def finished(self, state: MitigationState) -> bool:
-        """When the solver has settled and the debiasing, if wanted, is done."""
-        return state.memory is None or cast(SparseMemory, state.memory).ended
+    def terminate(self, state: MitigationState) -> Termination:
+        """When the solver has terminated and the debiasing, if wanted, is done."""
+        if state.memory is None:
+            return Termination.CONVERGED
+        memory = cast(SparseMemory, state.memory)
+        waiting = self.debias and not memory.debiased
+        if waiting and memory.termination is not Termination.NONFINITE:
+            return Termination.RUNNING
+        return memory.termination
 
 
 def _weights(shape: tuple[int, ...], window: Window) -> FloatArray:
@@ -227,3 +241,16 @@ def _relative_change(spectrum: Samples, previous: Samples) -> float:
     norm = float(np.linalg.norm(spectrum))
     moved = float(np.linalg.norm(spectrum - previous))
     return moved / norm if norm > 0.0 else moved
+
+
+def sparse_entry(name: str, label: str, position: int, help: str, **fixed: Any) -> MitigationEntry:
+    """Return the record of a method that is `SparseMitigation` with some settings fixed."""
+    factory = partial(SparseMitigation, name=name, **fixed)
+    return MitigationEntry(
+        name=name,
+        label=label,
+        help=help,
+        factory=factory,
+        group=COMPRESSIVE_SENSING,
+        position=position,
+    )

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vsep.mitigation.sparse.filling import sparse_entry
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
-from vsep.mitigation.sparse.solver import SolverState, residual_update, zero_spectrum
-from vsep.mitigation.sparse.thresholding import soft_threshold
+from vsep.mitigation.sparse.solver import Solver, SolverState, residual_update, zero_spectrum
+from vsep.mitigation.sparse.thresholding import SOFT_CONTROL, soft_threshold
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -35,7 +36,7 @@ class FistaState(SolverState):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Fista:
+class Fista(Solver):
     """Fast iterative shrinkage-thresholding.
 
     Parameters
@@ -49,14 +50,12 @@ class Fista:
     control: float = 2.0
     penalty: float | None = None
 
-    def start(self, operator: SensingOperator, measured: Samples) -> FistaState:
+    def init(self, operator: SensingOperator, measured: Samples) -> FistaState:
         """Zero spectrum without momentum."""
         zero = zero_spectrum(operator, measured)
         return FistaState(spectrum=zero, may_stop=True, extrapolated=zero, momentum=1.0)
 
-    def advance(
-        self, operator: SensingOperator, measured: Samples, state: SolverState
-    ) -> FistaState:
+    def step(self, operator: SensingOperator, measured: Samples, state: SolverState) -> FistaState:
         """One gradient step from the extrapolated spectrum, one threshold, one extrapolation."""
         assert isinstance(state, FistaState)
         deviation, updated = residual_update(operator, measured, state.extrapolated)
@@ -79,3 +78,14 @@ def objective(
     residual = measured - operator.forward(spectrum)
     fit = 0.5 * float(np.vdot(residual, residual).real)
     return fit + penalty * float(np.abs(spectrum).sum())
+
+
+ENTRIES = (
+    sparse_entry(
+        "fista",
+        "FISTA",
+        150,
+        "Soft thresholding with momentum.",
+        solver=Fista(control=SOFT_CONTROL),
+    ),
+)

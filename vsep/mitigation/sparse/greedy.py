@@ -7,8 +7,9 @@ import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 
 from vsep._typing import ComplexArray, FloatArray, IntArray
+from vsep.mitigation.sparse.filling import sparse_entry
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
-from vsep.mitigation.sparse.solver import SolverState, gradient_std, zero_spectrum
+from vsep.mitigation.sparse.solver import Solver, SolverState, gradient_std, zero_spectrum
 from vsep.mitigation.sparse.support import least_squares
 
 # A column that lies this close to the span of the chosen ones (squared sine of the angle) adds
@@ -35,7 +36,7 @@ class OmpState(SolverState):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Omp:
+class Omp(Solver):
     """Orthogonal matching pursuit.
 
     Parameters
@@ -50,7 +51,7 @@ class Omp:
     false_alarm_rate: float = 0.05
     max_cells: int = 1000
 
-    def start(self, operator: SensingOperator, measured: Samples) -> OmpState:
+    def init(self, operator: SensingOperator, measured: Samples) -> OmpState:
         """Zero spectrum, empty support."""
         return OmpState(
             spectrum=zero_spectrum(operator, measured),
@@ -59,7 +60,7 @@ class Omp:
             factor=np.zeros((0, 0), dtype=np.complex128),
         )
 
-    def advance(self, operator: SensingOperator, measured: Samples, state: SolverState) -> OmpState:
+    def step(self, operator: SensingOperator, measured: Samples, state: SolverState) -> OmpState:
         """Add the cell that explains most of the residual and solve for all chosen ones."""
         assert isinstance(state, OmpState)
         residual = measured - operator.forward(state.spectrum)
@@ -99,7 +100,7 @@ class CosampState(SolverState):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Cosamp:
+class Cosamp(Solver):
     """Compressive sampling matching pursuit with a growing support.
 
     With the whole K from the start the first candidates are side lobes that the mask made of the
@@ -121,14 +122,12 @@ class Cosamp:
     growth: int = 5
     false_alarm_rate: float = 0.05
 
-    def start(self, operator: SensingOperator, measured: Samples) -> CosampState:
+    def init(self, operator: SensingOperator, measured: Samples) -> CosampState:
         """Zero spectrum."""
         zero = zero_spectrum(operator, measured)
         return CosampState(spectrum=zero, may_stop=False, num_cells=0)
 
-    def advance(
-        self, operator: SensingOperator, measured: Samples, state: SolverState
-    ) -> CosampState:
+    def step(self, operator: SensingOperator, measured: Samples, state: SolverState) -> CosampState:
         """Merge the support with the 2K largest cells of A^H r, solve, keep the K largest."""
         assert isinstance(state, CosampState)
         largest = max(min(self.num_cells, operator.num_measurements // 3), 1)
@@ -170,3 +169,23 @@ def _new_row(operator: SensingOperator, state: OmpState, cell: int) -> ComplexAr
     row = solve_triangular(state.factor, products, lower=True).conj()
     rest = own - float(np.vdot(row, row).real)
     return np.append(row, math.sqrt(rest)) if rest > _DEPENDENT * own else None
+
+
+_OMP = Omp()
+ENTRIES = (
+    sparse_entry(
+        "omp",
+        "OMP",
+        160,
+        "Orthogonal matching pursuit, which adds one cell after the other.",
+        solver=_OMP,
+        max_iterations=_OMP.max_cells + 1,
+    ),
+    sparse_entry(
+        "cosamp",
+        "CoSaMP",
+        170,
+        "Compressive sampling matching pursuit, which exchanges many cells at once.",
+        solver=Cosamp(),
+    ),
+)

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import FloatArray
+from vsep.mitigation.sparse.filling import sparse_entry
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
-from vsep.mitigation.sparse.solver import SolverState, zero_spectrum
-from vsep.mitigation.sparse.thresholding import soft_threshold
+from vsep.mitigation.sparse.solver import Solver, SolverState, zero_spectrum
+from vsep.mitigation.sparse.thresholding import SOFT_CONTROL, soft_threshold
 
 _SAFE_SHARE = 0.5  # with fewer clean samples than this undamped AMP can diverge
 _RARE = 1e-6  # bounds the share of occupied cells away from none and from all
@@ -37,7 +38,7 @@ class AmpState(SolverState):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Amp:
+class Amp(Solver):
     """AMP with the complex soft threshold.
 
     Parameters
@@ -51,13 +52,13 @@ class Amp:
     control: float = 2.0
     damping: float = 0.7
 
-    def start(self, operator: SensingOperator, measured: Samples) -> AmpState:
+    def init(self, operator: SensingOperator, measured: Samples) -> AmpState:
         """Zero spectrum; the residual is the measurement."""
         return AmpState(
             spectrum=zero_spectrum(operator, measured), may_stop=True, residual=measured
         )
 
-    def advance(self, operator: SensingOperator, measured: Samples, state: SolverState) -> AmpState:
+    def step(self, operator: SensingOperator, measured: Samples, state: SolverState) -> AmpState:
         """Threshold the pseudo-measurement x + A^H z / delta, then correct the residual."""
         assert isinstance(state, AmpState)
         share = operator.num_measurements / operator.num_cells
@@ -100,7 +101,7 @@ class GampState(SolverState):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Gamp:
+class Gamp(Solver):
     """Sum-product GAMP, one variance for all cells, parameters by expectation maximisation.
 
     Parameters
@@ -116,7 +117,7 @@ class Gamp:
     initial_occupied: float = 0.01
     decay: float = 0.9
 
-    def start(self, operator: SensingOperator, measured: Samples) -> GampState:
+    def init(self, operator: SensingOperator, measured: Samples) -> GampState:
         """Zero spectrum; a hundredth of the mean power counts as noise."""
         zero = zero_spectrum(operator, measured)
         peak = float(np.abs(operator.adjoint(measured)).max(initial=0.0))
@@ -132,9 +133,7 @@ class Gamp:
             floor=peak**2 / math.log(operator.num_cells),
         )
 
-    def advance(
-        self, operator: SensingOperator, measured: Samples, state: SolverState
-    ) -> GampState:
+    def step(self, operator: SensingOperator, measured: Samples, state: SolverState) -> GampState:
         """Output step, input step, and the three parameters from their posteriors."""
         assert isinstance(state, GampState)
         if state.cell_power == 0.0:
@@ -188,3 +187,21 @@ def _bernoulli_gaussian(
     # As a sum of positive terms: a difference of moments would be lost in single precision.
     variance = probability * (gain * pseudo_variance + odds * probability * np.abs(value) ** 2)
     return probability * value, probability, variance
+
+
+ENTRIES = (
+    sparse_entry(
+        "amp",
+        "AMP",
+        180,
+        "Approximate message passing with a soft threshold.",
+        solver=Amp(control=SOFT_CONTROL),
+    ),
+    sparse_entry(
+        "gamp",
+        "GAMP",
+        190,
+        "Generalised approximate message passing with a Bernoulli-Gaussian prior.",
+        solver=Gamp(),
+    ),
+)

@@ -156,13 +156,14 @@ class ExplicitMatrix:
                 f"{_MAX_MATRIX}. The domain masked-2d has no such limit."
             )
         self._shape = interfered.shape
-        self._kept = np.flatnonzero(~interfered)
+        self._kept = frozen(np.flatnonzero(~interfered))
         slow = dft(num_ramps, scale="sqrtn").astype(precision)
         fast = dft(num_samples, scale="sqrtn").astype(precision)
         ramp, sample = np.divmod(self._kept, num_samples)
         # Row (p, n) of the Kronecker product is the product of row p and row n; only kept rows are
         # ever made.
         rows = slow[ramp][:, :, None] * fast[sample][:, None, :]
+        rows.flags.writeable = False
         self._matrix: Samples = rows.reshape(len(self._kept), -1)
 
     def measured(self, frame: Samples) -> Samples:

@@ -1,10 +1,12 @@
-"""What every sparse solver offers: a start and a pure step, in the operator's own form."""
+"""Protocol of the sparse solvers, in the operator's own form."""
 
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields
+from typing import Any, Protocol
 
 import numpy as np
 
+from vsep._typing import frozen
+from vsep.inference.core.progress import Termination
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
 
 
@@ -23,17 +25,31 @@ class SolverState:
     spectrum: Samples
     may_stop: bool
 
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        freeze_arrays(self)
+
 
 class Solver(Protocol):
-    """A frozen bag of settings with a start and a step."""
+    """A frozen bag of settings with ``init``, ``step`` and ``terminate``."""
 
-    def start(self, operator: SensingOperator, measured: Samples) -> SolverState:
+    def init(self, operator: SensingOperator, measured: Samples) -> SolverState:
         """State before the first step; its spectrum is zero."""
 
-    def advance(
-        self, operator: SensingOperator, measured: Samples, state: SolverState
-    ) -> SolverState:
+    def step(self, operator: SensingOperator, measured: Samples, state: SolverState) -> SolverState:
         """One iteration, at the cost of one residual update or a few."""
+
+    def terminate(self, state: SolverState, *, settled: bool) -> Termination:
+        """Whether a run goes on after a step; `settled` says that it changed next to nothing."""
+        return Termination.CONVERGED if settled and state.may_stop else Termination.RUNNING
+
+
+def freeze_arrays(record: Any) -> None:
+    """Make the arrays of a record read-only, for its ``__post_init__``."""
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if isinstance(value, np.ndarray) and value.flags.writeable:
+            object.__setattr__(record, field.name, frozen(value))
 
 
 def zero_spectrum(operator: SensingOperator, measured: Samples) -> Samples:

@@ -7,18 +7,26 @@ early artefacts of strong objects: in the first iterations the standard deviatio
 lobes, not by noise, and what passes once is never removed. The schedule keeps
 ``lambda_t >= decay^t max|A^H y|``, so that strong objects are settled before weak ones may enter.
 With a prior the threshold of a cell is ``(1 - zeta(p)) lambda_t``, (13) and (15).
+
+The values of beta and of the decay are those that do best on Simulation II; see
+assets/docs/mitigation.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep.mitigation.sparse.operators import RealSamples, Samples, SensingOperator
-from vsep.mitigation.sparse.solver import SolverState, residual_update, zero_spectrum
+from vsep.mitigation.entry import COMPRESSIVE_SENSING, MitigationEntry
+from vsep.mitigation.sparse.filling import SparseMitigation, sparse_entry
+from vsep.mitigation.sparse.operators import Domain, RealSamples, Samples, SensingOperator
+from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
+from vsep.mitigation.sparse.solver import Solver, SolverState, residual_update, zero_spectrum
 
 Shrinkage: TypeAlias = Literal["soft", "hard"]
+SOFT_CONTROL = 2.5  # beta of the methods with a soft threshold
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -37,7 +45,7 @@ class ThresholdingState(SolverState):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class IterativeThresholding:
+class IterativeThresholding(Solver):
     """IST and IHT, plain, with the schedule, and with a prior model.
 
     Parameters
@@ -57,14 +65,14 @@ class IterativeThresholding:
     decay: float = 0.0
     relief: FloatArray | None = None
 
-    def start(self, operator: SensingOperator, measured: Samples) -> ThresholdingState:
+    def init(self, operator: SensingOperator, measured: Samples) -> ThresholdingState:
         """Zero spectrum; the schedule starts at the largest cell of A^H y."""
         floor = float(np.abs(operator.adjoint(measured)).max()) if self.decay > 0.0 else 0.0
         return ThresholdingState(
             spectrum=zero_spectrum(operator, measured), may_stop=False, floor=floor
         )
 
-    def advance(
+    def step(
         self, operator: SensingOperator, measured: Samples, state: SolverState
     ) -> ThresholdingState:
         """One masked residual update and one threshold, (11) and (12)."""
@@ -114,3 +122,64 @@ def hard_threshold(values: Samples, threshold: float | RealSamples) -> Samples:
     array([3.+4.j, 0.+0.j])
     """
     return np.where(np.abs(values) >= threshold, values, np.zeros(1, dtype=values.dtype))
+
+
+_SOFT = IterativeThresholding(shrinkage="soft", control=SOFT_CONTROL)
+_HARD = IterativeThresholding(shrinkage="hard", control=3.5, decay=0.8)
+SOFT_PRIOR = PriorModel()
+HARD_PRIOR = PriorModel(largest=0.3)
+
+
+def with_prior(
+    *,
+    name: str,
+    solver: IterativeThresholding,
+    prior: PriorModel,
+    history: tuple[SeenFrame, ...] = (),
+    domain: Domain = "masked-2d",
+    debias: bool = False,
+) -> SparseMitigation:
+    """Make iterative thresholding with a prior from past frames; without any it is `solver` alone.
+
+    Parameters
+    ----------
+    name, solver, domain, debias
+        As of `SparseMitigation`.
+    prior : PriorModel
+        The model.
+    history : tuple of SeenFrame
+        What it has seen.
+    """
+    solver = replace(solver, relief=prior.relief(history))
+    return SparseMitigation(name=name, solver=solver, domain=domain, debias=debias)
+
+
+pm_ist = partial(with_prior, name="pm-ist", solver=_SOFT, prior=SOFT_PRIOR)
+pm_iht = partial(with_prior, name="pm-iht", solver=_HARD, prior=HARD_PRIOR)
+
+ENTRIES = (
+    sparse_entry("ist", "IST", 100, "Iterative soft thresholding, (11)-(13).", solver=_SOFT),
+    sparse_entry("iht", "IHT", 110, "Iterative hard thresholding with a schedule.", solver=_HARD),
+    sparse_entry(
+        "iht-plain",
+        "IHT, plain",
+        120,
+        "Iterative hard thresholding by (12) alone, for comparison: it fails.",
+        solver=replace(_HARD, decay=0.0),
+    ),
+    *(
+        MitigationEntry(
+            name=name,
+            label=name.upper(),
+            help=f"{kind} thresholding with a prior model of the last frames of a sequence.",
+            factory=factory,
+            group=COMPRESSIVE_SENSING,
+            position=position,
+            prior=prior,
+        )
+        for name, kind, factory, position, prior in (
+            ("pm-ist", "Soft", pm_ist, 130, SOFT_PRIOR),
+            ("pm-iht", "Hard", pm_iht, 140, HARD_PRIOR),
+        )
+    ),
+)

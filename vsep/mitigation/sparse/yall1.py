@@ -14,8 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vsep.mitigation.sparse.filling import sparse_entry
 from vsep.mitigation.sparse.operators import Samples, SensingOperator
-from vsep.mitigation.sparse.solver import SolverState, gradient_std, zero_spectrum
+from vsep.mitigation.sparse.solver import Solver, SolverState, gradient_std, zero_spectrum
+from vsep.mitigation.sparse.thresholding import SOFT_CONTROL
 
 _STEP = 1.618  # converges below the golden ratio, (1 + sqrt 5)/2 = 1.618034
 
@@ -36,7 +38,7 @@ class Yall1State(SolverState):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Yall1:
+class Yall1(Solver):
     """Alternating directions on the dual problem.
 
     Parameters
@@ -53,14 +55,12 @@ class Yall1:
     scaling: float = 1.0
     penalty: float | None = None
 
-    def start(self, operator: SensingOperator, measured: Samples) -> Yall1State:
+    def init(self, operator: SensingOperator, measured: Samples) -> Yall1State:
         """Zero spectrum, zero dual vector."""
         zero = zero_spectrum(operator, measured)
         return Yall1State(spectrum=zero, may_stop=True, dual_image=zero)
 
-    def advance(
-        self, operator: SensingOperator, measured: Samples, state: SolverState
-    ) -> Yall1State:
+    def step(self, operator: SensingOperator, measured: Samples, state: SolverState) -> Yall1State:
         """Clip, then solve for the dual vector, then move the spectrum: two masked updates."""
         assert isinstance(state, Yall1State)
         level = float(np.abs(measured).sum()) / operator.num_measurements
@@ -81,3 +81,14 @@ class Yall1:
 def _clip(values: Samples) -> Samples:
     """Reduce to magnitude one what exceeds it."""
     return np.asarray(values / np.maximum(np.abs(values), 1.0))
+
+
+ENTRIES = (
+    sparse_entry(
+        "yall1",
+        "YALL1",
+        200,
+        "Alternating directions (ADMM) on the dual of the l1 problem.",
+        solver=Yall1(control=SOFT_CONTROL),
+    ),
+)

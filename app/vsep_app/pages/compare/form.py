@@ -9,10 +9,10 @@ import panel_material_ui as pmu
 from vsep.errors import InputError
 from vsep_app.model.compare_settings import (
     MAX_METHODS,
-    METHODS,
     MIN_METHODS,
     NO_METHOD,
     CompareSettings,
+    method_labels,
     require_distinct,
 )
 from vsep_app.widgets.controls import Controls
@@ -81,7 +81,7 @@ class CompareForm:
         ]
 
     def _select(self, number: int) -> Any:
-        options = {name: name for name in METHODS}
+        options = {name: name for name in method_labels()}
         if number >= MIN_METHODS:
             options = {"none": NO_METHOD, **options}
         select = pmu.Select(

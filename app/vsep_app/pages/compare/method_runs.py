@@ -132,7 +132,7 @@ def _repaired(
     """Take an iteration of the repair; after the last one it is the estimator's turn."""
     assert method_run.repair is not None
     cleaned = np.asarray(repair.cleaned, dtype=np.complex128)
-    finished = method_run.repair.finished(repair)
+    finished = method_run.repair.terminate(repair) is not Termination.RUNNING
     return replace(
         state,
         observed=cleaned,

@@ -12,10 +12,11 @@ from vsep.files.frame import Frame
 from vsep.files.frame_mask import TRUTH, frame_mask
 from vsep.inference.core.progress import Termination
 from vsep.inference.registry import ESTIMATORS
-from vsep.mitigation.registry import PRIORS, make_mitigation
+from vsep.mitigation.registry import MITIGATIONS
+from vsep.mitigation.sparse.prior import PriorModel
 from vsep.signal.scene import Observation
 from vsep_app.jobs.run_session import Snapshot
-from vsep_app.jobs.tasks import MadeScene, is_simulated, make_estimator, make_scene
+from vsep_app.jobs.tasks import MadeScene, is_simulated, make_scene, plan_estimator
 from vsep_app.jobs.tasks import run_key as run_key_of_scene
 from vsep_app.jobs.weak_memo import Once
 from vsep_app.model.compare_settings import LAST_FRAME, ComparePlan
@@ -164,11 +165,9 @@ def next_plan(comparison: Comparison, last: CompareStep) -> ComparePlan:
     """Return the plan of the next frame; methods with a prior have seen the repaired one."""
     plan = comparison.plan
     histories = {
-        method_run.name: PRIORS[method_run.name].see(
-            plan.histories.get(method_run.name, ()), state.observed
-        )
+        method_run.name: prior.see(plan.histories.get(method_run.name, ()), state.observed)
         for method_run, state in zip(comparison.method_runs, last.state, strict=True)
-        if method_run.name in PRIORS
+        if (prior := _prior_of(method_run.name)) is not None
     }
     metrics = tuple(view.metrics for view in last.views)
     result = FrameResult(frame_number=plan.frame_number, method_runs=metrics)
@@ -197,25 +196,32 @@ def find_mask(frame: Frame, name: str) -> BoolArray:
 
 def _method_run(plan: ComparePlan, name: str, scene: MadeScene, mask: BoolArray) -> MethodRun:
     frame = scene.frame
-    is_estimator = name in ESTIMATORS
     history = plan.histories.get(name, ())
+    repair = None
+    if name not in ESTIMATORS:
+        # One switch for all methods of the comparison: those without the setting do without.
+        entry = MITIGATIONS.require(name)
+        repair = entry.make(**entry.accepted(debias=plan.debias, history=history))
     return MethodRun(
         name=name,
         received=frame.received,
         mask=mask,
-        repair=(
-            None if is_estimator else make_mitigation(name, debias=plan.debias, history=history)
-        ),
-        estimator=make_estimator(
-            replace(plan.scene, estimator=name if is_estimator else "object-only"),
+        repair=repair,
+        estimator=plan_estimator(
+            replace(plan.scene, estimator=name if repair is None else "object-only"),
             frame.radar,
             scene.assumed_filter,
             mask=mask,
         ),
         num_prior_peaks=(
-            sum(int(seen.peaks.sum()) for seen in history) if name in PRIORS else None
+            None if _prior_of(name) is None else sum(int(seen.peaks.sum()) for seen in history)
         ),
     )
+
+
+def _prior_of(name: str) -> PriorModel | None:
+    """Return what sees the last frames of a sequence for a method; None for most."""
+    return MITIGATIONS[name].prior if name in MITIGATIONS else None
 
 
 def _verdict(terminations: list[Termination]) -> Termination:

@@ -18,7 +18,7 @@ from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.files.response_file import read_response
 from vsep.inference.core.progress import Step
 from vsep.inference.core.state import SeparationState
-from vsep.inference.registry import SEVERAL_ANTENNAS
+from vsep.inference.registry import ESTIMATORS
 from vsep.recordings.convert import convert_recording
 from vsep.recordings.settings import RecordingSettings
 from vsep.recordings.suggest import is_frame_file
@@ -183,7 +183,7 @@ def frame_content(plan: RecordingPlan, *, as_shown: bool) -> bytes:
 
 def takes_one(estimator: str, settings: RecordingSettings) -> bool:
     """Whether one antenna alone is separated, although a recording may hold several."""
-    return estimator not in SEVERAL_ANTENNAS or settings.num_transmitters > 1
+    return not ESTIMATORS.require(estimator).several_antennas or settings.num_transmitters > 1
 
 
 def require_response(file: StoredFile) -> None:

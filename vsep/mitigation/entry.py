@@ -1,0 +1,38 @@
+"""Record of a mitigation method, over which command line, forms, help and studies iterate."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from vsep.mitigation.sparse.prior import PriorModel
+from vsep.registry import Entry
+
+TIME_DOMAIN = "Repair of interfered samples"
+COMPRESSIVE_SENSING = "Compressive sensing"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class MitigationEntry(Entry):
+    """A mitigation method.
+
+    It stands in the tuple ``ENTRIES`` of the method's own file, or another distribution declares it
+    or the method's class as an entry point of ``vsep.mitigations``. The usual settings are
+    ``domain`` and ``debias`` of compressive sensing, and ``history``.
+
+    Parameters
+    ----------
+    name, factory, label, help, group, position
+        As of `vsep.registry.Entry`; the factory makes a `vsep.mitigation.method.Mitigation`.
+    prior : PriorModel, optional
+        For a method with the setting ``history``: what sees the last frames for it.
+
+    Examples
+    --------
+    >>> from vsep.mitigation.blanking import blanking
+    >>> entry = MitigationEntry(name="blanking", factory=blanking)
+    >>> entry.settings, entry.make(edge_samples=2).name
+    (('edge_samples',), 'blanking')
+    """
+
+    kind: ClassVar[str] = "mitigation method"
+
+    prior: PriorModel | None = None
