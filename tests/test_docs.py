@@ -78,7 +78,7 @@ VSEP_LINES = sorted({line for path in DOCUMENTS for line in command_lines(path, 
 
 def parsed(line: str) -> argparse.Namespace:
     """What the command line makes of a line; a line that it refuses ends the test."""
-    return cli.build_parser().parse_args(shlex.split(line)[1:])
+    return cli.parse(shlex.split(line)[1:])
 
 
 def help_texts(*words: str) -> dict[tuple[str, ...], str]:
