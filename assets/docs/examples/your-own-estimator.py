@@ -4,6 +4,8 @@ An estimator is a frozen record of settings with `init`, `step` and `terminate`;
 `vsep.inference.core.estimator`. `step` is a pure function of the frame and a state, so that a run
 can be watched, paused and resumed like any other. This one limits samples far above the median, as
 receivers with a soft limiter do, and looks for objects in what is left.
+[Extending](../extending.md) says how a package of yours brings it to the command line, the pages
+and the studies.
 """
 
 from dataclasses import dataclass
@@ -60,6 +62,8 @@ class LimitedObjects:
         return self._objects.terminate(state, info)
 
 
+vsep.check_estimator(LimitedObjects)  # the rules that every estimator keeps
+
 scenario, observation = vsep.simulate_preset("simulation-1", snr_db=30.0, sir_db=-25.0, seed=4)
 model = vsep.SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
 estimators = {
@@ -76,10 +80,3 @@ for name, estimator in estimators.items():
     print(f"{name:<12} object found: {found[name]}, {solution.objects.num_components} components")
 
 assert found == {"object-only": False, "limited": True, "factorised": True}
-
-# A pure step can be repeated, and a paused run goes on as if nothing had been.
-own = estimators["limited"]
-first = next(vsep.iterate(own, observation.received))
-whole = vsep.run(own, observation.received)
-resumed = vsep.run(own, observation.received, state=first.state)
-assert np.array_equal(resumed.objects.beats, whole.objects.beats)

@@ -1,9 +1,10 @@
 """Add a mitigation method of your own.
 
-A method is a frozen record of settings with `init`, `step` and `finished`; see
+A method is a frozen record of settings with `init`, `step` and `terminate`; see
 `vsep.mitigation.method`. It is given a frame and a mask of interfered samples, and repairs it. This
 one puts in the place of a flagged sample that of the nearest ramp in which the same fast time is
-clean: good for what hardly moves from ramp to ramp.
+clean: good for what hardly moves from ramp to ramp. [Extending](../extending.md) says how a package
+of yours brings it to the command line, the pages and the studies.
 """
 
 from dataclasses import dataclass
@@ -12,8 +13,7 @@ import numpy as np
 
 import vsep
 from vsep.analysis.repair import windowed_error_db
-from vsep.mitigation.method import MitigationState, iterate_mitigation, mitigate, require_clean
-from vsep.mitigation.registry import make_mitigation
+from vsep.mitigation.method import require_clean
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,40 +22,51 @@ class NearestRamp:
 
     name: str = "nearest-ramp"
 
-    def init(self, received: np.ndarray, mask: np.ndarray) -> MitigationState:
+    def init(self, received: np.ndarray, mask: np.ndarray) -> vsep.MitigationState:
         """Start from the frame as received."""
         require_clean(mask)
-        return MitigationState(iteration=0, cleaned=received)
+        return vsep.MitigationState(iteration=0, cleaned=received)
 
     def step(
-        self, received: np.ndarray, mask: np.ndarray, state: MitigationState
-    ) -> MitigationState:
+        self, received: np.ndarray, mask: np.ndarray, state: vsep.MitigationState
+    ) -> vsep.MitigationState:
         """Repair the whole frame at once."""
         ramps = np.arange(len(received))
         distance = np.abs(ramps[:, None] - ramps)[:, :, None] + np.where(mask, np.inf, 0.0)
         nearest = np.argmin(distance, axis=1)
         cleaned = np.where(mask, np.take_along_axis(received, nearest, axis=0), received)
         cleaned.flags.writeable = False
-        return MitigationState(iteration=state.iteration + 1, cleaned=cleaned, change=0.0)
+        return vsep.MitigationState(iteration=state.iteration + 1, cleaned=cleaned, change=0.0)
 
-    def finished(self, state: MitigationState) -> bool:
+    def terminate(self, state: vsep.MitigationState) -> vsep.Termination:
         """One step is all there is."""
-        return state.iteration > 0
+        done = state.iteration > 0
+        return vsep.Termination.CONVERGED if done else vsep.Termination.RUNNING
 
 
-_, observation = vsep.simulate_preset("simulation-2-a", snr_db=60.0, sir_db=-20.0, seed=7)
-truth, received = observation.truth, observation.received
-mask = truth.perfect_mask()
+if __name__ == "__main__":
+    vsep.check_mitigation(NearestRamp)  # the rules that every method keeps
 
-own = mitigate(NearestRamp(), received, mask).cleaned
-zeroed = mitigate(make_mitigation("zeroing"), received, mask).cleaned
-for name, cleaned in (("received", received), ("zeroing", zeroed), ("nearest-ramp", own)):
-    print(f"{name:<13}{windowed_error_db(truth.object_signal, cleaned):6.1f} dB")
+    _, observation = vsep.simulate_preset("simulation-2-a", snr_db=60.0, sir_db=-20.0, seed=7)
+    truth, received = observation.truth, observation.received
+    mask = truth.perfect_mask()
+    own = vsep.mitigate(NearestRamp(), received, mask).cleaned
+    zeroed = vsep.mitigate(vsep.make_mitigation("zeroing"), received, mask).cleaned
+    errors_db = {
+        "received": windowed_error_db(truth.object_signal, received),
+        "zeroing": windowed_error_db(truth.object_signal, zeroed),
+        "nearest-ramp": windowed_error_db(truth.object_signal, own),
+    }
+    for name, error_db in errors_db.items():
+        print(f"{name:<13}{error_db:6.1f} dB")
+    assert min(errors_db, key=errors_db.__getitem__) == "nearest-ramp"
 
-# What every method must do: keep clean samples, and give the same from the same.
-assert np.array_equal(own[~mask], received[~mask])
-(again,) = iterate_mitigation(NearestRamp(), received, mask)
-assert np.array_equal(again.cleaned, own)
-assert windowed_error_db(truth.object_signal, own) < windowed_error_db(
-    truth.object_signal, received
-)
+    # The object itself goes to a study, worker processes included.
+    study = vsep.make_study(
+        "fig-5-methods", methods=("factorised", NearestRamp()), realizations=1, selection="4"
+    )
+    (rows,) = vsep.record_study(study, "rows.jsonl")
+    for row in rows:
+        print(f"{row['method']:<13}{row['misses']} misses, {row['false_alarms']} false alarms")
+    assert [row["method"] for row in rows] == ["factorised", "nearest-ramp"]
+    assert {row["status"] for row in rows} == {"done"}
