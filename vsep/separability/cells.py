@@ -89,11 +89,11 @@ def compute_map(
     stop: threading.Event | None = None,
     known: Collection[Cell] = (),
 ) -> Iterator[CellResult]:
-    """Run the trials of a question's cells and yield each cell as it is finished.
+    """Run the trials of a map's cells and yield each cell as it is finished.
 
     Parameters
     ----------
-    question : MapSpec
+    spec : MapSpec
         The map.
     workers : int
         Local processes.

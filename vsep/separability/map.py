@@ -59,11 +59,11 @@ _MEASURES: dict[str, Callable[[CellResult], float]] = {
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SeparabilityMap:
-    """The layers of a question.
+    """The layers of a map.
 
     Attributes
     ----------
-    question : MapSpec
+    spec : MapSpec
         What they are of.
     layers : mapping of str to (ny, nx) array
         By the names of `LAYERS`. A cell that has no trials yet shows those of the coarser grid.
@@ -92,11 +92,11 @@ class SeparabilityMap:
 def make_separability_map(
     spec: MapSpec, analytic: AnalyticMap, cell_results: Mapping[Cell, CellResult]
 ) -> SeparabilityMap:
-    """Put all layers of a question together.
+    """Put all layers of a map together.
 
     Parameters
     ----------
-    question : MapSpec
+    spec : MapSpec
         The map.
     analytic : AnalyticMap
         Its layers that need no estimator.

@@ -1,6 +1,6 @@
-"""A question to the laboratory: two axes, the values of everything else, who answers how often.
+"""Specification of a separability map: two axes, all other values, method, number of trials.
 
-All cells of a map have the same objects, paths and noise, drawn from the question's seed: what
+All cells of a map have the same objects, paths and noise, drawn from its seed: what
 differs between two cells is what the axes say. Their trials are those of a study of one point.
 """
 
@@ -27,7 +27,7 @@ MAX_TRIALS = 1000
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MapSpec:
-    """What a map is of; equal questions have equal answers.
+    """Specification of a map; equal ones have equal maps.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ class MapSpec:
     Examples
     --------
     >>> from vsep.separability.axes import parse_axis
-    >>> question = MapSpec(x=parse_axis("sir_db=-40:40:33"), y=parse_axis("snr_db=0:60:31"))
-    >>> question.point((32, 0)).sir_db, question.point((0, 30)).snr_db
+    >>> spec = MapSpec(x=parse_axis("sir_db=-40:40:33"), y=parse_axis("snr_db=0:60:31"))
+    >>> spec.point((32, 0)).sir_db, spec.point((0, 30)).snr_db
     (40.0, 60.0)
     """
 
@@ -97,7 +97,7 @@ class MapSpec:
         return self.y.count, self.x.count
 
     def parameters(self, cell: Cell) -> dict[str, float]:
-        """Values of all parameters that the axes or the question set, at cell (ix, iy)."""
+        """Values of all parameters that the axes or fixed values set, at cell (ix, iy)."""
         column, row = cell
         return {
             **dict(self.fixed),

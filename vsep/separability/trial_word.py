@@ -26,7 +26,7 @@ _DEFAULTS = {field.name: field.default for field in fields(Point)}
 
 
 def is_map_trial_word(word: str) -> bool:
-    """Whether a word names a trial of the laboratory."""
+    """Whether a word names a trial of a separability map."""
     return word.startswith(f"{MAP_STUDY}/")
 
 
@@ -43,7 +43,7 @@ def word_parts(spec: MapSpec) -> tuple[str, list[str], list[str]]:
 
     Parameters
     ----------
-    question : MapSpec
+    spec : MapSpec
         The map; its first realisation is meant.
 
     Returns

@@ -1,4 +1,4 @@
-"""What a user asks of the laboratory: scene, two axes, everything else, and how many trials."""
+"""Side bar of the separability page: scene, two axes, all other values, number of trials."""
 
 from collections.abc import Callable
 from typing import Any
@@ -22,11 +22,11 @@ _MAX_SEED = 2**53 - 1
 
 
 class SeparabilityForm:
-    """The side bar of the laboratory.
+    """The side bar of the separability page.
 
     Parameters
     ----------
-    question : MapSpec
+    spec : MapSpec
         To begin with.
     changed : callable
         Called after every change of a control.
