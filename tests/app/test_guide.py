@@ -42,7 +42,7 @@ def test_nothing_is_shown_before_a_choice(guide, taken):
 def test_a_choice_sets_the_controls_and_shows_the_question_only(guide, taken):
     guide.choice.value = "dip"
     assert [one.name for one in taken] == ["dip"]
-    assert "MapSpec" in guide.texts.object
+    assert "Question" in guide.texts.object
     assert answer_of("dip")[:30] not in guide.texts.object + guide.answer.object
 
 
