@@ -104,7 +104,7 @@ def test_cache_forget_the_spec_longest_not_asked():
     assert list(cache.of(first)) == [(0, 0)]
     cache.add(third, next(compute_map(third)))
     assert cache.of(second) == {}
-    with pytest.raises(InputError, match="Number of specs is 0"):
+    with pytest.raises(InputError, match="Number of maps is 0"):
         MapCache(most=0)
 
 

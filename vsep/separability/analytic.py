@@ -1,4 +1,4 @@
-"""Analytic layers of a separability map: those that need no estimator.
+"""Analytic map: every layer in every cell, without any estimator.
 
 Few parameters decide on the objects (their number, a delay) and few on the bursts (slope, share,
 filter); levels only shift (27). So the layers are evaluated for the distinct values of these, and
@@ -32,7 +32,7 @@ class AnalyticMap:
 def analytic_map(spec: MapSpec) -> AnalyticMap:
     """Evaluate condition (27), the coherence and the bound's loss in every cell.
 
-    They are those of the scene of the spec's first realisation, and of the *true* filter.
+    They are those of the scene of the map's first realisation, and of the *true* filter.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def _layers(
         replace(trial, point=replace(trial.point, num_objects=most, object_delay_s=None))
     ).scenario
     own = drawn.anti_aliasing_filter
-    assert isinstance(own, RaisedCosineFilter)  # a point of a map has no other
+    assert isinstance(own, RaisedCosineFilter)  # points of a map have no other
     sequences = {
         slope: interferer_sequence(
             spec.scene, slope_hz_per_s=slope, num_interfered_ramps=ramp_counts[-1] or None

@@ -1,4 +1,4 @@
-"""Cache of cell results, so that the trials of a map asked for again continue."""
+"""Cache of the results of the last maps, so that a map asked for again goes on."""
 
 import threading
 from collections import OrderedDict
@@ -7,26 +7,26 @@ from vsep._validation import require_range
 from vsep.separability.cells import CellResult
 from vsep.separability.map_spec import Cell, MapSpec
 
-_MAX_SPECS = 32
+_MAX_MAPS = 32
 
 
 class MapCache:
-    """Cell results by spec, for several threads; specs longest not asked for are dropped.
+    """Results by map; those longest not asked for are dropped. Threads may share it.
 
     Parameters
     ----------
     most : int
-        Number of specs kept.
+        Number of maps kept.
     """
 
-    def __init__(self, most: int = _MAX_SPECS) -> None:
-        require_range("Number of specs", most, 1, 10**6)
+    def __init__(self, most: int = _MAX_MAPS) -> None:
+        require_range("Number of maps", most, 1, 10**6)
         self._most = most
         self._lock = threading.Lock()
         self._cell_results: OrderedDict[MapSpec, dict[Cell, CellResult]] = OrderedDict()
 
     def of(self, spec: MapSpec) -> dict[Cell, CellResult]:
-        """Return the known cell results of a spec, and count it as asked for."""
+        """Return the results of a map, and count it as asked for."""
         with self._lock:
             return dict(self._asked(spec))
 

@@ -1,6 +1,6 @@
-"""Specification of a separability map: two axes, all other values, method and trials.
+"""Specification of a separability map: two axes, all other values, method, number of trials.
 
-All cells of a map have the same objects, paths and noise, drawn from the spec's seed: what
+All cells of a map have the same objects, paths and noise, drawn from its seed: what
 differs between two cells is what the axes say. Their trials are those of a study of one point.
 """
 
@@ -27,7 +27,7 @@ MAX_TRIALS = 1000
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MapSpec:
-    """What a map is of; equal specs have equal maps.
+    """Specification of a map; equal ones have equal maps.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class MapSpec:
         return self.y.count, self.x.count
 
     def parameters(self, cell: Cell) -> dict[str, float]:
-        """Values of all parameters that the axes or the spec set, at cell (ix, iy)."""
+        """Values of all parameters that the axes or fixed values set, at cell (ix, iy)."""
         column, row = cell
         return {
             **dict(self.fixed),

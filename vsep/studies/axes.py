@@ -1,4 +1,4 @@
-"""What the axis of a figure is called for each parameter, and where a point lies on it."""
+"""Axes of the studies' figures: their labels, and the positions of points on them."""
 
 from collections.abc import Mapping
 from typing import Any, Final

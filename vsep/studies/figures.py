@@ -1,4 +1,4 @@
-"""From rows to the panels of a study's figure: which metric over which parameter."""
+"""Panels of the studies' figures, made of their rows."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What is measured of one method at one point, each with its interval.
+"""Metrics of one method at one point, each with its interval.
 
 Realisations are the independent samples: a bootstrap resamples frames, never objects within a
 frame. Paired figures compare with the run without interference on the same objects and noise.

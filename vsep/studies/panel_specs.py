@@ -1,4 +1,4 @@
-"""What goes into the panels of a study's figure."""
+"""Specifications of the panels of a study's figure."""
 
 from dataclasses import dataclass
 from typing import TypeAlias

@@ -1,4 +1,4 @@
-"""From rows to figures with intervals: a pure function over the rows of one or several studies.
+"""Measures with intervals, summed up from the rows of one or several studies.
 
 Every figure is of one point and one method. Rows that failed are left out.
 """

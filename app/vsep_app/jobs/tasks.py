@@ -1,4 +1,4 @@
-"""The work of a run, as pure top-level functions that any thread or process may do.
+"""Tasks of a run: pure top-level functions for any thread or process.
 
 `prepare` makes the scene of a plan and the estimator's first state, `advance` computes one step,
 `compose` makes the picture of a snapshot.

@@ -1,4 +1,4 @@
-"""What a user can set, made from the records of `vsep.parameters` and the presets.
+"""Settings of the dashboard, made from the records of `vsep.parameters` and the presets.
 
 `Settings` is the one mutable record of a session. A `Plan` is its frozen copy that workers get: all
 that determines a run. View settings (selected ramp, speed, kind of fast-time plot) are not part of

@@ -6,10 +6,10 @@ yours brings it to the command line, the forms and the addresses of the dashboar
 """
 
 import numpy as np
-from vsep.presets.record import SimulatedPreset
 
 import vsep
 from vsep.presets.channels import direct_path
+from vsep.presets.record import SimulatedPreset
 
 SPEED_OF_LIGHT_MPS = 299_792_458.0
 

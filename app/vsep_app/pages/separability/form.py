@@ -1,4 +1,4 @@
-"""Form of a separability map: scene, two axes, all other values, number of trials."""
+"""Side bar of the separability page: scene, two axes, all other values, number of trials."""
 
 from collections.abc import Callable
 from typing import Any
@@ -22,7 +22,7 @@ _MAX_SEED = 2**53 - 1
 
 
 class SeparabilityForm:
-    """The side bar of the page of separability maps.
+    """The side bar of the separability page.
 
     Parameters
     ----------

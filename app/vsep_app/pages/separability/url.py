@@ -1,4 +1,4 @@
-"""A question in the address of the page: reading a link, and writing one."""
+"""Map specifications in the address of the page: reading a link, and writing one."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -18,7 +18,7 @@ KEYS = ("scene", "x", "y", "set", "trials", "lab_seed", "method", "layer")
 
 
 def read_map_spec(query: Mapping[str, Any]) -> tuple[MapSpec, str, list[str]]:
-    """Return question and layer of a link, and one sentence if it cannot be used.
+    """Return map and layer of a link, and one sentence if it cannot be used.
 
     Parameters
     ----------
