@@ -1,1 +1,1 @@
-"""The application: dashboard and report; all numerics live in `vsep`."""
+"""The application: dashboard, command line and reports; all numerics live in `vsep`."""

@@ -1,4 +1,4 @@
-"""Where the program finds the files that it ships: frames, style sheets, experiments, help."""
+"""Paths of shipped files: frames, style sheets, experiments, help."""
 
 from pathlib import Path
 

@@ -1,1 +1,1 @@
-"""Calibration of a receiver's complex response from bursts in recordings."""
+"""Calibration of a receiver's complex response from its own bursts."""

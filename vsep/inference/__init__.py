@@ -1,4 +1,4 @@
-"""Variational inference of the object and interference signals of a received frame.
+"""Estimators that separate a received frame into objects, bursts and noise.
 
 Names of the frame on its way through a step: `received`, as given; `used`, with outliers replaced;
 `residual`, without the estimate of the other source (r_alpha or r_beta); `noise_residual`, without

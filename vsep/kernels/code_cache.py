@@ -1,4 +1,4 @@
-"""Where machine code is kept between processes, and what of it is held in memory.
+"""Cache of compiled kernels on disk and in memory.
 
 Numba writes the code of a kernel beside its module. It misses two things: that a kernel is outdated
 when one that became part of it has changed, and that the code's intermediate form, which only the

@@ -1,4 +1,4 @@
-"""How the inner loops are compiled.
+"""Compiler options of the kernels.
 
 Numba translates them to machine code on their first call and keeps the result beside the module (or
 in the user's cache folder where that cannot be written), so that the price is paid once.

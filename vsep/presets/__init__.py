@@ -1,1 +1,1 @@
-"""Presets: radars with scenes in front of them, one record each."""
+"""Presets: the scenes of Table I and the recorded frame."""

@@ -1,4 +1,4 @@
-"""What looks wrong with a converted recording, each in one sentence with what to check."""
+"""Checks of a converted recording, each remark with advice."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What a recording's file says of itself: a beginning of its settings, for a person to complete."""
+"""Suggested settings of a recording, from what its file says of itself."""
 
 import json
 from pathlib import Path

@@ -1,1 +1,1 @@
-"""When can object and interference be told apart? Maps over two parameters of a scene."""
+"""Separability maps over two parameters of a scene."""

@@ -1,4 +1,4 @@
-"""What an estimator does in the cells of a map: trials of a study, from coarse to fine.
+"""Trials of an estimator in the cells of a map, from coarse to fine.
 
 The corners of large blocks come first, then those of blocks half as wide: a picture of the whole
 map is there early, and gets finer.

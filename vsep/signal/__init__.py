@@ -1,1 +1,1 @@
-"""Signal model: radars, scenes, filters, atoms, templates and simulation."""
+"""Signal model of a received frame: radar, atoms, filters, scene, simulation."""

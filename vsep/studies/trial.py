@@ -1,4 +1,4 @@
-"""One trial: draw the scene, run every method on it, return one flat row for each.
+"""One trial: simulate the scene, run every method, return one flat row for each.
 
 `run_trial` is a pure function at the top level of a module, so that any worker process of any
 machine can run it. What goes wrong inside becomes a row with its reason.

@@ -1,1 +1,1 @@
-"""Figures."""
+"""Figures of studies, maps and reports, for the screen and for print."""

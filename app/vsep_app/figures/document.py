@@ -1,4 +1,4 @@
-"""One HTML document that holds figures with all that they need, the same one every time.
+"""HTML documents of figures, self-contained and reproducible to the byte.
 
 The drawing library numbers its models by a counter of the process and draws the rest of its names
 at random. Here both are numbered in the order in which they appear, so that equal figures make

@@ -1,1 +1,1 @@
-"""Jobs."""
+"""Background work: worker pool, run loop, shared runs."""

@@ -1,4 +1,4 @@
-"""What all sessions of a server share: runs with the same settings, and the pace of pictures."""
+"""Runs shared by all sessions with the same settings, and the rate limiter of pictures."""
 
 import asyncio
 import time

@@ -1,1 +1,1 @@
-"""Model."""
+"""Settings, URL and pictures: what is shown, without any widget."""

@@ -1,4 +1,4 @@
-"""What a user compares: two to four methods, and how interfered samples are found."""
+"""Settings of a comparison: two to four methods and the detector of interfered samples."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

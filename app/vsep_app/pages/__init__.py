@@ -1,4 +1,4 @@
-"""The pages of the program: address, name, title, and the class that makes each.
+"""The pages of the dashboard.
 
 A page is added by its module and one entry. Classes are loaded when the server starts, so that
 links and titles cost nothing.

@@ -1,4 +1,4 @@
-"""What every page of the program has in common: the visit, the pages there are, and their frame."""
+"""Page context, navigation and frame that all pages share."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor

@@ -1,1 +1,1 @@
-"""Server."""
+"""The server: sessions, routes, health, patches of the libraries."""

@@ -1,4 +1,4 @@
-"""How pictures travel: what the libraries leave slow between the server and the browser's paint.
+"""Prompt delivery of pictures between server and browser.
 
 A picture is some dozens of small messages. Unless a connection is told otherwise, the second of
 them waits until the browser has confirmed the first, which a browser with nothing to say does

@@ -1,4 +1,4 @@
-"""How the server is doing, as JSON at `/health`."""
+"""Health of the server as JSON at `/health`."""
 
 import json
 import os

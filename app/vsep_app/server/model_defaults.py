@@ -1,4 +1,4 @@
-"""What making a page costs the server: Bokeh asks for the defaults of its models again and again.
+"""Cached defaults of Bokeh's models.
 
 Every property of every model asks which defaults its class overrides, and whether its own must be
 made anew for each model. Both follow from the class alone, and a page has hundreds of models of

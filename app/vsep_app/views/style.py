@@ -1,4 +1,4 @@
-"""One look for all figures: colours by role, small type, limits that respect the user's zoom.
+"""Style of all figures: colours by role, small type, limits that respect the user's zoom.
 
 Colours are those of Okabe and Ito, safe for colour-blind readers and at least 3:1 against both
 white and the dark page. The role is never told by colour alone: truth is dashed or a cross, an

@@ -1,4 +1,4 @@
-"""What a page tells of a frame that was brought."""
+"""Notifications about a frame that was loaded."""
 
 import panel as pn
 

@@ -1,4 +1,4 @@
-"""Two buttons of the live view: a snapshot of the run as a file, and the link to what is shown."""
+"""Share buttons of the live view: snapshot as a file, link to what is shown."""
 
 import asyncio
 from collections.abc import Callable, Coroutine

@@ -1,1 +1,1 @@
-"""Interference: search, refinement and channels of bursts."""
+"""Interference estimation: chirp search, refinement and channel of every ramp."""

@@ -1,1 +1,1 @@
-"""Estimator protocol, state, run loop and schedules."""
+"""Parts that all estimators share: protocol, state, run, schedule, thresholds."""

@@ -1,1 +1,1 @@
-"""Objects: sparse Bayesian learning, object-only and masked estimators, uncertainty."""
+"""Object estimation: sparse Bayesian learning of a grid-less line spectrum."""

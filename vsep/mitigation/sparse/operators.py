@@ -1,4 +1,4 @@
-"""Two forms of one operator A: from a range-Doppler spectrum to the clean samples of a frame.
+"""Sensing operator from a range-Doppler spectrum to the clean samples, in two forms.
 
 The spectrum X of a frame Y is Y = W X in the paper's sign: synthesis is the unitary *forward* DFT
 in both dimensions, its adjoint the unitary inverse DFT. A keeps of W X the samples that are clean:

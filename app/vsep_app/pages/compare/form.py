@@ -1,4 +1,4 @@
-"""What a user chooses to compare: up to four methods, the mask, and the scene of the live view."""
+"""Form of the compare page: up to four methods, the mask, the scene of the live view."""
 
 from collections.abc import Callable
 from typing import Any

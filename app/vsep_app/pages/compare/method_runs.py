@@ -1,4 +1,4 @@
-"""One method of a comparison: its repair, if it has one, and the estimator that follows.
+"""Run of one method of a comparison: its repair, if any, and the estimator that follows.
 
 A mitigation method repairs the frame first; then the object-only estimator looks for objects in the
 cleaned frame, iteration by iteration as well. An estimator works on the received frame at once.

@@ -1,4 +1,4 @@
-"""Files that a visitor dropped: kept on disk as long as their page is open."""
+"""Uploaded files, kept on disk as long as their page is open."""
 
 import tempfile
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What the page says of a recording, in words."""
+"""Facts about a recording in words."""
 
 from html import escape
 

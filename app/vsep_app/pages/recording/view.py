@@ -1,4 +1,4 @@
-"""What the page draws of a recording: a ramp and all maps, and beside them what is known of it."""
+"""Views of a recording: one ramp, all maps, and the facts known of it."""
 
 from collections.abc import Callable
 from typing import Any
