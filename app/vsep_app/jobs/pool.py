@@ -318,10 +318,7 @@ class _Worker:
         self._pipe, theirs = context.Pipe()
         self._object_cache = ObjectCache(self._kept, serving=True)
         self._process = context.Process(
-            target=work,
-            args=(theirs, self._kept, self._prepare),
-            daemon=True,
-            name="vsep-worker",
+            target=work, args=(theirs, self._kept, self._prepare), daemon=True, name="vsep-worker"
         )
         with single_threaded():
             self._process.start()

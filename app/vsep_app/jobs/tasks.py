@@ -21,12 +21,7 @@ from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.presets.record import RecordedPreset, SimulatedPreset
 from vsep.presets.registry import PRESETS
 from vsep.presets.scenes import simulate_preset
-from vsep.signal.filters import (
-    AntiAliasingFilter,
-    ButterworthFilter,
-    NoFilter,
-    RaisedCosineFilter,
-)
+from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter, NoFilter, RaisedCosineFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Observation
 from vsep.signal.simulate import add_interference
@@ -218,7 +213,7 @@ def _thin(step: Step) -> Step:
     return replace(
         step,
         state=_with_short_numbers(
-            replace(state, bursts=tuple(_with_short_numbers(burst) for burst in state.bursts)),
+            replace(state, bursts=tuple(_with_short_numbers(burst) for burst in state.bursts))
         ),
     )
 

@@ -37,13 +37,7 @@ from vsep_app.views.tables import log_html, table_html, times_html
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.download import Download
 from vsep_app.widgets.exports import download_buttons
-from vsep_app.widgets.layout import (
-    card,
-    panel,
-    progress_card,
-    stylesheet,
-    unseen_title,
-)
+from vsep_app.widgets.layout import card, panel, progress_card, stylesheet, unseen_title
 from vsep_app.widgets.location import SharedIteration, set_query, synchronise
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
@@ -111,10 +105,7 @@ class Dashboard:
         self._pace, self._most_kept = context.commons.pace, context.most_kept
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self.share = Share(
-            self._snapshot,
-            pool=context.pool,
-            post=context.post,
-            notify_error=self.notify_error,
+            self._snapshot, pool=context.pool, post=context.post, notify_error=self.notify_error
         )
         self.settings.param.watch(self._scene_changed, list(PLAN_NAMES))
         self.settings.param.watch(self._view_changed, list(VIEW_NAMES))

@@ -104,11 +104,7 @@ def spec_data(spec: ReportSpec) -> dict[str, Any]:
     if spec.frame is not None:
         content = spec.frame.content
         kept = base64.b64encode(content).decode() if len(content) <= MAX_KEPT else None
-        data["frame"] = {
-            "name": spec.frame.name,
-            "sha256": spec.frame.fingerprint,
-            "npz": kept,
-        }
+        data["frame"] = {"name": spec.frame.name, "sha256": spec.frame.fingerprint, "npz": kept}
     return data
 
 

@@ -6,12 +6,7 @@ from typing import Any
 import panel as pn
 import panel_material_ui as pmu
 
-from vsep.parameters import (
-    ESTIMATOR_PARAMETERS,
-    FILTER_PARAMETERS,
-    PARAMETERS,
-    SCENE_PARAMETERS,
-)
+from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, PARAMETERS, SCENE_PARAMETERS
 from vsep.presets.record import RecordedPreset
 from vsep.presets.registry import PRESETS
 from vsep_app.model.settings import ESTIMATOR, LOADED_FRAME, PRESET, SETTINGS, Settings

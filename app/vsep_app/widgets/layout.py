@@ -98,11 +98,7 @@ def toolbar(*content: Any) -> Any:
 def progress_bar() -> Any:
     """Return an empty bar for the toolbar."""
     return pmu.LinearProgress(
-        value=0,
-        variant="determinate",
-        sizing_mode="stretch_width",
-        min_width=80,
-        margin=(22, 12),
+        value=0, variant="determinate", sizing_mode="stretch_width", min_width=80, margin=(22, 12)
     )
 
 

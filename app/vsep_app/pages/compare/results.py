@@ -66,9 +66,7 @@ class CompareResults:
         self._curves = card(self.figure, weight=4, look="strip")
         self.row = pn.Row(
             panel(
-                "What each method is worth: the cleaned frame and its objects",
-                self.table,
-                weight=7,
+                "What each method is worth: the cleaned frame and its objects", self.table, weight=7
             ),
             self._curves,
             margin=0,

@@ -172,10 +172,7 @@ def next_plan(comparison: Comparison, last: CompareStep) -> ComparePlan:
     metrics = tuple(view.metrics for view in last.views)
     result = FrameResult(frame_number=plan.frame_number, method_runs=metrics)
     return replace(
-        plan,
-        frame_number=plan.frame_number + 1,
-        histories=histories,
-        past=(*plan.past, result),
+        plan, frame_number=plan.frame_number + 1, histories=histories, past=(*plan.past, result)
     )
 
 

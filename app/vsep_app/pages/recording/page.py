@@ -13,12 +13,7 @@ from vsep.errors import InputError
 from vsep.inference.core.progress import Step
 from vsep.presets import real_frame
 from vsep.recordings.settings import MAX_FILE as MAX_SETTINGS
-from vsep.recordings.settings import (
-    RAW_FORMATS,
-    RecordingSettings,
-    parse_settings,
-    settings_values,
-)
+from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings, settings_values
 from vsep.recordings.settings_text import settings_text
 from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep_app.assets import path
@@ -202,10 +197,7 @@ class RecordingPage:
             self._restart()
 
     def _replace(
-        self,
-        file: tuple[str, bytes],
-        before: StoredFile | None,
-        take: Callable[[StoredFile], None],
+        self, file: tuple[str, bytes], before: StoredFile | None, take: Callable[[StoredFile], None]
     ) -> None:
         """Take a file in the place of another, which stays if the new one cannot be used."""
         kept = self._files.keep(*file)

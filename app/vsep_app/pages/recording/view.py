@@ -47,11 +47,7 @@ class RecordingView:
         self.fast_time = FastTimeView()
         self.delay = DelayView(range_axis, crosshair)
         self.maps = RecordingMaps(range_axis, crosshair)
-        self.facts = pn.pane.HTML(
-            "",
-            sizing_mode="stretch_both",
-            stylesheets=[stylesheet("facts")],
-        )
+        self.facts = pn.pane.HTML("", sizing_mode="stretch_both", stylesheets=[stylesheet("facts")])
         self.table, self.log = (
             pn.pane.HTML("", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")])
             for _ in range(2)

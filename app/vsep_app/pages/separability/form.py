@@ -176,11 +176,7 @@ class _AxisChoice:
 
     def layout(self) -> list[Any]:
         """Return the controls."""
-        return [
-            self.parameter,
-            pair(self.start, self.stop),
-            self.count,
-        ]
+        return [self.parameter, pair(self.start, self.stop), self.count]
 
     def watch(self, chosen: Callable[[], None], edited: Callable[..., None]) -> None:
         """Call one function for another parameter, the other for another range."""

@@ -31,10 +31,7 @@ _SHAPES = {
     "square_pin": '<path d="M8 2Q11 4 14 2Q12 5 14 8Q11 6 8 8Q10 5 8 2Z"/>',
     "triangle_pin": '<path d="M11 1Q11.5 5 14.5 8Q11 6.5 7.5 8Q10.5 5 11 1Z"/>',
 }
-_MARKS = {
-    "crosses": '<path d="M8 2L14 8M8 8L14 2"/>',
-    "stems": '<circle cx="11" cy="5" r="3.5"/>',
-}
+_MARKS = {"crosses": '<path d="M8 2L14 8M8 8L14 2"/>', "stems": '<circle cx="11" cy="5" r="3.5"/>'}
 
 
 class StudyCurves:

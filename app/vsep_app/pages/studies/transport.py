@@ -24,11 +24,7 @@ class StudyTransport:
     """
 
     def __init__(
-        self,
-        *,
-        run: Callable[[Any], Any],
-        halt: Callable[[Any], Any],
-        rows: Callable[[], Any],
+        self, *, run: Callable[[Any], Any], halt: Callable[[Any], Any], rows: Callable[[], Any]
     ) -> None:
         self.run = pmu.Button(
             label="Run",
