@@ -110,10 +110,7 @@ def update_panel(plot: Any, panel: AnyPanel) -> None:
 def write_panels(panels: Sequence[AnyPanel], out: Path) -> None:
     """Draw panels for print, one row for each title.
 
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    Raises `OSError` if the file cannot be written.
     """
     rows = [
         (

@@ -36,31 +36,17 @@ from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_stat
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prepared:
-    """A run that is ready for its first step.
+    """A run that is ready for its first step."""
 
-    Parameters
-    ----------
-    plan : Plan
-        What it was made from.
-    estimator : Estimator
-        With its settings.
-    observation : Observation
-        The frame and, where known, its truth; the estimator sees the frame only. Of antennas that
-        are separated together the rows of all, (A P, N).
-    initial_state : SeparationState
-        State of iteration 0.
-    static_pictures : tuple of StaticPicture
-        What all pictures of an antenna share: one each of those that are separated.
-    num_antennas : int
-        Of the frame; an estimator may take one of them only.
-    """
-
-    plan: Plan
-    estimator: Estimator
+    plan: Plan  #: What it was made from.
+    estimator: Estimator  #: With its settings.
+    #: The frame and, where known, its truth; the estimator sees the frame only. Of antennas that
+    #: are separated together the rows of all, (A P, N).
     observation: Observation
-    initial_state: SeparationState
+    initial_state: SeparationState  #: State of iteration 0.
+    #: What all pictures of an antenna share: one each of those that are separated.
     static_pictures: tuple[StaticPicture, ...]
-    num_antennas: int = 1
+    num_antennas: int = 1  #: Of the frame; an estimator may take one of them only.
 
     @property
     def static_picture(self) -> StaticPicture:

@@ -41,17 +41,10 @@ FADE_ITERATIONS = 6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Signals:
-    """The signals of one ramp on one axis; NaN where a signal is not known.
+    """The signals of one ramp on one axis; NaN where a signal is not known."""
 
-    Parameters
-    ----------
-    axis : (M,) float
-        Fast time in us, or range in m.
-    received, true_object, object_estimate, interference, cleaned : (M,) float
-        Level in dB, or real part.
-    """
-
-    axis: FloatArray
+    axis: FloatArray  #: (M,) float: Fast time in us, or range in m.
+    #: (M,) float: Level in dB, or real part.
     received: FloatArray
     true_object: FloatArray
     object_estimate: FloatArray
@@ -61,84 +54,43 @@ class Signals:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Progress:
-    """Scalars over iterations.
+    """Scalars over iterations."""
 
-    Parameters
-    ----------
-    iterations : (I,) int
-        Iteration numbers.
-    elbo : (I,) float
-        Evidence lower bound in nats.
-    noise_db : (I,) float
-        Noise power 1/lambda in dB.
-    ratio_db : (I,) float
-        Condition (27) in dB; NaN where undefined.
-    """
-
-    iterations: FloatArray
-    elbo: FloatArray
-    noise_db: FloatArray
-    ratio_db: FloatArray
+    iterations: FloatArray  #: (I,) int: Iteration numbers.
+    elbo: FloatArray  #: (I,) float: Evidence lower bound in nats.
+    noise_db: FloatArray  #: (I,) float: Noise power 1/lambda in dB.
+    ratio_db: FloatArray  #: (I,) float: Condition (27) in dB; NaN where undefined.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
-    """All that is drawn of one iteration.
+    """All that is drawn of one iteration."""
 
-    Parameters
-    ----------
-    static_picture : StaticPicture
-        What stays during a run.
-    run_number, iteration, num_iterations : int
-        Which run, the iteration shown, and how many there are so far.
-    termination : Termination
-        Whether the run has ended here, and why.
-    ramp : int
-        Ramp of `fast_time` and `delay`.
-    fast_time_mode : str
-        "level" or "real".
-    fast_time, delay : Signals
-        The signals of the ramp.
-    objects, true_objects, added, pruned : Markers
-        Components, truth, recent additions and removals.
-    channel : Markers
-        Interference-channel components of the ramp at their equivalent range.
-    map_after : (Mp, Mn) uint8
-        Range-Doppler map after cancellation.
-    burst_level_db : (P,) float
-        Mean level of the estimated burst of each ramp; NaN where none is modelled.
-    true_ramps : (P,) bool
-        Ramps that truly hold a burst.
-    log : tuple of LogLine
-        Oldest first.
-    table : tuple of TableRow
-        Sorted by distance.
-    progress : Progress
-        Diagnostics up to here.
-    step_ms : mapping of str to float
-        Milliseconds of an iteration by part of the algorithm, mean up to here.
-    """
-
-    static_picture: StaticPicture
+    static_picture: StaticPicture  #: What stays during a run.
+    #: Which run, the iteration shown, and how many there are so far.
     run_number: int
     iteration: int
     num_iterations: int
-    termination: Termination
-    ramp: int
-    fast_time_mode: str
+    termination: Termination  #: Whether the run has ended here, and why.
+    ramp: int  #: Ramp of `fast_time` and `delay`.
+    fast_time_mode: str  #: "level" or "real".
+    #: The signals of the ramp.
     fast_time: Signals
     delay: Signals
+    #: Components, truth, recent additions and removals.
     objects: Markers
     true_objects: Markers
     added: Markers
     pruned: Markers
-    channel: Markers
-    map_after: ByteArray
+    channel: Markers  #: Interference-channel components of the ramp at their equivalent range.
+    map_after: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map after cancellation.
+    #: (P,) float: Mean level of the estimated burst of each ramp; NaN where none is modelled.
     burst_level_db: FloatArray
-    true_ramps: BoolArray
-    log: tuple[LogLine, ...]
-    table: tuple[TableRow, ...]
-    progress: Progress
+    true_ramps: BoolArray  #: (P,) bool: Ramps that truly hold a burst.
+    log: tuple[LogLine, ...]  #: Oldest first.
+    table: tuple[TableRow, ...]  #: Sorted by distance.
+    progress: Progress  #: Diagnostics up to here.
+    #: Milliseconds of an iteration by part of the algorithm, mean up to here.
     step_ms: Mapping[str, float]
 
 

@@ -31,31 +31,22 @@ class LogLine:
 
 @dataclass(frozen=True, kw_only=True)
 class TableRow:
-    """One object, estimate against truth; None where there is no counterpart.
+    """One object, estimate against truth; None where there is no counterpart."""
 
-    Parameters
-    ----------
-    component_id : int or None
-        Identity of the estimate; None for a true object that is not found.
-    range_m, range_std_m, true_range_m : float or None
-        Distance in m.
-    velocity_mps, velocity_std_mps, true_velocity_mps : float or None
-        Radial velocity in m/s, positive for a receding object.
-    snr_db, true_snr_db : float or None
-        Component SNR in dB; of several antennas their mean.
-    angle_deg, angle_std_deg, true_angle_deg : float or None
-        Direction from broadside in degrees, positive towards the last antenna.
-    """
-
+    #: Identity of the estimate; None for a true object that is not found.
     component_id: int | None = None
+    #: Distance in m.
     range_m: float | None = None
     range_std_m: float | None = None
     true_range_m: float | None = None
+    #: Radial velocity in m/s, positive for a receding object.
     velocity_mps: float | None = None
     velocity_std_mps: float | None = None
     true_velocity_mps: float | None = None
+    #: Component SNR in dB; of several antennas their mean.
     snr_db: float | None = None
     true_snr_db: float | None = None
+    #: Direction from broadside in degrees, positive towards the last antenna.
     angle_deg: float | None = None
     angle_std_deg: float | None = None
     true_angle_deg: float | None = None

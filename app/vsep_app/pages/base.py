@@ -31,38 +31,20 @@ if (window.innerWidth < 600) {
 
 @dataclass(frozen=True, kw_only=True)
 class PageContext:
-    """What a page knows of the browser that opened it.
+    """What a page knows of the browser that opened it."""
 
-    Parameters
-    ----------
-    pool : Executor
-        Does the work: functions of modules, in other processes.
-    query : dict
-        Decoded query of the page's address.
-    post : callable
-        Runs a function on the event loop with the document locked.
-    watched : callable
-        Whether the browser is still connected.
-    own_folder : bool
-        Whether the visitor sits at this machine and may name folders on its disk.
-    experiments : sequence of Experiment
-        Guided experiments to choose from.
-    commons : SharedResources
-        What all sessions share.
-    most_kept : int
-        So many iterations of a run can be shown.
-    most_studies : int or None
-        So many studies run at once on this server; None sets no limit.
-    """
-
-    pool: Executor
-    query: dict[str, Any]
+    pool: Executor  #: Does the work: functions of modules, in other processes.
+    query: dict[str, Any]  #: Decoded query of the page's address.
+    #: Runs a function on the event loop with the document locked.
     post: Callable[[Callable[[], None]], Any]
-    watched: Callable[[], bool]
+    watched: Callable[[], bool]  #: Whether the browser is still connected.
+    #: Whether the visitor sits at this machine and may name folders on its disk.
     own_folder: bool = True
+    #: Guided experiments to choose from.
     experiments: Sequence[Experiment] = field(default_factory=shipped_experiments)
-    commons: SharedResources = field(default_factory=SharedResources)
-    most_kept: int = MAX_KEPT
+    commons: SharedResources = field(default_factory=SharedResources)  #: What all sessions share.
+    most_kept: int = MAX_KEPT  #: So many iterations of a run can be shown.
+    #: So many studies run at once on this server; None sets no limit.
     most_studies: int | None = None
 
 

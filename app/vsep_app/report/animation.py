@@ -32,12 +32,8 @@ VIDEO_RATE = 10  # frames a second; all times above are whole frames of it
 def write_animation(run: ReportRun, out: Path) -> None:
     """Write all iterations of a run as a moving picture; the last one is held.
 
-    Raises
-    ------
-    InputError
-        If the name has another suffix, or ffmpeg is needed and missing.
-    OSError
-        If the file cannot be written.
+    Raises `InputError` if the name has another suffix, or ffmpeg is needed and missing. Raises
+    `OSError` if the file cannot be written.
     """
     require_animation_name(str(out))
     images = [draw_image(run.picture(i), len(run.steps)) for i in shown_iterations(len(run.steps))]

@@ -37,33 +37,15 @@ _LIBRARIES = ("numpy", "scipy", "numba", "bokeh", "matplotlib")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReportRun:
-    """A run up to the iteration that the report shows.
+    """A run up to the iteration that the report shows."""
 
-    Parameters
-    ----------
-    spec : ReportSpec
-        What it was made from.
-    frame : Frame
-        The frame, with truth where it is known.
-    assumed_filter : AntiAliasingFilter
-        What the estimator believes in.
-    estimator : Estimator
-        With its settings.
-    static_picture : StaticPicture
-        What all pictures share.
-    initial_state : SeparationState
-        State of iteration 0.
-    steps : tuple of Step
-        Iterations 1 to the one shown.
-    """
-
-    spec: ReportSpec
-    frame: Frame
-    assumed_filter: AntiAliasingFilter
-    estimator: Estimator
-    static_picture: StaticPicture
-    initial_state: SeparationState
-    steps: tuple[Step, ...]
+    spec: ReportSpec  #: What it was made from.
+    frame: Frame  #: The frame, with truth where it is known.
+    assumed_filter: AntiAliasingFilter  #: What the estimator believes in.
+    estimator: Estimator  #: With its settings.
+    static_picture: StaticPicture  #: What all pictures share.
+    initial_state: SeparationState  #: State of iteration 0.
+    steps: tuple[Step, ...]  #: Iterations 1 to the one shown.
 
     @property
     def state(self) -> SeparationState:
@@ -101,10 +83,7 @@ class ReportRun:
 def execute(spec: ReportSpec) -> ReportRun:
     """Make the frame of a spec and run its estimator up to the iteration that is shown.
 
-    Raises
-    ------
-    InputError
-        If the spec cannot be carried out; the message is for the user.
+    Raises `InputError` if the spec cannot be carried out; the message is for the user.
     """
     run = of_steps(spec, ())
     received = _received(run.frame, run.estimator)
@@ -116,10 +95,7 @@ def execute(spec: ReportSpec) -> ReportRun:
 def of_steps(spec: ReportSpec, steps: tuple[Step, ...]) -> ReportRun:
     """Make the run of a spec from steps that somebody did already.
 
-    Raises
-    ------
-    InputError
-        If the spec cannot be carried out; the message is for the user.
+    Raises `InputError` if the spec cannot be carried out; the message is for the user.
     """
     plan = spec.plan
     scene = make_scene(plan, _loaded_frame(spec))

@@ -59,10 +59,7 @@ def snapshot_spec(shown: Snapshot[Prepared, Step], spec: ReportSpec, ramp: int) 
 def make_snapshot(key: str, spec: ReportSpec) -> SnapshotFile:
     """Make one of the files of `KINDS`; the run is done again, for a page keeps it shortened.
 
-    Raises
-    ------
-    InputError
-        If the spec does not fit.
+    Raises `InputError` if the spec does not fit.
     """
     run = execute(spec)
     plan = spec.plan

@@ -23,10 +23,7 @@ _TRIAL_FORM = "POINT/REALIZATION or POINT/REALIZATION/METHOD"
 def kept_frame(path: str) -> KeptFrame:
     """Return a frame file with all its bytes.
 
-    Raises
-    ------
-    InputError
-        If it is no frame file.
+    Raises `InputError` if it is no frame file.
     """
     read_frame(path)
     return KeptFrame(name=path, content=Path(path).read_bytes())
@@ -40,10 +37,7 @@ def of_frame(path: str) -> ReportSpec:
 def of_preset(preset: str) -> ReportSpec:
     """Return the spec of a preset with its defaults.
 
-    Raises
-    ------
-    InputError
-        If there is none of that name.
+    Raises `InputError` if there is none of that name.
     """
     if preset not in PRESETS:
         raise InputError(f"preset is {preset!r}; it must be one of {', '.join(PRESETS)}.")
@@ -53,10 +47,7 @@ def of_preset(preset: str) -> ReportSpec:
 def of_trial(link: str) -> ReportSpec:
     """Return the spec of a trial of a study, named by its link.
 
-    Raises
-    ------
-    InputError
-        If the link names no trial, or one that the live view cannot repeat.
+    Raises `InputError` if the link names no trial, or one that the live view cannot repeat.
     """
     opened = open_trial(link)
     return ReportSpec(plan=replace(default_plan(), **opened.values), trial=link)
@@ -98,10 +89,7 @@ def of_rows(path: str, which: str) -> ReportSpec:
 def of_link(url: str) -> ReportSpec:
     """Return the spec of a shared link: its scene, estimator, ramp and iteration.
 
-    Raises
-    ------
-    InputError
-        If something in the link cannot be used.
+    Raises `InputError` if something in the link cannot be used.
     """
     query = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
     trial, rest, errors = trial_of_query(query)
@@ -125,10 +113,7 @@ def of_link(url: str) -> ReportSpec:
 def of_report(path: str, frame: KeptFrame | None = None) -> ReportSpec:
     """Return the spec that a report carries.
 
-    Raises
-    ------
-    InputError
-        If it carries none, or needs its frame and that is not given.
+    Raises `InputError` if it carries none, or needs its frame and that is not given.
     """
     return read_spec(read_provenance(path)["spec"], path, frame)
 

@@ -48,12 +48,8 @@ def report_bytes(run: ReportRun, suffix: str) -> bytes:
 def write_record(run: ReportRun, out: Path) -> None:
     """Write the recorded run.
 
-    Raises
-    ------
-    InputError
-        If the name does not end in ``.html``.
-    OSError
-        If the file cannot be written.
+    Raises `InputError` if the name does not end in ``.html``. Raises `OSError` if the file cannot
+    be written.
     """
     require_record_name(str(out))
     out.write_text(record_html(run), encoding="utf-8")

@@ -34,24 +34,12 @@ class Progress(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """How far the trials of a map are.
+    """How far the trials of a map are."""
 
-    Attributes
-    ----------
-    spec : MapSpec
-        Which one.
-    cell_results : mapping
-        By cell.
-    progress : Progress
-        What they are doing.
-    error : str
-        Why they ended, if they are broken.
-    """
-
-    spec: MapSpec
-    cell_results: Mapping[Cell, CellResult]
-    progress: Progress
-    error: str = ""
+    spec: MapSpec  #: Which one.
+    cell_results: Mapping[Cell, CellResult]  #: By cell.
+    progress: Progress  #: What they are doing.
+    error: str = ""  #: Why they ended, if they are broken.
 
     @property
     def num_cells(self) -> int:

@@ -140,10 +140,7 @@ class StudyForm:
     def study(self) -> Study:
         """Return the study that is asked for.
 
-        Raises
-        ------
-        InputError
-            If nothing is chosen or a number is missing.
+        Raises `InputError` if nothing is chosen or a number is missing.
         """
         if not self.panels.value:
             raise InputError("No panel is chosen; choose at least one.")
@@ -193,10 +190,7 @@ class StudyForm:
     def path(self, temporary: Path) -> Path:
         """Return the file of the rows, one for each study and its settings.
 
-        Raises
-        ------
-        InputError
-            If the chosen folder is not there.
+        Raises `InputError` if the chosen folder is not there.
         """
         chosen = self.folder.value.strip() if self.folder.visible else ""
         folder = Path(chosen).expanduser() if chosen else temporary

@@ -291,10 +291,8 @@ async def _in_thread(function: Callable[..., _Result], *arguments: Any) -> _Resu
 def _keep_rows(path: Path, content: bytes, name: str) -> Study:
     """Write rows that were uploaded into a file and return their study.
 
-    Raises
-    ------
-    InputError
-        If they are no rows of a study, or cannot be drawn; it says so under the user's name.
+    Raises `InputError` if they are no rows of a study, or cannot be drawn; it says so under the
+    user's name.
     """
     path.write_bytes(content)
     try:

@@ -35,30 +35,15 @@ class StudyPhase(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class StudySnapshot:
-    """How far a study is.
+    """How far a study is."""
 
-    Attributes
-    ----------
-    phase : StudyPhase
-        What it is doing.
-    rows : tuple of dict
-        All rows so far, in the order in which they came.
-    num_rows : int
-        How many there will be.
-    num_failed : int
-        How many have no result.
-    left_s : float or None
-        Time left at the pace of this run; None while that cannot be said.
-    error : str
-        Why it ended, if it is broken.
-    """
-
-    phase: StudyPhase
-    rows: tuple[Row, ...]
-    num_rows: int
-    num_failed: int
+    phase: StudyPhase  #: What it is doing.
+    rows: tuple[Row, ...]  #: All rows so far, in the order in which they came.
+    num_rows: int  #: How many there will be.
+    num_failed: int  #: How many have no result.
+    #: Time left at the pace of this run; None while that cannot be said.
     left_s: float | None = None
-    error: str = ""
+    error: str = ""  #: Why it ended, if it is broken.
 
 
 class StudySession:
