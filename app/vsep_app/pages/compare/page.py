@@ -102,6 +102,7 @@ class ComparePage:
             ),
             context.pool,
             context.commons,
+            context.background,
         )
         self.transport = CompareTransport(
             self.settings,
