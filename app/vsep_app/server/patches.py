@@ -25,6 +25,7 @@ from bokeh.document import Document
 from bokeh.models import CustomJS
 from bokeh.server.urls import per_app_patterns
 from panel.io.server import ComponentResourceHandler, DocHandler, WSHandler
+from panel.util import parse_query
 from tornado.web import HTTPError
 
 _FOREIGN = ("bokeh-session-id", "bokeh-token")
@@ -61,10 +62,14 @@ class OwnSessionHandler(DocHandler):
     """
 
     async def prepare(self) -> None:
-        """Refuse a request that names a session."""
+        """Refuse a request that names a session, or whose query Panel cannot read (1.9: `x=²`)."""
         named = [name for name in _FOREIGN if name in self.request.arguments]
         if named or "Bokeh-Session-Id" in self.request.headers:
             raise HTTPError(403, reason="A page cannot join the session of another.")
+        try:
+            parse_query(f"?{self.request.query}")
+        except ValueError:
+            raise HTTPError(400, reason="The query of the address cannot be read.") from None
         await super().prepare()
 
 
