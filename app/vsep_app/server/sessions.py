@@ -39,6 +39,16 @@ PAUSE_S = 0.1
 # A page that is still loading takes a place, too.
 LOADING_S = 15.0
 RETRY_S = 20
+# A page whose connection is lost is opened again, at its address, once the server can be reached.
+# Bokeh's own way (`pn.config.reconnect`) leaves it empty: what a page has of functions cannot be
+# read back into it.
+_OPEN_AGAIN = """
+const open_again = () => {
+  fetch("health", {cache: "no-store"}).then(
+    () => location.reload(), () => setTimeout(open_again, 1000))
+}
+setTimeout(open_again, 1000)
+"""
 KEPT = (
     StaticPicture,
     Comparison,
@@ -188,6 +198,7 @@ class SessionRegistry:
         pn.state.onload(partial(post, page.start))
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
+        document.js_on_event("connection_lost", CustomJS(code=_OPEN_AGAIN))
         return page.page()
 
     def leave(self, page: PageBase) -> None:
