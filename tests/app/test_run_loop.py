@@ -225,7 +225,7 @@ def test_a_session_takes_one_command_after_the_other():
     session.prepared(job, Opening("plan", _state(0)))
     session.advanced(session.next_job(), _step(_state(0)))
     session._thin = hold
-    hold.made = lambda step: False
+    hold.made = lambda _: False
     outcome = session.next_job(), _step(_state(1))
     advance = threading.Thread(target=session.advanced, args=outcome)
     advance.start()
