@@ -20,7 +20,7 @@ from scipy.linalg import qr
 from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.analysis.burst_model import Burst
-from vsep.signal.atoms import line_factors
+from vsep.signal.atoms import DispersionStd, line_factors
 from vsep.signal.scene import GroundTruth
 from vsep.signal.template import SignalModel
 
@@ -30,19 +30,8 @@ _UNOBSERVABLE = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class DispersionBound:
-    """Smallest standard deviations that an unbiased estimator can have.
-
-    Attributes
-    ----------
-    beats : (L,) float
-        Cycles per sample.
-    dopplers : (L,) float
-        Cycles per ramp; infinite for a single ramp, where Doppler is not observable.
-    """
-
-    beats: FloatArray
-    dopplers: FloatArray
+class DispersionBound(DispersionStd):
+    """Smallest standard deviations that an unbiased estimator can have."""
 
     @property
     def root_mean_crlb(self) -> float:

@@ -8,6 +8,9 @@ with its impulse response g. The result is the chirp times
 
 taken along the chirp's course f = Delta f_0 + Delta k t. Because K solves a Schrodinger equation,
 dGbar/d(Delta k) = -(j / 4 pi) d^2 Gbar/df^2: one jet in the frequency holds every derivative.
+
+The functions take frequencies and slope differences Delta k that broadcast, in Hz and Hz/s, return
+arrays of the broadcast shape and raise `InputError` if a slope difference is zero.
 """
 
 from abc import ABC, abstractmethod
@@ -74,20 +77,8 @@ def raised_cosine_jet(
 
     Parameters
     ----------
-    frequency_hz, slope_hz_per_s : float arrays that broadcast
-        Where to evaluate, and the slope difference Delta k, not zero.
     inner_hz, outer_hz : float
         End of the flat part and of the taper, inner < outer.
-
-    Returns
-    -------
-    ResponseJet
-        Arrays of the broadcast shape.
-
-    Raises
-    ------
-    InputError
-        If a slope difference is zero.
     """
     slope = nonparallel(slope_hz_per_s)
     frequency = np.asarray(frequency_hz, dtype=np.float64)
@@ -114,20 +105,8 @@ def pole_jet(
 
     Parameters
     ----------
-    frequency_hz, slope_hz_per_s : float arrays that broadcast
-        Where to evaluate, and the slope difference Delta k, not zero.
     poles, residues : (K,) complex
         Poles in rad/s, left of the imaginary axis, and residues in rad/s.
-
-    Returns
-    -------
-    ResponseJet
-        Arrays of the broadcast shape.
-
-    Raises
-    ------
-    InputError
-        If a slope difference is zero.
     """
     slope = nonparallel(slope_hz_per_s)
     curvature = 2j * np.pi * slope
@@ -167,21 +146,9 @@ def spline_jet(
 
     Parameters
     ----------
-    frequency_hz, slope_hz_per_s : float arrays that broadcast
-        Where to evaluate, and the slope difference Delta k, not zero.
     knots_hz : (M,) float
     jumps : (M,) complex
         Of the spline's third derivative at the knots, 1/Hz^3.
-
-    Returns
-    -------
-    ResponseJet
-        Arrays of the broadcast shape.
-
-    Raises
-    ------
-    InputError
-        If a slope difference is zero.
     """
     slope = nonparallel(slope_hz_per_s)
     frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)
@@ -196,19 +163,12 @@ def bspline_responses(
 
     Parameters
     ----------
-    frequency_hz, slope_hz_per_s : float arrays that broadcast
-        Where to evaluate, and the slope difference Delta k, not zero.
     knots_hz : (M,) float
         Equidistant, ascending.
 
     Returns
     -------
     (..., M - 4) complex
-
-    Raises
-    ------
-    InputError
-        If a slope difference is zero.
     """
     slope = nonparallel(slope_hz_per_s)
     frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)

@@ -10,10 +10,11 @@ import panel_material_ui as pmu
 from bokeh.models import CustomJS
 from panel.util.parameters import edit_readonly
 
+from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.pages import PAGES
-from vsep_app.server.connection import write_styles_once
+from vsep_app.server.patches import write_styles_once
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.layout import stylesheet, theme
@@ -35,7 +36,7 @@ class PageContext:
 
     pool: Executor  #: Does the work: functions of modules, in other processes.
     query: dict[str, Any]  #: Decoded query of the page's address.
-    #: Runs a function on the event loop with the document locked.
+    #: Runs a function on the event loop with the document locked; may be called from any thread.
     post: Callable[[Callable[[], None]], Any]
     watched: Callable[[], bool]  #: Whether the browser is still connected.
     #: Whether the visitor sits at this machine and may name folders on its disk.
@@ -43,6 +44,8 @@ class PageContext:
     #: Guided experiments to choose from.
     experiments: Sequence[Experiment] = field(default_factory=shipped_experiments)
     commons: SharedResources = field(default_factory=SharedResources)  #: What all sessions share.
+    #: Coroutines of the page; they end when it closes.
+    background: BackgroundTasks = field(default_factory=BackgroundTasks)
     most_kept: int = MAX_KEPT  #: So many iterations of a run can be shown.
     #: So many studies run at once on this server; None sets no limit.
     most_studies: int | None = None
