@@ -52,6 +52,17 @@ class TableRow:
     true_angle_deg: float | None = None
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun.
+
+    Examples
+    --------
+    >>> counted(1, "object"), counted(3, "object")
+    ('1 object', '3 objects')
+    """
+    return f"{number} {noun if number == 1 else noun + 's'}"
+
+
 def log_lines(steps: Sequence[Step], radar: ChirpSequence) -> tuple[LogLine, ...]:
     """Return the log of a run, oldest line first."""
     lines: list[LogLine] = []

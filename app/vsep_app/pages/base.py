@@ -1,9 +1,10 @@
 """Page context, navigation and frame that all pages share."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import panel as pn
 import panel_material_ui as pmu
@@ -18,6 +19,7 @@ from vsep_app.server.patches import write_styles_once
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.layout import stylesheet, theme
+from vsep_app.widgets.notifications import notify
 
 # As wide as the theme's smallest break point: below it the side bar covers the page, so it starts
 # closed there.
@@ -51,17 +53,33 @@ class PageContext:
     most_studies: int | None = None
 
 
-class PageBase(Protocol):
-    """A page of the program; the server makes one for every visit."""
+class PageBase(ABC):
+    """A page of the program; the server makes one for every visit.
 
+    Parameters
+    ----------
+    context : PageContext
+        The browser that opened it.
+    """
+
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+
+    @abstractmethod
     def page(self) -> Any:
         """Return the whole page."""
 
+    @abstractmethod
     def start(self) -> None:
         """Begin; called when the page has been drawn."""
 
+    @abstractmethod
     def close(self) -> None:
         """Stop for good: the browser has left."""
+
+    def notify_error(self, sentence: str) -> None:
+        """Notify the user of what cannot be done."""
+        notify(sentence)
 
 
 def links(here: str) -> Any:

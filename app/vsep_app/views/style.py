@@ -18,6 +18,7 @@ from bokeh.models import (
     Range1d,
     ResetTool,
     SaveTool,
+    Span,
     WheelZoomTool,
 )
 from bokeh.plotting import figure
@@ -131,6 +132,11 @@ def plain_figure(
     plot.title.text_font_size = "12px"
     plot.title.standoff = 2
     return plot
+
+
+def crosshair() -> Span:
+    """Return the line at the pointer, for all figures with the same range axis."""
+    return Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
 
 
 def empty_figure() -> figure:

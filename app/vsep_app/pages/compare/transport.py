@@ -10,7 +10,7 @@ from vsep_app.model.compare_settings import LAST_FRAME
 from vsep_app.model.settings import Settings
 from vsep_app.pages.compare.picture import ComparePicture
 from vsep_app.widgets.layout import toolbar
-from vsep_app.widgets.transport import RunTransport
+from vsep_app.widgets.transport import RunTransport, run_status_html
 
 _BUTTON = {"size": "small", "variant": "outlined", "margin": (9, 3)}
 
@@ -88,7 +88,12 @@ class CompareTransport(RunTransport):
         self.refresh_buttons()
         phase = self._session.phase
         self.next.disabled = not (self._may_go_on and phase is Phase.FINISHED)
-        self.status.object = _status_html(phase, picture, rate, moving=self._may_go_on)
+        counts = ""
+        if picture is not None:
+            counts = f"iteration {picture.iteration} of {picture.num_iterations}"
+            if self._may_go_on or picture.frame_number:
+                counts += f" · frame {picture.frame_number} of {LAST_FRAME}"
+        self.status.object = run_status_html(phase.value, counts, phase, rate)
 
     def _played(self, event: Any) -> None:
         if not event.new:
@@ -97,17 +102,3 @@ class CompareTransport(RunTransport):
             self._next_frame()
         else:
             self._command("run")
-
-
-def _status_html(phase: Phase, picture: ComparePicture | None, rate: float, *, moving: bool) -> str:
-    counts = ""
-    if picture is not None:
-        counts = f"iteration {picture.iteration} of {picture.num_iterations}"
-        if moving or picture.frame_number:
-            counts += f" · frame {picture.frame_number} of {LAST_FRAME}"
-        if phase is Phase.RUNNING and rate > 0.0:
-            counts += f" · {rate:.1f} iterations/s"
-    return (
-        f'<span><strong role="status">{phase.value}</strong>'
-        f'<span class="counts">&nbsp; {counts}</span></span>'
-    )

@@ -18,8 +18,7 @@ from vsep.recordings.settings_text import settings_text
 from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep_app.assets import path
 from vsep_app.jobs.frame_store import FRAME_KEY
-from vsep_app.jobs.run_loop import FrameLoop, PictureSink, RunCallbacks
-from vsep_app.jobs.run_session import RunSession
+from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.tasks import bare, thin
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
@@ -38,6 +37,7 @@ from vsep_app.pages.recording.tasks import (
     takes_one,
 )
 from vsep_app.pages.recording.view import RecordingView
+from vsep_app.pages.run_page import RunPage
 from vsep_app.report.spec import KeptFrame
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.download import Download
@@ -51,18 +51,11 @@ EXAMPLE = "example (without interference).npz"
 _OF_ARRAYS = ("key", "axes")
 
 
-class RecordingPage:
-    """One user's recordings.
-
-    Parameters
-    ----------
-    visit : PageContext
-        The browser that opened it.
-    """
+class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
+    """One user's recordings."""
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
-        self.settings = Settings()
+        super().__init__(context, Settings())
         self.settings.choose_preset(LOADED_FRAME)
         self._files = DroppedFiles()
         self._file: StoredFile | None = None
@@ -83,30 +76,17 @@ class RecordingPage:
                 "reference": self.drop_reference,
             },
         )
-        self.session: RunSession[RecordingPlan, RecordingOpening, Step] = RunSession(
-            thin, bare, most_kept=context.most_kept
-        )
-        self.view = RecordingView(self._ramp_selected, self._acknowledged)
-        self.loop = FrameLoop(
-            self.session,
+        self.view = RecordingView(self._ramp_selected)
+        self._acknowledge(self.view.fast_time.source)
+        self._make_loop(
             RunCallbacks(
                 prepare=prepare,
                 advance=advance,
                 compose=compose,
-                view=lambda: (self.settings.ramp, self.settings.fast_time, self.settings.antenna),
+                view=self._view,
                 thin=thin,
                 bare=bare,
-            ),
-            PictureSink(
-                post=context.post,
-                show=self.show,
-                notify_error=self._failed,
-                speed=lambda: float(self.settings.speed),
-                watched=context.watched,
-            ),
-            context.pool,
-            context.commons,
-            context.background,
+            )
         )
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self._download, self._link = Download(), Link(self.form.live)
@@ -137,7 +117,7 @@ class RecordingPage:
 
     def close(self) -> None:
         """Stop for good and remove the files: the browser has left."""
-        self.loop.close()
+        super().close()
         self._files.close()
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
@@ -218,11 +198,6 @@ class RecordingPage:
             self.transport.show(picture, self.loop.rate)
             if opening is not self._opening:
                 self._take_opening(opening)
-
-    def notify_error(self, sentence: str) -> None:
-        """Notify the user of what cannot be done."""
-        if pn.state.notifications is not None:
-            pn.state.notifications.error(sentence, duration=8000)
 
     def _take(self, file: StoredFile, said: Mapping[Any, Any] | None) -> None:
         """Begin with a recording and what is known of it."""
@@ -349,13 +324,6 @@ class RecordingPage:
     def _open_live(self, name: str, content: bytes) -> None:
         word = self._context.commons.frames.keep(KeptFrame(name=name, content=content))
         self._link.open(f"./?{FRAME_KEY}={word}")
-
-    def _ramp_selected(self, ramp: int) -> None:
-        self.settings.ramp = ramp
-
-    def _acknowledged(self, attr: str, old: Any, new: Any) -> None:
-        del attr, old, new
-        self.loop.acknowledged()
 
 
 def _is_settings(name: str) -> bool:
