@@ -17,7 +17,7 @@ from vsep_app.figures.backends import bokeh_figure, update_sources
 from vsep_app.figures.document import document_html
 from vsep_app.figures.static_figure import Place, write_static
 from vsep_app.figures.study_elements import panel_marks, panel_overlay
-from vsep_app.views.style import dress
+from vsep_app.views.style import LEGEND, dress
 
 SUFFIXES = (".html", ".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 400, 330
@@ -88,16 +88,8 @@ def draw_panel(panel: AnyPanel) -> Any:
     dress(plot)
     plot.title.update(text_font_size="9px", text_font_style="normal", text_color="#555555")
     for legend in plot.legend:
-        legend.update(
-            click_policy="hide",
-            label_text_font_size="10px",
-            border_line_color=None,
-            padding=2,
-            spacing=10,
-            margin=0,
-            glyph_height=14,
-            label_height=14,
-        )
+        sizes = {"padding": 2, "margin": 0, "glyph_height": 14, "label_height": 14}
+        legend.update(**LEGEND, **sizes, label_text_font_size="10px")
     return plot
 
 

@@ -18,7 +18,7 @@ from vsep_app.pages import PAGES
 from vsep_app.server.patches import write_styles_once
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
-from vsep_app.widgets.layout import stylesheet, theme
+from vsep_app.widgets.layout import html_pane, stylesheet, theme
 from vsep_app.widgets.notifications import notify
 
 # As wide as the theme's smallest break point: below it the side bar covers the page, so it starts
@@ -92,12 +92,8 @@ def links(here: str) -> Any:
         for page in PAGES.values()
         if page.address != here
     )
-    return pn.pane.HTML(
-        f'<nav aria-label="Pages">{anchors}</nav>',
-        margin=(0, 6, 0, 12),
-        align="center",
-        stylesheets=[stylesheet("header")],
-    )
+    look = {"margin": (0, 6, 0, 12), "align": "center", "sizing_mode": None}
+    return html_pane("header", f'<nav aria-label="Pages">{anchors}</nav>', **look)
 
 
 def page_frame(

@@ -13,7 +13,7 @@ from vsep.mitigation.registry import MITIGATIONS
 from vsep.presets.registry import PRESETS
 from vsep.studies.catalogue import CATALOGUE
 from vsep_app.assets import path
-from vsep_app.widgets.layout import ICON_ONLY, stylesheet
+from vsep_app.widgets.layout import ICON_ONLY, html_pane, stylesheet
 
 
 class Help:
@@ -107,6 +107,4 @@ def _document(name: str) -> Any:
 
 
 def _pane(html: str) -> Any:
-    return pn.pane.HTML(
-        html, sizing_mode="stretch_width", margin=(0, 8), stylesheets=[stylesheet("teaching")]
-    )
+    return html_pane("teaching", html, sizing_mode="stretch_width", margin=(0, 8))

@@ -37,14 +37,15 @@ class RunTables:
     def panels(self, title: str, *, log_weight: float) -> list[Any]:
         """Return the table under a title, and the log."""
         download = Download()
-        tables = download_buttons("objects", TableRow, lambda: self._shown("table"), download)
-        logs = download_buttons("events", LogLine, lambda: self._shown("log"), download)
+        tables = download_buttons("objects", TableRow, lambda: self.shown("table"), download)
+        logs = download_buttons("events", LogLine, lambda: self.shown("log"), download)
         return [
             panel(title, self.table, weight=10, tools=tables),
             panel("Events", self.log, weight=log_weight, tools=logs),
         ]
 
-    def _shown(self, name: str) -> Sequence[Any]:
+    def shown(self, name: str) -> Sequence[Any]:
+        """Return the rows of ``table`` or ``log`` that are shown."""
         return () if self.picture is None else getattr(self.picture, name)
 
 

@@ -1,4 +1,4 @@
-"""Fields of a side bar, with the margins that they have in all of them."""
+"""Fields of side bar and toolbar, with the margins that they have in all of them."""
 
 from typing import Any
 
@@ -34,6 +34,17 @@ def number_field(label: str, text: str, value: float, start: float, end: float) 
     """Return a field for a number to type; a whole one if the value is."""
     kind = pmu.IntInput if isinstance(value, int) else pmu.FloatInput
     return field(kind, label, text, value=value, start=start, end=end)
+
+
+def tool_field(kind: Any, label: str, text: str, **options: Any) -> Any:
+    """Return a widget of a fixed width for the toolbar above the figures."""
+    return field(kind, label, text, margin=(7, 4, 0, 4), sizing_mode=None, **options)
+
+
+def tool_button(label: str, icon: str, text: str, **options: Any) -> Any:
+    """Return a button for the toolbar above the figures."""
+    usual = {"variant": "outlined", "size": "small", "margin": (9, 3)}
+    return pmu.Button(label=label, icon=icon, description=text, **{**usual, **options})
 
 
 def pair(left: Any, right: Any) -> Any:

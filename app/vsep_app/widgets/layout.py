@@ -33,6 +33,16 @@ def html_pane(sheet: str, text: str = "", **options: Any) -> Any:
     return pn.pane.HTML(text, **{**usual, **options})
 
 
+def status_html(text: str) -> str:
+    """Return the state of a page in bold."""
+    return f'<strong role="status" style="font-size:13px;white-space:nowrap">{text}</strong>'
+
+
+def status_pane(text: str) -> Any:
+    """Return the place of the state of a page in the header."""
+    return pn.pane.HTML(status_html(text), margin=(0, 12), styles={"color": "white"})
+
+
 def theme() -> dict[str, Any]:
     """Return the light and the dark theme; primary colours keep 4.5:1 against their page."""
     # The title of the page gives way to the links where there is no room for both; it stays the

@@ -12,7 +12,7 @@ from vsep_app.jobs.run_session import Phase, RunSession
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import SETTINGS, Settings
 from vsep_app.model.text import counted
-from vsep_app.widgets.fields import field
+from vsep_app.widgets.fields import tool_button, tool_field
 from vsep_app.widgets.layout import toolbar
 from vsep_app.widgets.setting_widgets import setting_widget
 
@@ -29,7 +29,6 @@ _STATE_WORDS = {
     Termination.NONFINITE: "stopped, no finite value",
 }
 _NOTHING_COMMITTED = -1
-_FIELD = {"margin": (7, 4, 0, 4), "sizing_mode": None}
 
 
 class RunTransport:
@@ -92,9 +91,7 @@ class RunTransport:
         self.buttons["reset"].disabled = not ready
 
     def _button(self, name: str, label: str, icon: str, variant: str, text: str) -> Any:
-        button = pmu.Button(
-            label=label, icon=icon, variant=variant, size="small", description=text, margin=(9, 3)
-        )
+        button = tool_button(label, icon, text, variant=variant)
         button.on_click(lambda _: self._command(name))
         return button
 
@@ -125,7 +122,9 @@ class Transport(RunTransport):
     ) -> None:
         super().__init__(settings, session, wake)
         self.mode = setting_widget(settings, SETTINGS["fast_time"])
-        self.mode.param.update(label="Fast time shows", width=130, **_FIELD)
+        self.mode.param.update(
+            label="Fast time shows", width=130, margin=(7, 4, 0, 4), sizing_mode=None
+        )
         self.ramp = _field(pmu.IntInput, "ramp", width=104, start=0, value=settings.ramp)
         self.antenna = _field(
             pmu.Select, "antenna", width=100, options={"0": 0}, value=0, visible=False
@@ -190,7 +189,7 @@ class Transport(RunTransport):
 def _field(kind: Any, name: str, **options: Any) -> Any:
     """Return a field of the toolbar for a setting that the frame bounds."""
     record = SETTINGS[name]
-    return field(kind, record.form_label, record.help, **{**_FIELD, **options})
+    return tool_field(kind, record.form_label, record.help, **options)
 
 
 def run_status_html(words: str, counts: str, phase: Phase, rate: float) -> str:

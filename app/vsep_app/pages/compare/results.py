@@ -13,7 +13,7 @@ from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics
 from vsep_app.pages.compare.picture import ComparePicture
 from vsep_app.views.style import Axis, plain_figure, put
 from vsep_app.views.tables import MISSING, value_text
-from vsep_app.widgets.layout import card, panel, stylesheet
+from vsep_app.widgets.layout import card, html_pane, panel, stylesheet
 
 # Okabe and Ito; a place also has its own marker and dash.
 SLOT_COLOURS = ("#0A84C6", "#D55E00", "#009E73", "#CC79A7")
@@ -54,9 +54,7 @@ class CompareResults:
     """
 
     def __init__(self, num_cards: int) -> None:
-        self.table = pn.pane.HTML(
-            "", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")]
-        )
+        self.table = html_pane("tables")
         self._frames, self._errors = Axis(), Axis()
         self._sources = [
             ColumnDataSource({"frame": [], "error": [], "iterations": [], "name": []})
@@ -77,14 +75,8 @@ class CompareResults:
         )
 
     def _make_figure(self) -> figure:
-        plot = plain_figure(
-            title="Windowed error from frame to frame",
-            x_label="frame",
-            y_label="error [dB]",
-            x_axis=self._frames,
-            y_axis=self._errors,
-            name="compare-sequence",
-        )
+        title, axes = "Windowed error from frame to frame", (self._frames, self._errors)
+        plot = plain_figure("compare-sequence", title, ("frame", "error [dB]"), axes)
         plot.xaxis.ticker = BasicTicker(min_interval=1)
         looks = zip(self._sources, SLOT_COLOURS, _MARKERS, _DASHES, strict=True)
         for source, colour, marker, dash in looks:

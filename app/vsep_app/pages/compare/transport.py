@@ -9,10 +9,9 @@ from vsep_app.jobs.run_session import Phase, RunSession
 from vsep_app.model.compare_settings import LAST_FRAME
 from vsep_app.model.settings import Settings
 from vsep_app.pages.compare.picture import ComparePicture
+from vsep_app.widgets.fields import tool_button
 from vsep_app.widgets.layout import toolbar
 from vsep_app.widgets.transport import RunTransport, run_status_html
-
-_BUTTON = {"size": "small", "variant": "outlined", "margin": (9, 3)}
 
 
 class CompareTransport(RunTransport):
@@ -20,14 +19,8 @@ class CompareTransport(RunTransport):
 
     Parameters
     ----------
-    settings : Settings
-        Holds the speed.
-    session : RunSession
-        What the buttons command.
-    wake : callable
-        Called after every command.
     next_frame, first_frame : callable
-        What the buttons of the sequence do.
+        What the buttons of the sequence do; the others are those of any run.
     """
 
     def __init__(
@@ -41,20 +34,15 @@ class CompareTransport(RunTransport):
     ) -> None:
         super().__init__(settings, session, wake)
         self._next_frame = next_frame
-        self.next = pmu.Button(
-            label="Next frame",
-            icon="fast_forward",
-            description="Next frame: objects have moved on for 50 ms. What pm-ist and pm-iht found "
+        self.next = tool_button(
+            "Next frame",
+            "fast_forward",
+            "Next frame: objects have moved on for 50 ms. What pm-ist and pm-iht found "
             "in the last three frames lowers their thresholds. For simulated scenes, once all "
             "methods have finished.",
-            **_BUTTON,
         )
-        self.first = pmu.Button(
-            label="First",
-            icon="first_page",
-            description="First: back to frame 0 without any prior.",
-            **_BUTTON,
-        )
+        text = "First: back to frame 0 without any prior."
+        self.first = tool_button("First", "first_page", text)
         self.play = pmu.Switch(
             label="Play frames",
             value=False,

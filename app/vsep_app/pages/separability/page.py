@@ -24,7 +24,7 @@ from vsep_app.figures.map_elements import CONTOURS, EXPLANATIONS
 from vsep_app.figures.map_file import map_html
 from vsep_app.figures.map_view import MapView
 from vsep_app.pages import PAGES
-from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.base import PageBase, PageContext, page_frame
 from vsep_app.pages.separability.form import SeparabilityForm
 from vsep_app.pages.separability.session import (
     Progress,
@@ -34,13 +34,16 @@ from vsep_app.pages.separability.session import (
 )
 from vsep_app.pages.separability.url import read_map_spec, write_map_spec
 from vsep_app.views.style import Axis, empty_figure
+from vsep_app.widgets.fields import tool_field
 from vsep_app.widgets.layout import (
     card,
     download_button,
+    html_pane,
     main_part,
     progress_bar,
     stack,
-    stylesheet,
+    status_html,
+    status_pane,
     toolbar,
 )
 from vsep_app.widgets.location import read_query
@@ -54,17 +57,11 @@ LOOK_PERIOD_S = 0.5
 cached_map = lru_cache(maxsize=16)(analytic_map)
 
 
-class SeparabilityPage:
-    """One user's page of separability maps.
-
-    Parameters
-    ----------
-    visit : PageContext
-        The browser that opened it.
-    """
+class SeparabilityPage(PageBase):
+    """One user's page of separability maps."""
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
+        super().__init__(context)
         self.spec, layer, self._errors = read_map_spec(context.query)
         self.form = SeparabilityForm(self.spec, self._changed)
         self.session = SeparabilitySession(self.spec, shared_map_cache())
@@ -75,29 +72,16 @@ class SeparabilityPage:
         self._seen: tuple[Any, ...] = ()
         self._told = ""
         self._call = asyncio.Event()
-        self.layer = pmu.Select(
-            label="Layer",
-            options={one.label: name for name, one in LAYERS.items()},
-            value=layer,
-            size="small",
-            width=330,
-            margin=(7, 4, 0, 4),
-        )
+        layers = {one.label: name for name, one in LAYERS.items()}
+        self.layer = tool_field(pmu.Select, "Layer", "", options=layers, value=layer, width=330)
         self.layer.param.watch(lambda _: self._changed(), "value")
         self.bar = progress_bar()
-        self.progress = pn.pane.HTML(
-            "", margin=(15, 10), min_width=190, stylesheets=[stylesheet("study")]
-        )
-        self.status = pn.pane.HTML(_status_html("loading"), margin=(0, 12))
-        self.status.styles = {"color": "white"}
+        self.progress = html_pane("study", margin=(15, 10), min_width=190, sizing_mode=None)
+        self.status = status_pane("loading")
         self.explained = pn.pane.HTML("", sizing_mode="stretch_width", margin=(4, 10, 8, 10))
         self.table = download_button("Table", "separability.csv", self._table, "All cells as CSV.")
-        self.document = download_button(
-            "HTML",
-            "separability.html",
-            self._document,
-            "All layers in a file that opens from disk.",
-        )
+        text = "All layers in a file that opens from disk."
+        self.document = download_button("HTML", "separability.html", self._document, text)
 
     def page(self) -> Any:
         """Return the whole page."""
@@ -121,11 +105,6 @@ class SeparabilityPage:
         """Cancel the trials; the page is closed."""
         self._context.background.close()
         self.session.stop()
-
-    def notify_error(self, sentence: str) -> None:
-        """Notify the user of what cannot be done."""
-        if pn.state.notifications is not None:
-            pn.state.notifications.error(sentence, duration=8000)
 
     def _changed(self) -> None:
         """Take what the controls ask; an invalid spec is reported and not computed."""
@@ -182,7 +161,7 @@ class SeparabilityPage:
             done, total = len(snapshot.cell_results), snapshot.num_cells
             self.bar.value = int(100 * done / total) if separability_map.spec.trials else 0
             self.progress.object = f'<span class="status">{progress_text(snapshot)}</span>'
-            self.status.object = _status_html(snapshot.progress.value)
+            self.status.object = status_html(snapshot.progress.value)
         if snapshot.error:
             self._tell(snapshot.error)
 
@@ -220,7 +199,3 @@ def progress_text(snapshot: Snapshot) -> str:
 
 def _compose(spec: MapSpec, snapshot: Snapshot) -> SeparabilityMap:
     return make_separability_map(spec, cached_map(spec), snapshot.cell_results)
-
-
-def _status_html(text: str) -> str:
-    return f'<strong role="status" style="font-size:13px;white-space:nowrap">{text}</strong>'
