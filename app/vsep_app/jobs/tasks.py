@@ -259,6 +259,7 @@ def plan_estimator(
     *,
     mask: BoolArray | None = None,
     num_antennas: int = 1,
+    interference_threshold_db: float | None = None,
 ) -> Estimator:
     """Return the estimator of a plan, which keeps one set of settings for all estimators."""
     model = SignalModel.of_radar(radar, anti_aliasing_filter, num_antennas)
@@ -269,7 +270,8 @@ def plan_estimator(
         max_iterations=plan.max_iterations,
         mask=mask,
     )
-    return make_estimator(plan.estimator, model, **settings)
+    threshold = {"interference_threshold_db": interference_threshold_db}
+    return make_estimator(plan.estimator, model, **threshold, **settings)
 
 
 def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int) -> Observation:

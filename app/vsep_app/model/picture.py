@@ -39,7 +39,7 @@ FLASH_ITERATIONS = 3
 FADE_ITERATIONS = 6
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Signals:
     """The signals of one ramp on one axis; NaN where a signal is not known."""
 
@@ -136,7 +136,7 @@ def make_picture(
         ramp=ramp,
         fast_time_mode=fast_time_mode,
         fast_time=_fast_time(static_picture, signals, fast_time_mode),
-        delay=_signals(static_picture.ranges_m, static_picture.spectra_db(signals)),
+        delay=Signals(static_picture.ranges_m, *static_picture.spectra_db(signals)),
         objects=object_marks(static_picture, state),
         true_objects=true_marks(static_picture),
         added=added_marks(static_picture, state, steps, FLASH_ITERATIONS),
@@ -168,19 +168,7 @@ def _ramp_signals(static_picture: StaticPicture, state: SeparationState, ramp: i
 
 def _fast_time(static_picture: StaticPicture, signals: ComplexArray, mode: str) -> Signals:
     values = signals.real if mode == "real" else static_picture.level_db(np.abs(signals) ** 2)
-    return _signals(static_picture.times_us, values)
-
-
-def _signals(axis: FloatArray, values: FloatArray) -> Signals:
-    received, true_object, object_estimate, interference, cleaned = values
-    return Signals(
-        axis=axis,
-        received=received,
-        true_object=true_object,
-        object_estimate=object_estimate,
-        interference=interference,
-        cleaned=cleaned,
-    )
+    return Signals(static_picture.times_us, *values)
 
 
 def _burst_levels(static_picture: StaticPicture, state: SeparationState) -> FloatArray:

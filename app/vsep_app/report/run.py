@@ -21,11 +21,16 @@ from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step, Termination
 from vsep.inference.core.run import iterate
 from vsep.inference.core.state import SeparationState
-from vsep.inference.registry import ESTIMATORS, make_estimator
+from vsep.inference.registry import ESTIMATORS
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.scene import Observation
-from vsep.signal.template import SignalModel
-from vsep_app.jobs.tasks import is_simulated, is_together, make_scene, static_picture_of
+from vsep_app.jobs.tasks import (
+    is_simulated,
+    is_together,
+    make_scene,
+    plan_estimator,
+    static_picture_of,
+)
 from vsep_app.model.picture import Picture, make_picture
 from vsep_app.model.settings import LOADED_FRAME
 from vsep_app.model.static_picture import StaticPicture, make_static_picture
@@ -103,19 +108,14 @@ def of_steps(spec: ReportSpec, steps: tuple[Step, ...]) -> ReportRun:
     entry = ESTIMATORS.require(plan.estimator)
     ESTIMATORS.require_settings(entry.name, {"mask": spec.mask})
     together = spec.together and is_together(plan, frame)
-    num_antennas = frame.num_antennas if together else 1
-    estimator = make_estimator(
-        plan.estimator,
-        SignalModel.of_radar(frame.radar, scene.assumed_filter, num_antennas),
-        interference_threshold_db=spec.interference_threshold_db,
+    # The plan has the settings of all estimators; `changed` refuses those given in vain.
+    estimator = plan_estimator(
+        plan,
+        frame.radar,
+        scene.assumed_filter,
         mask=frame_mask(frame, spec.mask) if entry.needs_mask else None,
-        # The plan has the settings of all estimators; `changed` refuses those given in vain.
-        **entry.accepted(
-            false_alarm_rate=plan.false_alarm_rate,
-            object_threshold_db=plan.object_threshold_db,
-            schedule=plan.schedule,
-            max_iterations=plan.max_iterations,
-        ),
+        num_antennas=frame.num_antennas if together else 1,
+        interference_threshold_db=spec.interference_threshold_db,
     )
     observation = Observation(received=frame.received, truth=frame.truth)
     alone = make_static_picture(frame.radar, observation, title=frame.name)

@@ -1,11 +1,9 @@
 """Downloads of the live view: the report of its run so far, its frame, its numbers."""
 
-import tempfile
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-from vsep.files.frame import Frame, write_frame
 from vsep.inference.core.progress import Step, Termination
+from vsep_app.jobs.frame_store import frame_bytes
 from vsep_app.jobs.run_session import Snapshot
 from vsep_app.jobs.tasks import Prepared
 from vsep_app.report.run import execute
@@ -66,15 +64,8 @@ def make_snapshot(key: str, spec: ReportSpec) -> SnapshotFile:
     stem = f"{plan.preset}-{plan.seed}-iteration-{len(run.steps)}"
     if key == "npz":
         named = replace(run.frame, anti_aliasing_filter=run.assumed_filter)
-        content = spec.frame.content if spec.frame is not None else _frame_bytes(named)
+        content = spec.frame.content if spec.frame is not None else frame_bytes(named)
         stem = f"{plan.preset}-{plan.seed}"
     else:
         content = report_bytes(run, f".{key}")
     return SnapshotFile(name=f"vsep-{stem}.{key}", kind=_MEDIA_TYPES[key], content=content)
-
-
-def _frame_bytes(frame: Frame) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "frame.npz"
-        write_frame(file, frame)
-        return file.read_bytes()

@@ -9,10 +9,11 @@ import panel as pn
 from bokeh.models import BasicTicker, ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
+from vsep_app.model.text import counted
 from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics
 from vsep_app.pages.compare.picture import ComparePicture
 from vsep_app.views.style import Axis, plain_figure, put
-from vsep_app.views.tables import MISSING, value_text
+from vsep_app.views.tables import MISSING, row_html, value_text
 from vsep_app.widgets.layout import card, html_pane, panel, stylesheet
 
 # Okabe and Ito; a place also has its own marker and dash.
@@ -126,8 +127,7 @@ def _row(
     name: str, stage: str, metrics: MethodMetrics, num_prior_peaks: int | None, colour: str
 ) -> str:
     swatch = f'<span class="swatch" style="background:{colour}"></span>' if colour else ""
-    noun = "peak" if num_prior_peaks == 1 else "peaks"
-    peaks = MISSING if num_prior_peaks is None else f"{num_prior_peaks} {noun}"
+    peaks = MISSING if num_prior_peaks is None else counted(num_prior_peaks, "peak")
     cells = [
         swatch + escape(name),
         escape(stage) or MISSING,
@@ -142,7 +142,7 @@ def _row(
         value_text(metrics.sinr_db, 1),
         peaks,
     ]
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    return row_html(cells)
 
 
 def _count(number: int | None) -> str | None:

@@ -40,8 +40,7 @@ from vsep_app.pages.recording.view import RecordingView
 from vsep_app.pages.run_page import RunPage
 from vsep_app.report.spec import KeptFrame
 from vsep_app.widgets.controls import Controls
-from vsep_app.widgets.download import Download
-from vsep_app.widgets.link import Link
+from vsep_app.widgets.download import Download, Link
 from vsep_app.widgets.share import MAX_FILE
 from vsep_app.widgets.transport import Transport
 

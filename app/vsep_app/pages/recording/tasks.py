@@ -5,16 +5,14 @@ the frame is then a loaded frame of the live view, with all its antennas. Those 
 take turns receive other bursts: of them one is chosen.
 """
 
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from vsep.errors import InputError
-from vsep.files.frame import Frame, read_frame, write_frame
+from vsep.files.frame import Frame, read_frame
 from vsep.files.response_file import read_response
 from vsep.inference.core.progress import Step
 from vsep.inference.core.state import SeparationState
@@ -23,6 +21,7 @@ from vsep.recordings.convert import convert_recording
 from vsep.recordings.settings import RecordingSettings
 from vsep.recordings.suggest import is_frame_file
 from vsep.signal.clutter import remove_static_clutter
+from vsep_app.jobs.frame_store import frame_bytes
 from vsep_app.jobs.run_session import Snapshot
 from vsep_app.jobs.tasks import Prepared
 from vsep_app.jobs.tasks import advance as advance_prepared
@@ -138,10 +137,7 @@ def frame_content(plan: RecordingPlan, *, as_shown: bool) -> bytes:
         frame = _mended(frame, plan if as_shown else replace(plan, removes_clutter=False))
     if as_shown and takes_one(plan.scene.estimator, plan.settings):
         frame = frame.of_antenna(min(plan.antenna, frame.num_antennas - 1))
-    with tempfile.TemporaryDirectory(prefix="vsep-") as folder:
-        path = Path(folder) / "frame.npz"
-        write_frame(path, frame)
-        return path.read_bytes()
+    return frame_bytes(frame)
 
 
 def takes_one(estimator: str, settings: RecordingSettings) -> bool:
