@@ -44,7 +44,6 @@ class Opening(Protocol):
     @property
     def initial_state(self) -> Any:
         """State of iteration 0."""
-        ...
 
 
 class AnyStep(Protocol):
@@ -53,12 +52,10 @@ class AnyStep(Protocol):
     @property
     def state(self) -> Any:
         """State after the iteration."""
-        ...
 
     @property
     def termination(self) -> Termination:
         """Whether the run has ended here, and why."""
-        ...
 
 
 OpeningT = TypeVar("OpeningT", bound=Opening)

@@ -63,8 +63,8 @@ class Progress:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Picture:
-    """All that is drawn of one iteration."""
+class RunPicture:
+    """What all pictures say of their run."""
 
     static_picture: StaticPicture  #: What stays during a run.
     #: Which run, the iteration shown, and how many there are so far.
@@ -72,6 +72,12 @@ class Picture:
     iteration: int
     num_iterations: int
     termination: Termination  #: Whether the run has ended here, and why.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture(RunPicture):
+    """All that is drawn of one iteration."""
+
     ramp: int  #: Ramp of `fast_time` and `delay`.
     fast_time_mode: str  #: "level" or "real".
     #: The signals of the ramp.

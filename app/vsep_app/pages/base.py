@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import panel as pn
 import panel_material_ui as pmu
@@ -18,7 +18,7 @@ from vsep_app.pages import PAGES
 from vsep_app.server.patches import write_styles_once
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
-from vsep_app.widgets.layout import html_pane, stylesheet, theme
+from vsep_app.widgets.layout import html_pane, main_part, stylesheet, theme
 from vsep_app.widgets.notifications import notify
 
 # As wide as the theme's smallest break point: below it the side bar covers the page, so it starts
@@ -62,6 +62,8 @@ class PageBase(ABC):
         The browser that opened it.
     """
 
+    address: ClassVar[str]  #: A key of `vsep_app.pages.PAGES`.
+
     def __init__(self, context: PageContext) -> None:
         self._context = context
 
@@ -97,14 +99,7 @@ def links(here: str) -> Any:
 
 
 def page_frame(
-    *,
-    here: str,
-    title: str,
-    description: str,
-    status: Any,
-    sidebar: Any,
-    main: Any,
-    tools: Sequence[Any] = (),
+    here: str, description: str, status: Any, *, sidebar: Any, main: Any, tools: Sequence[Any] = ()
 ) -> Any:
     """Return a page with header, side bar and main part.
 
@@ -112,17 +107,19 @@ def page_frame(
     ----------
     here : str
         Address of the page itself, a key of `vsep_app.pages.PAGES`.
-    title, description : str
-        For the header and for search engines.
+    description : str
+        For search engines.
     status : Viewable
         Stands at the right of the header.
     sidebar : list
         Controls.
-    main : Viewable
-        Everything else.
+    main : sequence of Viewable
+        Everything else, from top to bottom.
     tools : sequence of Viewable
         Buttons of the header, left of the status.
     """
+    title = PAGES[here].title
+    main = main_part(title, *main)
     guidance = Help([*sidebar, main])
     status.param.update(align="center", stylesheets=[stylesheet("header")])
     document = pn.state.curdoc

@@ -17,7 +17,6 @@ from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
 from vsep_app.model.trial_link import TRIAL_KEY, trial_of_query
 from vsep_app.model.url import parse_iteration, parse_query
-from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.run_page import ScenePage
 from vsep_app.report.snapshot import SnapshotFile, make_snapshot, snapshot_spec
@@ -32,19 +31,20 @@ from vsep_app.views.style import Axis, crosshair
 from vsep_app.views.tables import times_html
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.exports import RunTables
-from vsep_app.widgets.layout import card, html_pane, main_part, panel, progress_card, stack
+from vsep_app.widgets.layout import card, html_pane, panel, progress_card, stack
 from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.notifications import notify
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
 
-TITLE = PAGES["./"].title
 SIDE_PERIOD_S = 0.3
 SIDE_PICTURES = 4
 
 
 class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     """One user's dashboard."""
+
+    address = "./"
 
     def __init__(self, context: PageContext) -> None:
         self._stored, query, handover_errors = frame_of_query(context.query, context.commons.frames)
@@ -121,13 +121,12 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         )
         body = stack(views, side, row=True, sheet="body")
         return page_frame(
-            here="./",
-            title=TITLE,
-            description="Variational separation of radar objects and interference, live.",
-            status=self.transport.status,
+            self.address,
+            "Variational separation of radar objects and interference, live.",
+            self.transport.status,
             tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
-            main=main_part(TITLE, self.transport.layout(), body),
+            main=[self.transport.layout(), body],
         )
 
     def start(self) -> None:

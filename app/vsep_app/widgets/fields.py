@@ -36,6 +36,11 @@ def number_field(label: str, text: str, value: float, start: float, end: float) 
     return field(kind, label, text, value=value, start=start, end=end)
 
 
+def file_field(label: str, text: str, suffix: str) -> Any:
+    """Return a field for a file of a suffix."""
+    return field(pmu.FileInput, label, text, accept=suffix, variant="outlined")
+
+
 def tool_field(kind: Any, label: str, text: str, **options: Any) -> Any:
     """Return a widget of a fixed width for the toolbar above the figures."""
     return field(kind, label, text, margin=(7, 4, 0, 4), sizing_mode=None, **options)

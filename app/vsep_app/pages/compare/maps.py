@@ -5,6 +5,7 @@ from typing import Any
 import panel as pn
 from bokeh.models import ColumnDataSource, CrosshairTool, LinearColorMapper, Span
 
+from vsep_app.model.compare_settings import MAX_METHODS
 from vsep_app.model.markers import Markers
 from vsep_app.model.static_picture import StaticPicture
 from vsep_app.model.text import counted
@@ -24,20 +25,14 @@ from vsep_app.widgets.layout import stack
 
 
 class CompareMaps:
-    """One card for each method, all on the same axes.
+    """One card for each method, all on the same axes."""
 
-    Parameters
-    ----------
-    num_cards : int
-        Largest number of methods.
-    """
-
-    def __init__(self, num_cards: int) -> None:
+    def __init__(self) -> None:
         self._range, self._velocity, self._level = Axis(), Axis(), Axis()
         self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
         self._true_marks, self._true_peaks = empty_marks(), _no_peaks()
         line = crosshair()
-        self._cards = [self._card(number, line) for number in range(num_cards)]
+        self._cards = [self._card(number, line) for number in range(MAX_METHODS)]
         self._static_picture: StaticPicture | None = None
         self.grid = stack(*(card.column for card in self._cards), row=True, sheet="compare")
 

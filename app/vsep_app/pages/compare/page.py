@@ -11,7 +11,6 @@ from vsep_app.jobs.run_session import Phase
 from vsep_app.model.compare_settings import (
     DEBIAS_KEY,
     MASK_KEY,
-    MAX_METHODS,
     METHODS_KEY,
     ComparePlan,
     CompareSettings,
@@ -19,7 +18,6 @@ from vsep_app.model.compare_settings import (
 )
 from vsep_app.model.settings import PLAN_NAMES, Settings
 from vsep_app.model.url import parse_iteration, parse_query
-from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.compare import tasks
 from vsep_app.pages.compare.form import CompareForm
@@ -32,11 +30,9 @@ from vsep_app.pages.run_page import ScenePage
 from vsep_app.teaching.experiment import COMPARE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide
 from vsep_app.widgets.controls import Controls
-from vsep_app.widgets.layout import main_part
 from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.notifications import antenna_notice, notify
 
-TITLE = PAGES["compare"].title
 # After a bad repair the estimator finds ever more objects and slows all others down.
 FIRST_QUERY = {"preset": "simulation-2-b", "max_iterations": 50}
 BLIND_MASK = "autoregressive"
@@ -44,6 +40,8 @@ BLIND_MASK = "autoregressive"
 
 class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture]):
     """One user's compare page."""
+
+    address = "compare"
 
     def __init__(self, context: PageContext) -> None:
         query, opened, unknown = open_experiment(context.query, context.experiments, COMPARE)
@@ -58,7 +56,7 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
         self.guide = Guide(
             context.experiments, here=COMPARE, take=self.take_experiment, opened=opened
         )
-        self.maps, self.results = CompareMaps(MAX_METHODS), CompareResults(MAX_METHODS)
+        self.maps, self.results = CompareMaps(), CompareResults()
         self._painted = ColumnDataSource({"number": [0]}, name="painted")
         self._acknowledge(self._painted)
         # A source that nothing draws is not sent to the browser: an invisible glyph holds it.
@@ -87,12 +85,11 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
     def page(self) -> Any:
         """Return the whole page."""
         return page_frame(
-            here="compare",
-            title=TITLE,
-            description="Methods against radar interference side by side, live.",
-            status=self.transport.status,
+            self.address,
+            "Methods against radar interference side by side, live.",
+            self.transport.status,
             sidebar=[*self.guide.layout(), *self.form.layout()],
-            main=main_part(TITLE, self.transport.layout(), self.maps.grid, self.results.row),
+            main=[self.transport.layout(), self.maps.grid, self.results.row],
         )
 
     def start(self) -> None:

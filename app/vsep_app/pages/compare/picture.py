@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from vsep._typing import FloatArray
 from vsep.inference.core.progress import Termination
 from vsep_app.model.markers import Markers, no_marks, object_marks
+from vsep_app.model.picture import RunPicture
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 from vsep_app.pages.compare.method_runs import MethodRun, MethodRunState
 from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics, judge_objects, measure_signal
@@ -31,15 +32,9 @@ class MethodView:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ComparePicture:
-    """All that is drawn of one iteration of all methods."""
+class ComparePicture(RunPicture):
+    """All that is drawn of one iteration of all methods, which have ended if it says so."""
 
-    static_picture: StaticPicture  #: What stays during a run.
-    #: Which run, the iteration shown, and how many there are so far.
-    run_number: int
-    iteration: int
-    num_iterations: int
-    termination: Termination  #: Whether all methods have ended here.
     method_runs: tuple[MethodView, ...]  #: The methods.
     true_objects: Markers  #: The truth.
     received: MethodMetrics  #: What the frame is worth as received.

@@ -9,6 +9,7 @@ import panel as pn
 from bokeh.models import BasicTicker, ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
+from vsep_app.model.compare_settings import MAX_METHODS
 from vsep_app.model.text import counted
 from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics
 from vsep_app.pages.compare.picture import ComparePicture
@@ -46,20 +47,14 @@ _HEADINGS = (
 
 
 class CompareResults:
-    """Table and sequence curves.
+    """Table and sequence curves."""
 
-    Parameters
-    ----------
-    num_cards : int
-        Largest number of methods.
-    """
-
-    def __init__(self, num_cards: int) -> None:
+    def __init__(self) -> None:
         self.table = html_pane("tables")
         self._frames, self._errors = Axis(), Axis()
         self._sources = [
             ColumnDataSource({"frame": [], "error": [], "iterations": [], "name": []})
-            for _ in range(num_cards)
+            for _ in range(MAX_METHODS)
         ]
         self.figure = self._make_figure()
         self._curves = card(self.figure, weight=4, look="strip")

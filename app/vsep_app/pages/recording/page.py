@@ -22,7 +22,6 @@ from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.tasks import bare, thin
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
-from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.recording.files import DroppedFiles, StoredFile
 from vsep_app.pages.recording.form import RecordingForm
@@ -44,7 +43,6 @@ from vsep_app.widgets.download import Download, Link
 from vsep_app.widgets.share import MAX_FILE
 from vsep_app.widgets.transport import Transport
 
-TITLE = PAGES["recording"].title
 SETTINGS_SUFFIXES = (".yaml", ".yml", ".json")
 EXAMPLE = "example (without interference).npz"
 _OF_ARRAYS = ("key", "axes")
@@ -52,6 +50,8 @@ _OF_ARRAYS = ("key", "axes")
 
 class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
     """One user's recordings."""
+
+    address = "recording"
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context, Settings())
@@ -100,12 +100,11 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
     def page(self) -> Any:
         """Return the whole page."""
         return page_frame(
-            here="recording",
-            title=TITLE,
-            description="Recordings of real radars: read, checked, and separated.",
-            status=self.transport.status,
+            self.address,
+            "Recordings of real radars: read, checked, and separated.",
+            self.transport.status,
             sidebar=self.form.layout(),
-            main=self.view.layout(TITLE, self.transport),
+            main=[self.transport.layout(), *self.view.layout()],
         )
 
     def start(self) -> None:

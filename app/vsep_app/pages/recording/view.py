@@ -1,19 +1,19 @@
 """Views of a recording: one ramp, all maps, and the facts known of it."""
 
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
 from vsep_app.model.picture import Picture
 from vsep_app.model.static_picture import ByteArray, StaticPicture
+from vsep_app.model.text import resolution_cells
 from vsep_app.pages.recording.tasks import RecordingOpening
-from vsep_app.pages.recording.text import facts_html
 from vsep_app.views.ramps import RampStrip
 from vsep_app.views.range_doppler import RangeDopplerView, empty_image, image_box
 from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import Axis, crosshair
 from vsep_app.widgets.exports import RunTables
-from vsep_app.widgets.layout import card, html_pane, main_part, panel, stack
-from vsep_app.widgets.transport import Transport
+from vsep_app.widgets.layout import card, html_pane, panel, stack
 
 
 class RecordingView:
@@ -38,8 +38,8 @@ class RecordingView:
         self._drawn: ByteArray | None = None
         self.facts, self.tables = html_pane("facts"), RunTables()
 
-    def layout(self, title: str, transport: Transport) -> Any:
-        """Return all below the header."""
+    def layout(self) -> list[Any]:
+        """Return all below the toolbar."""
         self._strip = card(self.ramps.figure, weight=0, height=62, look="strip")
         signals = (
             card(self.fast_time.figure, weight=6, look="strip", key=FastTimeView.untrue_key),
@@ -57,7 +57,7 @@ class RecordingView:
         tables = self.tables.panels("Objects: estimate ± standard deviation", log_weight=9)
         facts = panel("Recording", self.facts, weight=9)
         panels = stack(facts, *tables, weight=8, row=True, sheet="body")
-        return main_part(title, transport.layout(), views, panels)
+        return [views, panels]
 
     def show(self, picture: Picture, opening: RecordingOpening) -> None:
         """Draw a picture of a recording; called with the document locked."""
@@ -83,3 +83,42 @@ class RecordingView:
             box = image_box(static_picture.map_ranges_m, static_picture.map_velocities_mps)
             self._image.data = {"image": [reference], **box}
         self._drawn = reference
+
+
+def facts_html(opening: RecordingOpening | None, fault: str = "") -> str:
+    """Return the frame that is shown in a few words, and what looks wrong with its settings.
+
+    Parameters
+    ----------
+    opening : RecordingOpening or None
+        What is shown.
+    fault : str
+        Why the settings as they are now cannot be shown.
+    """
+    wrong = f'<p class="wrong">{escape(fault)}</p>' if fault else ""
+    return wrong if opening is None else wrong + _shown_html(opening)
+
+
+def _antennas(opening: RecordingOpening) -> str:
+    number, shown = opening.num_antennas, opening.prepared.static_picture.antenna
+    if shown.together > 1:
+        return f"{number} antennas, separated together"
+    return f"antenna {opening.antenna} of {number}, separated alone"
+
+
+def _shown_html(opening: RecordingOpening) -> str:
+    radar = opening.prepared.static_picture.radar
+    cell_m, cell_mps = resolution_cells(radar)
+    antennas = "" if opening.num_antennas == 1 else f", {_antennas(opening)}"
+    facts = [
+        f"{radar.num_ramps} ramps of {radar.num_samples} samples{antennas}",
+        f"{radar.start_frequency_hz / 1e9:.4g} GHz, {radar.slope_hz_per_s / 1e12:.4g} MHz/µs",
+        f"cells of {cell_m:.3g} m and {abs(cell_mps):.3g} m/s",
+        f"largest sample in ramp {opening.loudest_ramp}",
+    ]
+    remarks = opening.remarks or ("Settings and samples do not contradict each other.",)
+    kind = "wrong" if opening.remarks else "right"
+    return (
+        f"<p><strong>{escape(opening.plan.file.name)}</strong>: {escape('; '.join(facts))}.</p>"
+        + "".join(f'<p class="{kind}">{escape(remark)}</p>' for remark in remarks)
+    )

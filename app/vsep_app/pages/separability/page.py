@@ -23,7 +23,6 @@ from vsep_app.figures.backends import holoviews
 from vsep_app.figures.map_elements import CONTOURS, EXPLANATIONS
 from vsep_app.figures.map_file import map_html
 from vsep_app.figures.map_view import MapView
-from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageBase, PageContext, page_frame
 from vsep_app.pages.separability.form import SeparabilityForm
 from vsep_app.pages.separability.session import (
@@ -39,7 +38,6 @@ from vsep_app.widgets.layout import (
     card,
     download_button,
     html_pane,
-    main_part,
     progress_bar,
     stack,
     status_html,
@@ -51,7 +49,6 @@ from vsep_app.widgets.location import read_query
 _LOG = logging.getLogger(__name__)
 _Result = TypeVar("_Result")
 
-TITLE = PAGES["separability"].title
 LOOK_PERIOD_S = 0.5
 # Pages that show the same spec share its map.
 cached_map = lru_cache(maxsize=16)(analytic_map)
@@ -59,6 +56,8 @@ cached_map = lru_cache(maxsize=16)(analytic_map)
 
 class SeparabilityPage(PageBase):
     """One user's page of separability maps."""
+
+    address = "separability"
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -87,12 +86,11 @@ class SeparabilityPage(PageBase):
         """Return the whole page."""
         top = toolbar(self.layer, self.bar, self.progress, self.table, self.document)
         return page_frame(
-            here="separability",
-            title=TITLE,
-            description="When can object and interference be told apart? Maps over two parameters.",
-            status=self.status,
+            self.address,
+            "When can object and interference be told apart? Maps over two parameters.",
+            self.status,
             sidebar=self.form.layout(),
-            main=main_part(TITLE, top, stack(self.card, self.explained)),
+            main=[top, stack(self.card, self.explained)],
         )
 
     def start(self) -> None:

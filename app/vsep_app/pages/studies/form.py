@@ -14,7 +14,7 @@ from vsep.errors import InputError
 from vsep.parameters import PARAMETERS
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.study import Study, TrialSettings
-from vsep_app.widgets.fields import field, number_field, pair
+from vsep_app.widgets.fields import field, file_field, number_field, pair
 from vsep_app.widgets.layout import heading, number_or_nothing, small_text
 
 _FIRST_REALIZATIONS = 50
@@ -50,13 +50,8 @@ class StudyForm:
         self.methods = _choice("Methods", "Each sees the same scenes and noise.")
         self._make_trials()
         self._make_work(own_folder=own_folder)
-        self.upload = field(
-            pmu.FileInput,
-            "Open rows (.jsonl)",
-            "Look at what `vsep study run` or this page wrote, and go on with it.",
-            accept=".jsonl",
-            variant="outlined",
-        )
+        text = "Look at what `vsep study run` or this page wrote, and go on with it."
+        self.upload = file_field("Open rows (.jsonl)", text, ".jsonl")
         self.upload.param.watch(self._uploaded, "value")
         self.study_name.param.watch(self._study_chosen, "value")
         self._study_chosen()

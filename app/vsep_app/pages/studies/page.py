@@ -32,7 +32,6 @@ from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
 from vsep_app.figures.backends import holoviews
-from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageBase, PageContext, page_frame
 from vsep_app.pages.studies.curves import StudyCurves
 from vsep_app.pages.studies.form import StudyForm
@@ -40,11 +39,10 @@ from vsep_app.pages.studies.scatter import Dots, ScatterChoice, StudyScatter, ma
 from vsep_app.pages.studies.session import StudySession, StudySnapshot
 from vsep_app.pages.studies.transport import StudyTransport
 from vsep_app.widgets.fields import tool_field
-from vsep_app.widgets.layout import main_part, panel, stack, stylesheet
+from vsep_app.widgets.layout import panel, stack, stylesheet
 
 _LOG = logging.getLogger(__name__)
 
-TITLE = PAGES["studies"].title
 MIN_PERIOD_S = 1.0
 # Making panels of many rows must not take more than this share of the server's time.
 MAX_SHARE = 0.25
@@ -71,6 +69,8 @@ class StudyPicture:
 
 class StudyPage(PageBase):
     """One user's page of studies."""
+
+    address = "studies"
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -111,12 +111,11 @@ class StudyPage(PageBase):
         )
         body = stack(left, right, row=True, sheet="body")
         return page_frame(
-            here="studies",
-            title=TITLE,
-            description="Monte-Carlo studies of vsep, growing as their trials finish.",
-            status=self.transport.status,
+            self.address,
+            "Monte-Carlo studies of vsep, growing as their trials finish.",
+            self.transport.status,
             sidebar=self.form.layout(),
-            main=main_part(TITLE, self.transport.layout(), body),
+            main=[self.transport.layout(), body],
         )
 
     def start(self) -> None:
