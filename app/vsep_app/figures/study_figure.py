@@ -25,21 +25,10 @@ _PANEL_INCHES = (3.9, 3.0)
 
 
 def write_study_figure(rows: Sequence[Row], out: Path) -> None:
-    """Draw the rows of one or several studies into a file.
+    """Draw the rows of studies into a file, ``.html``, ``.png``, ``.svg`` or ``.pdf``.
 
-    Parameters
-    ----------
-    rows : sequence of dict
-        As `vsep study run` writes them.
-    out : Path
-        File to write, ``.html``, ``.png``, ``.svg`` or ``.pdf``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another one, or nothing in the rows can be drawn.
-    OSError
-        If the file cannot be written.
+    The rows are as `vsep study run` writes them. Raises `InputError` if the suffix is another one
+    or nothing in the rows can be drawn, `OSError` if the file cannot be written.
     """
     if out.suffix.lower() not in SUFFIXES:
         raise InputError(f"The figure {out.name!r} must end in .html, .png, .svg or .pdf.")

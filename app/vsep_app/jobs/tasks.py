@@ -70,19 +70,9 @@ def recorded_frame(preset: RecordedPreset) -> Frame:
 def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepared:
     """Make the scene of a plan and the estimator's first state.
 
-    Parameters
-    ----------
-    plan : Plan
-        What determines the run.
-    loaded : Frame or None
-        The frame the user loaded.
-    antenna : int
-        Which of its antennas, or the last one, for an estimator that takes one only.
-
-    Raises
-    ------
-    InputError
-        If the plan cannot be carried out; the message is for the user.
+    `loaded` is the frame the user loaded, `antenna` which of its antennas, or the last one, an
+    estimator takes that takes one only. Raises `InputError` if the plan cannot be carried out; the
+    message is for the user.
     """
     scene = make_scene(plan, loaded)
     frame = scene.frame
@@ -126,21 +116,10 @@ def static_picture_of(frame: Frame, antenna: int) -> StaticPicture:
 
 
 def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0) -> MadeScene:
-    """Make the frame of a plan and the filter that goes with it.
+    """Make the frame of a plan, or take the loaded one, and the filter that goes with it.
 
-    Parameters
-    ----------
-    plan : Plan
-        What determines the scene.
-    loaded : Frame or None
-        The frame the user loaded.
-    frame_number : int
-        Which frame of a sequence; only simulated objects move.
-
-    Raises
-    ------
-    InputError
-        If the plan cannot be carried out; the message is for the user.
+    `frame_number` is that of a sequence; only simulated objects move. Raises `InputError` if the
+    plan cannot be carried out; the message is for the user.
     """
     true_filter = make_filter(
         plan.filter_kind, plan.filter_cutoff, plan.filter_rolloff, plan.filter_order

@@ -115,16 +115,8 @@ def make_static_picture(
 ) -> StaticPicture:
     """Compute axes, limits and truth of a scene.
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    observation : Observation
-        The frame of one antenna, with truth where it is known.
-    title : str
-        The scene in a few words.
-    antenna : ShownAntenna
-        Whose frame it is.
+    The observation is the frame of one antenna, with truth where it is known; the title says the
+    scene in a few words, `antenna` whose frame it is.
     """
     received, truth = observation.received, observation.truth
     power = np.abs(received) ** 2

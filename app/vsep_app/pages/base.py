@@ -54,13 +54,7 @@ class PageContext:
 
 
 class PageBase(ABC):
-    """A page of the program; the server makes one for every visit.
-
-    Parameters
-    ----------
-    context : PageContext
-        The browser that opened it.
-    """
+    """A page of the program; the server makes one for every visit, with what it knows of it."""
 
     address: ClassVar[str]  #: A key of `vsep_app.pages.PAGES`.
 

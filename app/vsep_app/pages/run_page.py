@@ -25,15 +25,7 @@ requestAnimationFrame(() => setTimeout(() => {
 
 
 class RunPage(PageBase, Generic[PlanT, OpeningT, StepT, PictureT]):
-    """A page that shows a run as it goes on.
-
-    Parameters
-    ----------
-    context : PageContext
-        The browser that opened it.
-    settings : Settings
-        What the controls set.
-    """
+    """A page that shows a run as it goes on, of the settings that its controls set."""
 
     session: RunSession[PlanT, OpeningT, StepT]
     loop: FrameLoop[PlanT, OpeningT, StepT, PictureT]

@@ -20,13 +20,7 @@ from vsep_app.views.tables import log_html, table_html
 
 
 class ReportViews:
-    """The views of the dashboard for a document that stands by itself.
-
-    Parameters
-    ----------
-    several : bool
-        Whether there are several ramps, and so a map.
-    """
+    """The views of the dashboard for a document of its own; a map needs several ramps."""
 
     def __init__(self, *, several: bool) -> None:
         range_axis, crosshair = Axis(), Span(dimension="height", line_color="#8C8C8C")

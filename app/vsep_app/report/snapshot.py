@@ -34,16 +34,9 @@ class SnapshotFile:
 
 
 def snapshot_spec(shown: Snapshot[Prepared, Step], spec: ReportSpec, ramp: int) -> ReportSpec:
-    """Return the spec of what is shown.
+    """Return the spec of what is shown: a run up to an iteration, and a ramp, if there is that.
 
-    Parameters
-    ----------
-    shown : Snapshot
-        The run up to the iteration shown.
-    spec : ReportSpec
-        Scene, estimator, and how fast time is drawn.
-    ramp : int
-        Ramp shown, clipped to those there are.
+    The spec that is given says scene, estimator, and how fast time is drawn.
     """
     ended = bool(shown.steps) and shown.steps[-1].termination is not Termination.RUNNING
     return replace(

@@ -54,19 +54,10 @@ def of_trial(link: str) -> ReportSpec:
 
 
 def of_rows(path: str, which: str) -> ReportSpec:
-    """Return the spec of a trial whose row is in a study's file.
+    """Return the spec of a trial whose row is in the file of a study.
 
-    Parameters
-    ----------
-    path : str
-        Rows of a study.
-    which : str
-        Point, realisation and, where the file has several, method: ``20/17/factorised``.
-
-    Raises
-    ------
-    InputError
-        If there is no such row, or the live view cannot repeat it.
+    `which` names point, realisation and, where the file has several, method: ``20/17/factorised``.
+    Raises `InputError` if there is no such row, or the live view cannot repeat it.
     """
     parts = which.split("/")
     if len(parts) not in (2, 3) or not all(part.isdecimal() for part in parts[:2]):
@@ -119,19 +110,9 @@ def of_report(path: str, frame: KeptFrame | None = None) -> ReportSpec:
 
 
 def changed(spec: ReportSpec, given: Mapping[str, Any]) -> ReportSpec:
-    """Return a spec with other settings.
+    """Return a spec with other settings, given by their names in `Plan` or `ReportSpec`.
 
-    Parameters
-    ----------
-    spec : ReportSpec
-        What to start from.
-    given : mapping
-        Names of `Plan` or of `ReportSpec`, and their values.
-
-    Raises
-    ------
-    InputError
-        If a setting is given that the estimator does not have.
+    Raises `InputError` if a setting is given that the estimator does not have.
     """
     values = dict(given)
     if "false_alarm_rate" in values:

@@ -19,10 +19,7 @@ from vsep_app.widgets.layout import ICON_ONLY, html_pane, stylesheet
 class Help:
     """A button for the header and the dialog that it opens; Escape or a click beside it closes it.
 
-    Parameters
-    ----------
-    parts : iterable of Viewable
-        What the page consists of; the tooltips of its controls are listed.
+    The tooltips of the controls in the parts of a page are listed.
     """
 
     def __init__(self, parts: Iterable[Any]) -> None:

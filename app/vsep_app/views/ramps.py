@@ -16,10 +16,7 @@ _ROWS = ("estimated bursts", "true bursts")
 class RampStrip:
     """Two rows of cells, one cell a ramp; a click selects the ramp.
 
-    Parameters
-    ----------
-    select : callable or None
-        Called with the ramp that was clicked; None where nobody listens.
+    `select` is called with it; None where nobody listens.
     """
 
     def __init__(self, select: Callable[[int], None] | None = None) -> None:

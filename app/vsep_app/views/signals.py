@@ -49,10 +49,7 @@ def _draw(plot: figure, source: ColumnDataSource) -> list[tuple[str, list[Any]]]
 class FastTimeView:
     """Received, true, estimated, interference and cleaned signal over fast time.
 
-    Parameters
-    ----------
-    legend : bool
-        Whether the figure has its own legend; else `key` is to be shown beside it.
+    The figure has its own legend, or `key` is to be shown beside it.
     """
 
     key = key_html([(role, label, sample) for _, role, label, sample, _ in _LINES])
@@ -111,14 +108,8 @@ def _stem_columns(marks: Markers, floor: float) -> dict[str, Any]:
 class DelayView:
     """Delay spectra in metres, components as stems.
 
-    Parameters
-    ----------
-    x_axis : Axis
-        Range axis, shared with the maps.
-    crosshair : Span
-        Line at the pointer, shared with the maps.
-    legend : bool
-        Whether the figure has its own legend; else `key` is to be shown beside it.
+    Range axis and crosshair, the line at the pointer, are shared with the maps. The figure has its
+    own legend, or `key` is to be shown beside it.
     """
 
     key = key_html(

@@ -111,12 +111,7 @@ class EstimatorControls:
 class Controls:
     """All controls of the side bar; `settings` holds their state.
 
-    Parameters
-    ----------
-    settings : Settings
-        Read and set by the widgets.
-    load : callable
-        Takes name and content of a frame file that the user chose.
+    `load` takes name and content of a frame file that the user chose.
     """
 
     def __init__(self, settings: Settings, load: Callable[[str, bytes], None]) -> None:

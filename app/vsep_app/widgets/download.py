@@ -50,10 +50,7 @@ class Download:
 class Link:
     """A place that the browser is sent to when the server says so.
 
-    Parameters
-    ----------
-    button : Widget
-        What the user clicks; it makes the link part of the page.
+    A button that the user clicks makes the link part of the page.
     """
 
     def __init__(self, button: Any) -> None:

@@ -13,17 +13,7 @@ _HALVES = (6, 4, 6, 16), (6, 16, 6, 4)
 
 
 def field(kind: Any, label: str, text: str, **options: Any) -> Any:
-    """Return a widget as wide as the side bar, with a label and a tooltip.
-
-    Parameters
-    ----------
-    kind : type
-        Class of the widget.
-    label, text : str
-        Its words.
-    **options
-        Of the widget.
-    """
+    """Return a widget of a class as wide as the side bar, with a label, a tooltip and options."""
     margin = _SLIDER_MARGIN if kind in _SLIDERS else MARGIN
     margin = _SWITCH_MARGIN if kind is pmu.Switch else margin
     usual = {"margin": margin, "sizing_mode": "stretch_width", "size": "small"}

@@ -17,10 +17,7 @@ from vsep_app.widgets.transport import RunTransport, run_status_html
 class CompareTransport(RunTransport):
     """The row above the maps, and the status in the header.
 
-    Parameters
-    ----------
-    next_frame, first_frame : callable
-        What the buttons of the sequence do; the others are those of any run.
+    Beside those of any run, the buttons of the sequence call `next_frame` and `first_frame`.
     """
 
     def __init__(

@@ -17,13 +17,7 @@ from vsep_app.widgets.layout import card, html_pane, panel, stack
 
 
 class RecordingView:
-    """Views and panels.
-
-    Parameters
-    ----------
-    select : callable
-        Called with the ramp that was clicked.
-    """
+    """Views and panels; `select` is called with the ramp that was clicked."""
 
     def __init__(self, select: Callable[[int], None]) -> None:
         range_axis, line = Axis(), crosshair()
@@ -88,12 +82,7 @@ class RecordingView:
 def facts_html(opening: RecordingOpening | None, fault: str = "") -> str:
     """Return the frame that is shown in a few words, and what looks wrong with its settings.
 
-    Parameters
-    ----------
-    opening : RecordingOpening or None
-        What is shown.
-    fault : str
-        Why the settings as they are now cannot be shown.
+    `fault` says why the settings as they are now cannot be shown.
     """
     wrong = f'<p class="wrong">{escape(fault)}</p>' if fault else ""
     return wrong if opening is None else wrong + _shown_html(opening)

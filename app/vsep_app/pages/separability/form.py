@@ -24,12 +24,7 @@ _MAX_SEED = 2**53 - 1
 class SeparabilityForm:
     """The side bar of the separability page.
 
-    Parameters
-    ----------
-    spec : MapSpec
-        To begin with.
-    changed : callable
-        Called after every change of a control.
+    It begins with a spec; `changed` is called after every change of a control.
     """
 
     def __init__(self, spec: MapSpec, changed: Callable[[], None]) -> None:

@@ -62,12 +62,8 @@ def turns() -> threading.BoundedSemaphore:
 class SeparabilitySession:
     """The trials behind one page.
 
-    Parameters
-    ----------
-    spec : MapSpec
-        The first one; `ask` starts its trials.
-    cache : MapCache
-        What is known already, and where cell results go.
+    `ask` starts those of the first spec; `cache` holds what is known already, and cell results go
+    there.
     """
 
     def __init__(self, spec: MapSpec, cache: MapCache) -> None:

@@ -28,12 +28,8 @@ _MAX_SEED = 2**53 - 1
 class StudyForm:
     """The side bar of the study page.
 
-    Parameters
-    ----------
-    load : callable
-        Takes name and content of a file of rows that the user chose.
-    own_folder : bool
-        Whether the user may choose the folder of the rows.
+    `load` takes name and content of a file of rows that the user chose; with `own_folder` the user
+    may choose the folder of the rows.
     """
 
     def __init__(self, load: Callable[[str, bytes], Awaitable[None]], *, own_folder: bool) -> None:

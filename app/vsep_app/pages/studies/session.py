@@ -47,21 +47,9 @@ class StudySnapshot:
 
 
 class StudySession:
-    """One study and its file.
+    """One study, the file of its rows, and the number of local processes.
 
-    Parameters
-    ----------
-    study : Study
-        What to run.
-    path : Path
-        Where the rows are and go.
-    workers : int
-        Local processes.
-
-    Raises
-    ------
-    InputError
-        If the file holds something else.
+    Raises `InputError` if the file holds something else.
     """
 
     def __init__(self, study: Study, path: Path, *, workers: int = 1) -> None:

@@ -20,12 +20,7 @@ from vsep_app.widgets.layout import (
 class StudyTransport:
     """The row above the curves, and the status in the header.
 
-    Parameters
-    ----------
-    run, halt : callable
-        What the buttons do.
-    rows : callable
-        Returns the file to download.
+    The buttons call `run` and `halt`; `rows` returns the file to download.
     """
 
     def __init__(
