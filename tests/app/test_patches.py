@@ -19,8 +19,8 @@ from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import generate_jwt_token, generate_session_id, get_session_id
 from panel.io.server import ComponentResourceHandler
 from tornado.web import HTTPError
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext
-from vsep_app.server.main import PAGES
 from vsep_app.server.patches import (
     LoadedOnlyHandler,
     PromptHandler,
@@ -43,11 +43,11 @@ def opened(route):
         pool=None, query={}, post=lambda function: function(), watched=lambda: True
     )
     document = Document()
-    document.add_root(PAGES[route][0](context).page().get_root(document))
+    document.add_root(PAGES[route].load()(context).page().get_root(document))
     return document
 
 
-@pytest.mark.parametrize("route", ["/", "/recording"])
+@pytest.mark.parametrize("route", ["./", "recording"])
 def test_every_model_of_a_page_has_the_defaults_that_bokeh_gives_it(route):
     document = opened(route)
     classes = {type(model) for model in document.models}
@@ -234,7 +234,7 @@ def test_a_connection_needs_a_token_of_this_server(app_server, kind):
 
 
 @pytest.mark.parametrize("query", ["x=%C2%B2", "preset=[1]&seed={&snr=%F0%9F%98%80&wind=[]"])
-@pytest.mark.parametrize("route", PAGES)
+@pytest.mark.parametrize("route", [page.route for page in PAGES.values()])
 def test_no_query_breaks_a_page(app_server, caplog, route, query):
     """Panel 1.9 cannot read a digit that is none of ours: that is told."""
     status, text = get(app_server, f"{route}?{query}")

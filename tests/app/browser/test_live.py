@@ -260,7 +260,7 @@ def test_a_frame_file_is_separated(dashboard, tmp_path, frame_arrays):
 
 def test_what_cannot_be_simulated_is_told_and_the_session_goes_on(dashboard):
     dashboard.open("?slope=10.0")
-    dashboard.page.get_by_text("slope").last.wait_for(timeout=PATIENCE_MS)
+    dashboard.until_told("that of the victim")
     dashboard.press("Interferer slope", "ArrowLeft")
     dashboard.until_status("converged")
 
