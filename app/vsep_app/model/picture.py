@@ -16,24 +16,8 @@ from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.core.stopwatch import summed
 from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.units import to_db
-from vsep_app.model.markers import (
-    Markers,
-    added_marks,
-    channel_marks,
-    object_marks,
-    pruned_marks,
-    true_marks,
-)
+from vsep_app.model import markers, text
 from vsep_app.model.static_picture import ByteArray, StaticPicture
-from vsep_app.model.text import (
-    AngleColumns,
-    Located,
-    LogLine,
-    TableRow,
-    log_lines,
-    resolution_cells,
-    table_rows,
-)
 
 FLASH_ITERATIONS = 3
 FADE_ITERATIONS = 6
@@ -84,17 +68,19 @@ class Picture(RunPicture):
     fast_time: Signals
     delay: Signals
     #: Components, truth, recent additions and removals.
-    objects: Markers
-    true_objects: Markers
-    added: Markers
-    pruned: Markers
-    channel: Markers  #: Interference-channel components of the ramp at their equivalent range.
+    objects: markers.Markers
+    true_objects: markers.Markers
+    added: markers.Markers
+    pruned: markers.Markers
+    channel: (
+        markers.Markers
+    )  #: Interference-channel components of the ramp at their equivalent range.
     map_after: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map after cancellation.
     #: (P,) float: Mean level of the estimated burst of each ramp; NaN where none is modelled.
     burst_level_db: FloatArray
     true_ramps: BoolArray  #: (P,) bool: Ramps that truly hold a burst.
-    log: tuple[LogLine, ...]  #: Oldest first.
-    table: tuple[TableRow, ...]  #: Sorted by distance.
+    log: tuple[text.LogLine, ...]  #: Oldest first.
+    table: tuple[text.TableRow, ...]  #: Sorted by distance.
     progress: Progress  #: Diagnostics up to here.
     #: Milliseconds of an iteration by part of the algorithm, mean up to here.
     step_ms: Mapping[str, float]
@@ -143,17 +129,17 @@ def make_picture(
         fast_time_mode=fast_time_mode,
         fast_time=_fast_time(static_picture, signals, fast_time_mode),
         delay=Signals(static_picture.ranges_m, *static_picture.spectra_db(signals)),
-        objects=object_marks(static_picture, state),
-        true_objects=true_marks(static_picture),
-        added=added_marks(static_picture, state, steps, FLASH_ITERATIONS),
-        pruned=pruned_marks(static_picture, steps, FADE_ITERATIONS),
-        channel=channel_marks(static_picture, state, ramp),
+        objects=markers.object_marks(static_picture, state),
+        true_objects=markers.true_marks(static_picture),
+        added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
+        pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
+        channel=markers.channel_marks(static_picture, state, ramp),
         map_after=static_picture.map_of(
             static_picture.observation.received - state.interference_signal
         ),
         burst_level_db=_burst_levels(static_picture, state),
         true_ramps=static_picture.true_ramps,
-        log=log_lines(steps, static_picture.radar),
+        log=text.log_lines(steps, static_picture.radar),
         table=_table(static_picture, whole),
         progress=_progress(static_picture, steps),
         step_ms=_step_ms(steps),
@@ -183,12 +169,12 @@ def _burst_levels(static_picture: StaticPicture, state: SeparationState) -> Floa
     return np.where(modelled, static_picture.level_db(power), np.nan)
 
 
-def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[TableRow, ...]:
+def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[text.TableRow, ...]:
     """Rows of all objects, as all antennas together tell them."""
     radar, objects = static_picture.radar, state.objects
     std = dispersion_std(objects, state.effective_precision, radar.shape)
-    cell_m, cell_mps = resolution_cells(radar)
-    found = Located(
+    cell_m, cell_mps = text.resolution_cells(radar)
+    found = text.Located(
         ids=tuple(int(number) for number in objects.component_ids),
         ranges_m=radar.range_from_beat(objects.beats),
         velocities_mps=radar.velocity_from_doppler(objects.dopplers),
@@ -197,7 +183,7 @@ def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[Table
         snr_db=to_db(objects.component_snr),
     )
     true = static_picture.true_objects
-    return table_rows(
+    return text.table_rows(
         found,
         true.ranges_m,
         true.velocities_mps,
@@ -207,7 +193,7 @@ def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[Table
     )
 
 
-def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> AngleColumns | None:
+def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> text.AngleColumns | None:
     """Directions of the objects, where a line of antennas tells them."""
     spacing = static_picture.antenna.spacing_wavelengths
     if static_picture.antenna.together == 1 or spacing is None:
@@ -219,7 +205,7 @@ def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> AngleCo
         np.real(np.diagonal(objects.covariance)),
         spacing,
     )
-    return AngleColumns(
+    return text.AngleColumns(
         angles_deg=found.angles_deg,
         stds_deg=found.stds_deg,
         true_deg=static_picture.true_objects.angles_deg,

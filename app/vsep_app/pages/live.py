@@ -119,14 +119,13 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             progress_card(self.progress),
             weight=10.5,
         )
-        body = stack(views, side, row=True, sheet="body")
         return page_frame(
             self.address,
             "Variational separation of radar objects and interference, live.",
             self.transport.status,
             tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
-            main=[self.transport.layout(), body],
+            main=[self.transport.layout(), stack(views, side, row=True, sheet="body")],
         )
 
     def start(self) -> None:

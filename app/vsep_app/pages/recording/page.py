@@ -23,18 +23,10 @@ from vsep_app.jobs.tasks import bare, thin
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
 from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.files import DroppedFiles, StoredFile
 from vsep_app.pages.recording.form import RecordingForm
-from vsep_app.pages.recording.tasks import (
-    RecordingOpening,
-    RecordingPlan,
-    advance,
-    compose,
-    frame_content,
-    prepare,
-    require_response,
-    takes_one,
-)
+from vsep_app.pages.recording.tasks import RecordingOpening, RecordingPlan
 from vsep_app.pages.recording.view import RecordingView
 from vsep_app.pages.run_page import RunPage
 from vsep_app.report.spec import KeptFrame
@@ -79,9 +71,9 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
         self._acknowledge(self.view.fast_time.source)
         self._make_loop(
             RunCallbacks(
-                prepare=prepare,
-                advance=advance,
-                compose=compose,
+                prepare=tasks.prepare,
+                advance=tasks.advance,
+                compose=tasks.compose,
                 view=self._view,
                 thin=thin,
                 bare=bare,
@@ -145,7 +137,7 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
         """Take a measured response of the receiver."""
 
         def take(file: StoredFile) -> None:
-            require_response(file)
+            tasks.require_response(file)
             self._response = file
             self.settings.assume_true_filter = True
 
@@ -258,7 +250,9 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
             file=file,
             settings=settings,
             is_frame=self._own is not None and settings == parse_settings(self._own),
-            antenna=self.settings.antenna if takes_one(self.settings.estimator, settings) else 0,
+            antenna=self.settings.antenna
+            if tasks.takes_one(self.settings.estimator, settings)
+            else 0,
             removes_clutter=bool(self.form.clutter.value),
             response=self._response,
             reference=self._reference,
@@ -302,7 +296,7 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
 
         async def make() -> None:
             loop = asyncio.get_running_loop()
-            work = partial(frame_content, plan, as_shown=as_shown)
+            work = partial(tasks.frame_content, plan, as_shown=as_shown)
             name = f"{Path(plan.file.name).stem}-frame.npz"
             try:
                 content = await loop.run_in_executor(self._context.pool, work)
