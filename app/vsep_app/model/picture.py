@@ -72,9 +72,8 @@ class Picture(RunPicture):
     true_objects: markers.Markers
     added: markers.Markers
     pruned: markers.Markers
-    channel: (
-        markers.Markers
-    )  #: Interference-channel components of the ramp at their equivalent range.
+    #: Interference-channel components of the ramp at their equivalent range.
+    channel: markers.Markers
     map_after: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map after cancellation.
     #: (P,) float: Mean level of the estimated burst of each ramp; NaN where none is modelled.
     burst_level_db: FloatArray

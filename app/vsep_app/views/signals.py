@@ -46,17 +46,18 @@ def _draw(plot: figure, source: ColumnDataSource) -> list[tuple[str, list[Any]]]
     return entries
 
 
+def _keys(entries: list[tuple[str, str, str]]) -> tuple[str, str]:
+    """Return the key of a view, and that where the truth is hardly ever known."""
+    return key_html(entries), key_html([entry for entry in entries if entry[0] != "true"])
+
+
 class FastTimeView:
     """Received, true, estimated, interference and cleaned signal over fast time.
 
     The figure has its own legend, or `key` is to be shown beside it.
     """
 
-    key = key_html([(role, label, sample) for _, role, label, sample, _ in _LINES])
-    untrue_key = key_html(
-        [(role, label, sample) for _, role, label, sample, _ in _LINES if role != "true"]
-    )
-    """The key where the truth is hardly ever known."""
+    key, untrue_key = _keys([(role, label, sample) for _, role, label, sample, _ in _LINES])
 
     def __init__(self, *, legend: bool = False) -> None:
         self._x, self._y = Axis(), Axis()
@@ -112,17 +113,13 @@ class DelayView:
     own legend, or `key` is to be shown beside it.
     """
 
-    key = key_html(
+    key, untrue_key = _keys(
         [
             ("true", "true object", "cross"),
             ("object", "estimate", "circle"),
             ("interference", "interference path", "diamond"),
         ]
     )
-    untrue_key = key_html(
-        [("object", "estimate", "circle"), ("interference", "interference path", "diamond")]
-    )
-    """The key where the truth is hardly ever known."""
 
     def __init__(self, x_axis: Axis, crosshair: Span, *, legend: bool = False) -> None:
         self._x, self._y = x_axis, Axis()
