@@ -50,10 +50,8 @@ def view_method_run(
     separation, repair = state.separation, state.repair
     verdict, signal = judge_objects(truth, separation), measure_signal(truth, cleaned)
     metrics = MethodMetrics(
-        misses=verdict.misses,
-        false_alarms=verdict.false_alarms,
-        windowed_error_db=signal.windowed_error_db,
-        sinr_db=signal.sinr_db,
+        **verdict._asdict(),
+        **signal._asdict(),
         num_repairs=None if repair is None else repair.iteration,
         num_detections=None if separation is None else separation.iteration,
         repair_s=state.repair_s,

@@ -90,9 +90,7 @@ def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:
         initial_views=tuple(views),
         static_picture=static_picture,
         true_objects=true_marks(static_picture),
-        received=MethodMetrics(
-            windowed_error_db=received.windowed_error_db, sinr_db=received.sinr_db
-        ),
+        received=MethodMetrics(**received._asdict()),
     )
 
 
