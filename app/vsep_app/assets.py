@@ -32,10 +32,7 @@ def path(name: str) -> Path:
 def folder(name: str) -> Path:
     """Path of a shipped folder, as `path` for a file.
 
-    Raises
-    ------
-    FileNotFoundError
-        If no such folder is shipped.
+    Raises `FileNotFoundError` if no such folder is shipped.
     """
     for candidate in _candidates(name):
         if candidate.is_dir():

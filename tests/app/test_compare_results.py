@@ -36,7 +36,7 @@ def test_the_table_has_a_row_for_the_frame_and_each_method():
 
 
 def test_earlier_frames_are_in_the_curves():
-    results = CompareResults(4)
+    results = CompareResults()
     picture = picture_of("linear", "masked")
     past = tuple(
         FrameResult(
@@ -56,7 +56,7 @@ def test_earlier_frames_are_in_the_curves():
 
 
 def test_the_maps_show_the_cleaned_frames_and_their_objects():
-    maps = CompareMaps(4)
+    maps = CompareMaps()
     picture = picture_of("zeroing", "factorised")
     maps.show(picture)
     assert maps.grid.css_classes == ["of-2"]
@@ -69,7 +69,7 @@ def test_the_maps_show_the_cleaned_frames_and_their_objects():
 
 
 def test_a_single_ramp_is_a_curve():
-    maps = CompareMaps(4)
+    maps = CompareMaps()
     picture = picture_of("linear", "factorised", preset="simulation-1")
     maps.show(picture)
     card = maps._cards[1]

@@ -3,10 +3,11 @@
 import sys
 from types import ModuleType
 
+import panel as pn
 import pytest
 from vsep_app import pages
 from vsep_app.pages import PAGES, PageEntry
-from vsep_app.pages.base import links
+from vsep_app.pages.base import links, page_frame
 from vsep_app.server.main import make_server
 
 
@@ -25,7 +26,13 @@ def test_addresses_are_keys_and_routes():
 def test_every_page_can_be_made_started_and_closed(address):
     made = PAGES[address].load()
     assert all(callable(getattr(made, name)) for name in ("page", "start", "close"))
-    assert PAGES[address].title == sys.modules[made.__module__].TITLE
+    assert made.address == address
+
+
+@pytest.mark.parametrize("address", PAGES)
+def test_a_page_has_the_title_of_its_entry(address):
+    page = page_frame(address, "", pn.pane.HTML(""), sidebar=[], main=[])
+    assert page.title == PAGES[address].title
 
 
 @pytest.mark.parametrize("address", PAGES)

@@ -94,9 +94,9 @@ def test_capture_and_settings_dropped_together_run_to_the_end(drive, raw_capture
         page.session.run()
         page.loop.wake()
         await until(lambda: page.session.phase is Phase.FINISHED)
-        await until(lambda: page.view._picture.iteration == page.session.num_steps)
-        assert len(page.view._table_shown()) >= 1
-        assert any(line.kind.startswith("burst") for line in page.view._log_shown())
+        await until(lambda: page.view.tables.picture.iteration == page.session.num_steps)
+        assert len(page.view.tables.shown("table")) >= 1
+        assert any(line.kind.startswith("burst") for line in page.view.tables.shown("log"))
         assert driven.told == []
 
     drive(work)

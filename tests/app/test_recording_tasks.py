@@ -17,7 +17,7 @@ from vsep_app.pages.recording.tasks import (
     prepare,
     require_response,
 )
-from vsep_app.pages.recording.text import facts_html
+from vsep_app.pages.recording.view import facts_html
 
 from vsep.errors import InputError
 from vsep.files.frame import read_frame

@@ -33,12 +33,7 @@ def holoviews(backend: Backend) -> Any:
 def bokeh_figure(element: Any, *, x_range: Any = None, y_range: Any = None) -> Any:
     """Return an element as a Bokeh figure that belongs to no document yet.
 
-    Parameters
-    ----------
-    element : Element, Overlay or DynamicMap
-        What to draw.
-    x_range, y_range : Range, optional
-        By default the ranges follow the data until a user zooms, and then keep that zoom.
+    Without a range of its own it follows the data until a user zooms, and then keeps that zoom.
     """
     # A document of its own: the renderer sets the theme of the one it is given.
     plot = holoviews("bokeh").renderer("bokeh").get_plot(element, doc=Document()).state

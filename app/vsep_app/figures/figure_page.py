@@ -1,6 +1,6 @@
-"""Figure page of a report: the picture of the views, drawn by Matplotlib for print."""
+"""Figure page and filmstrip of a report: pictures of the views, drawn by Matplotlib for print."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,13 +8,19 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vsep_app.model.picture import Picture, Signals
+from vsep_app.model.text import counted
 from vsep_app.views.range_doppler import mark_sizes
 from vsep_app.views.style import COLOURS
-from vsep_app.views.tables import deviation_text, has_angles, value_text
+from vsep_app.views.tables import quantities
 
 SIZE_INCHES = (11.7, 8.3)  # A4, landscape
 DOTS_PER_INCH = 160
 SHOWN_ROWS = 22
+_EDGES = {
+    **{"left": 0.055, "right": 0.985, "top": 0.915, "bottom": 0.115},
+    **{"hspace": 0.42, "wspace": 0.2},
+}
+_LEGEND = {"fontsize": 7, "frameon": False, "loc": "upper right", "borderaxespad": 0.1}
 _LINES = (
     ("received", "received", "received", {"linewidth": 1.8, "alpha": 0.65}),
     ("interference", "interference", "interference", {"linewidth": 1.2}),
@@ -25,30 +31,11 @@ _LINES = (
 
 
 def draw_figure_page(picture: Picture, settings: Mapping[str, str]) -> Figure:
-    """Draw the three views, the table and the settings.
-
-    Parameters
-    ----------
-    picture : Picture
-        What to draw.
-    settings : mapping of str to str
-        Listed at the foot.
-    """
+    """Draw the three views, the table and, at the foot, the settings."""
     page = empty_figure_page()
     several = picture.static_picture.radar.num_ramps > 1
     heights = (1.0, 1.15, 1.5) if several else (1.0, 1.15)
-    grid = page.add_gridspec(
-        len(heights),
-        3,
-        height_ratios=heights,
-        width_ratios=(1.0, 1.0, 1.0),
-        left=0.055,
-        right=0.985,
-        top=0.915,
-        bottom=0.115,
-        hspace=0.42,
-        wspace=0.2,
-    )
+    grid = page.add_gridspec(len(heights), 3, height_ratios=heights, **_EDGES)
     draw_fast_time(page.add_subplot(grid[0, :2]), picture)
     draw_delay(page.add_subplot(grid[1, :2]), picture)
     if several:
@@ -65,6 +52,27 @@ def draw_figure_page(picture: Picture, settings: Mapping[str, str]) -> Figure:
     if several:
         _progress(page.add_subplot(grid[2, 2]), picture)
     add_words(page, picture, settings)
+    return page
+
+
+def draw_filmstrip(pictures: Sequence[Picture], settings: Mapping[str, str]) -> Figure:
+    """Draw fast time, delay and map of each picture in a column, and the settings at the foot."""
+    page = empty_figure_page()
+    several = pictures[0].static_picture.radar.num_ramps > 1
+    edges = {**_EDGES, "top": 0.885, "wspace": 0.24}
+    grid = page.add_gridspec(3 if several else 2, len(pictures), **edges)
+    for column, picture in enumerate(pictures):
+        top, *lower = (page.add_subplot(grid[row, column]) for row in range(grid.nrows))
+        draw_fast_time(top, picture, legend=False)
+        draw_delay(lower[0], picture, legend=False)
+        if several:
+            draw_map(lower[1], picture, before=False)
+        for axes in (top, *lower) if column else ():
+            axes.set_ylabel("")
+        objects = counted(len(picture.objects.ranges_m), "object")
+        title = f"Iteration {picture.iteration}: {objects}\nFast time, ramp {picture.ramp}"
+        top.set_title(title, loc="left", fontsize=9)
+    add_words(page, pictures[-1], settings)
     return page
 
 
@@ -110,7 +118,7 @@ def draw_fast_time(axes: Any, picture: Picture, *, legend: bool = True) -> None:
     label = "real part [arb. unit]" if real else "level [dB]"
     _dress(axes, f"Fast time, ramp {picture.ramp}", "fast time [µs]", label)
     if legend:
-        axes.legend(fontsize=7, ncols=5, frameon=False, loc="upper right", borderaxespad=0.1)
+        axes.legend(ncols=5, **_LEGEND)
 
 
 def draw_delay(axes: Any, picture: Picture, *, legend: bool = True) -> None:
@@ -126,31 +134,14 @@ def draw_delay(axes: Any, picture: Picture, *, legend: bool = True) -> None:
         colour = COLOURS[role]
         axes.vlines(marks.ranges_m, floor, marks.levels_db, color=colour, alpha=0.5, linewidth=0.8)
         face = {} if marker == "x" else {"markerfacecolor": "none"}
-        axes.plot(
-            marks.ranges_m,
-            marks.levels_db,
-            marker,
-            color=colour,
-            markersize=5,
-            linestyle="none",
-            label=label,
-            **face,
-        )
+        look = {"color": colour, "markersize": 5, "linestyle": "none", **face}
+        axes.plot(marks.ranges_m, marks.levels_db, marker, label=label, **look)
     axes.set_xlim(*static_picture.shown_ranges_m)
     axes.set_ylim(*static_picture.spectrum_limits_db)
     _dress(axes, f"Delay spectrum, ramp {picture.ramp}", "range [m]", "level [dB]")
-    if not legend:
-        return
-    handles, labels = axes.get_legend_handles_labels()
-    axes.legend(
-        handles[len(_LINES) :],
-        labels[len(_LINES) :],
-        fontsize=7,
-        ncols=3,
-        frameon=False,
-        loc="upper right",
-        borderaxespad=0.1,
-    )
+    if legend:
+        handles, labels = axes.get_legend_handles_labels()
+        axes.legend(handles[len(_LINES) :], labels[len(_LINES) :], ncols=3, **_LEGEND)
 
 
 def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
@@ -158,33 +149,18 @@ def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
     static_picture = picture.static_picture
     values = static_picture.map_before if before else picture.map_after
     ranges, velocities = static_picture.map_ranges_m, static_picture.map_velocities_mps
-    half_range = (ranges[1] - ranges[0]) / 2.0
-    half_velocity = (velocities[1] - velocities[0]) / 2.0
-    image = axes.imshow(
-        values,
-        origin="lower",
-        aspect="auto",
-        cmap="viridis",
-        vmin=0,
-        vmax=255,
-        extent=(
-            ranges[0] - half_range,
-            ranges[-1] + half_range,
-            velocities[0] - half_velocity,
-            velocities[-1] + half_velocity,
-        ),
-    )
+    extent = [
+        end
+        for axis in (ranges, velocities)
+        for end in (axis[0] - (axis[1] - axis[0]) / 2.0, axis[-1] + (axis[1] - axis[0]) / 2.0)
+    ]
+    colours = {"cmap": "viridis", "vmin": 0, "vmax": 255}
+    image = axes.imshow(values, origin="lower", aspect="auto", extent=extent, **colours)
     found, true = picture.objects, picture.true_objects
     sizes = (mark_sizes(found.snr_db) * 0.8) ** 2
     for colour, width in (("black", 2.2), ("white", 1.1)):
-        axes.scatter(
-            found.ranges_m,
-            found.velocities_mps,
-            s=sizes,
-            facecolors="none",
-            edgecolors=colour,
-            linewidths=width,
-        )
+        ring = {"facecolors": "none", "edgecolors": colour, "linewidths": width}
+        axes.scatter(found.ranges_m, found.velocities_mps, s=sizes, **ring)
     axes.scatter(
         true.ranges_m, true.velocities_mps, s=36, marker="+", color=COLOURS["true"], linewidths=1.3
     )
@@ -208,40 +184,19 @@ def _table(axes: Any, picture: Picture) -> None:
     axes.axis("off")
     axes.set_title("Objects: estimate ± standard deviation, and truth", loc="left", fontsize=9)
     moving = picture.static_picture.radar.num_ramps > 1
-    head = ["range [m] ± [mm]", "truth"]
-    head += ["v [m/s]", "truth"] if moving else []
-    turned = has_angles(picture.table)
-    head += ["angle [°]", "truth"] if turned else []
-    head += ["SNR [dB]", "truth"]
+    shown = quantities(picture.table, moving=moving)
+    head = [text for each in shown for text in (each.heading, "truth")]
     cells = []
     for row in picture.table[:SHOWN_ROWS]:
-        values = [
-            _cell(row.range_m, row.range_std_m, 3, scale=1e3),
-            _cell(row.true_range_m, None, 3),
-        ]
-        if moving:
-            values += [
-                _cell(row.velocity_mps, row.velocity_std_mps, 2),
-                _cell(row.true_velocity_mps, None, 2),
-            ]
-        if turned:
-            values += [
-                _cell(row.angle_deg, row.angle_std_deg, 1),
-                _cell(row.true_angle_deg, None, 1),
-            ]
-        cells.append([*values, _cell(row.snr_db, None, 1), _cell(row.true_snr_db, None, 1)])
+        pairs = [(" ± ".join(filter(None, each.own(row))), each.true(row)) for each in shown]
+        cells.append([text for pair in pairs for text in pair])
     if not cells:
         axes.text(0.0, 0.95, "No object.", fontsize=8, va="top")
         return
     widths = np.array([1.7 if name[0] in "rva" and name != "truth" else 0.95 for name in head])
-    drawn = axes.table(
-        cellText=cells,
-        colLabels=head,
-        colWidths=list(widths / widths.sum()),
-        loc="upper left",
-        edges="horizontal",
-        cellLoc="right",
-    )
+    place = {"loc": "upper left", "edges": "horizontal", "cellLoc": "right"}
+    shares = list(widths / widths.sum())
+    drawn = axes.table(cellText=cells, colLabels=head, colWidths=shares, **place)
     drawn.auto_set_font_size(False)
     drawn.set_fontsize(6.8)
     for cell in drawn.get_celld().values():
@@ -249,8 +204,3 @@ def _table(axes: Any, picture: Picture) -> None:
     hidden = len(picture.table) - len(cells)
     if hidden > 0:
         axes.text(0.0, 0.0, f"and {hidden} more", fontsize=7)
-
-
-def _cell(value: float | None, std: float | None, digits: int, *, scale: float = 1.0) -> str:
-    text, deviation = value_text(value, digits), deviation_text(std, digits, scale)
-    return f"{text} ± {deviation}" if deviation else text

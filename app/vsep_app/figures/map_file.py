@@ -20,21 +20,9 @@ _COLUMNS = 4
 
 
 def write_map(separability_map: SeparabilityMap, out: Path) -> None:
-    """Draw all layers of a map into a file.
+    """Draw all layers of a map into a file, ``.html``, ``.png``, ``.svg`` or ``.pdf``.
 
-    Parameters
-    ----------
-    separability_map : SeparabilityMap
-        What to draw.
-    out : Path
-        File to write, ``.html``, ``.png``, ``.svg`` or ``.pdf``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another one.
-    OSError
-        If the file cannot be written.
+    Raises `InputError` if the suffix is another one, `OSError` if the file cannot be written.
     """
     suffix = out.suffix.lower()
     if suffix not in SUFFIXES:

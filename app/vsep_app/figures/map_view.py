@@ -22,10 +22,7 @@ window.open("./?trial=" + encodeURIComponent(start + columns[column] + "," + row
 class MapView:
     """One map, drawn at the first `update`; later ones give the same figure other numbers.
 
-    Parameters
-    ----------
-    x_axis, y_axis : Axis
-        Ranges, which several maps may share.
+    Several maps may share the ranges `x_axis` and `y_axis`.
     """
 
     def __init__(self, x_axis: Axis, y_axis: Axis) -> None:

@@ -14,19 +14,9 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
 
 def write_raster(frame: FrameTimings, out: Path) -> None:
-    """Draw bursts, fitted crossing times and residuals.
+    """Draw the bursts of a frame, the fitted crossing times that explain them, and residuals.
 
-    Parameters
-    ----------
-    frame : FrameTimings
-        The bursts of a frame and what explains them.
-    out : Path
-        A .png or .svg file.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    The file is a .png or .svg; raises `OSError` if it cannot be written.
     """
     page = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH, layout="constrained")
     FigureCanvasAgg(page)

@@ -34,19 +34,8 @@ def write_static(
 ) -> None:
     """Draw elements into a PNG, SVG or PDF file, row by row below the title of each.
 
-    Parameters
-    ----------
-    rows : sequence of (str, sequence of Place)
-        Title and elements of each row.
-    out : Path
-        File to write.
-    panel_inches : (float, float)
-        Width and height of one element.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    `panel_inches` are width and height of one element. Raises `OSError` if the file cannot be
+    written.
     """
     num_columns = max(len(places) for _, places in rows)
     width, height = panel_inches

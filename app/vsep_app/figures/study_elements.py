@@ -18,27 +18,13 @@ _BOX_WIDTH = 0.6
 
 
 class Mark(NamedTuple):
-    """One element of a panel.
+    """One element of a panel."""
 
-    Attributes
-    ----------
-    kind : str
-        Its class in HoloViews.
-    columns : dict
-        Its data; the first `num_keys` are key dimensions.
-    num_keys : int
-        Positions of the element: one of a curve, four of a segment.
-    look : callable
-        Options of a back end.
-    label : str
-        For the legend; marks of one label are one entry.
-    """
-
-    kind: str
-    columns: Columns
-    num_keys: int
-    look: Callable[[Backend], Options]
-    label: str = ""
+    kind: str  #: Its class in HoloViews.
+    columns: Columns  #: Its data; the first `num_keys` are key dimensions.
+    num_keys: int  #: Positions of the element: one of a curve, four of a segment.
+    look: Callable[[Backend], Options]  #: Options of a back end.
+    label: str = ""  #: For the legend; marks of one label are one entry.
 
     def element(self, backend: Backend) -> Any:
         """Return the element with the options of a back end."""

@@ -17,7 +17,7 @@ from vsep_app.figures.backends import bokeh_figure, update_sources
 from vsep_app.figures.document import document_html
 from vsep_app.figures.static_figure import Place, write_static
 from vsep_app.figures.study_elements import panel_marks, panel_overlay
-from vsep_app.views.style import dress
+from vsep_app.views.style import LEGEND, dress
 
 SUFFIXES = (".html", ".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 400, 330
@@ -25,21 +25,10 @@ _PANEL_INCHES = (3.9, 3.0)
 
 
 def write_study_figure(rows: Sequence[Row], out: Path) -> None:
-    """Draw the rows of one or several studies into a file.
+    """Draw the rows of studies into a file, ``.html``, ``.png``, ``.svg`` or ``.pdf``.
 
-    Parameters
-    ----------
-    rows : sequence of dict
-        As `vsep study run` writes them.
-    out : Path
-        File to write, ``.html``, ``.png``, ``.svg`` or ``.pdf``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another one, or nothing in the rows can be drawn.
-    OSError
-        If the file cannot be written.
+    The rows are as `vsep study run` writes them. Raises `InputError` if the suffix is another one
+    or nothing in the rows can be drawn, `OSError` if the file cannot be written.
     """
     if out.suffix.lower() not in SUFFIXES:
         raise InputError(f"The figure {out.name!r} must end in .html, .png, .svg or .pdf.")
@@ -88,16 +77,8 @@ def draw_panel(panel: AnyPanel) -> Any:
     dress(plot)
     plot.title.update(text_font_size="9px", text_font_style="normal", text_color="#555555")
     for legend in plot.legend:
-        legend.update(
-            click_policy="hide",
-            label_text_font_size="10px",
-            border_line_color=None,
-            padding=2,
-            spacing=10,
-            margin=0,
-            glyph_height=14,
-            label_height=14,
-        )
+        sizes = {"padding": 2, "margin": 0, "glyph_height": 14, "label_height": 14}
+        legend.update(**LEGEND, **sizes, label_text_font_size="10px")
     return plot
 
 
@@ -110,10 +91,7 @@ def update_panel(plot: Any, panel: AnyPanel) -> None:
 def write_panels(panels: Sequence[AnyPanel], out: Path) -> None:
     """Draw panels for print, one row for each title.
 
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    Raises `OSError` if the file cannot be written.
     """
     rows = [(title, [_place(panel) for panel in own]) for title, own in by_title(panels)]
     write_static(rows, out, panel_inches=_PANEL_INCHES)

@@ -1,11 +1,14 @@
 """Frames that one page hands to another: kept by the server for a while, named by a link."""
 
 import secrets
+import tempfile
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from vsep.files.frame import Frame, write_frame
 from vsep_app.report.spec import KeptFrame
 
 FRAME_KEY = "frame"
@@ -54,6 +57,14 @@ class FrameStore:
     @property
     def _num_bytes(self) -> int:
         return sum(len(frame.content) for frame in self._frames.values())
+
+
+def frame_bytes(frame: Frame) -> bytes:
+    """Return the frame file of a frame."""
+    with tempfile.TemporaryDirectory(prefix="vsep-") as folder:
+        path = Path(folder) / "frame.npz"
+        write_frame(path, frame)
+        return path.read_bytes()
 
 
 def frame_of_query(

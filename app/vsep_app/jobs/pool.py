@@ -98,26 +98,15 @@ class ClientQueue(Executor):
 
 @dataclass(frozen=True, kw_only=True)
 class PoolFigures:
-    """What the pool is doing.
+    """What the pool is doing."""
 
-    Parameters
-    ----------
-    workers, at_work, waiting : int
-        Processes, jobs being done, jobs in the queue.
-    done : int
-        Jobs done since the start.
-    replaced : int
-        Workers that had to be replaced.
-    process_ids : tuple of int
-        Of the workers.
-    """
-
+    #: Processes, jobs being done, jobs in the queue.
     workers: int
     at_work: int
     waiting: int
-    done: int
-    replaced: int
-    process_ids: tuple[int, ...]
+    done: int  #: Jobs done since the start.
+    replaced: int  #: Workers that had to be replaced.
+    process_ids: tuple[int, ...]  #: Of the workers.
 
 
 class WorkerPool:
@@ -318,10 +307,7 @@ class _Worker:
         self._pipe, theirs = context.Pipe()
         self._object_cache = ObjectCache(self._kept, serving=True)
         self._process = context.Process(
-            target=work,
-            args=(theirs, self._kept, self._prepare),
-            daemon=True,
-            name="vsep-worker",
+            target=work, args=(theirs, self._kept, self._prepare), daemon=True, name="vsep-worker"
         )
         with single_threaded():
             self._process.start()
@@ -330,10 +316,8 @@ class _Worker:
     def do(self, job: Job) -> tuple[float, bool, Any]:
         """Have a job done; return its seconds, whether it went well, and result or exception.
 
-        Raises
-        ------
-        _WorkerEndedError
-            If the process ended, or was ended because nobody wants the result any more.
+        Raises `_WorkerEndedError` if the process ended, or was ended because nobody wants the
+        result any more.
         """
         try:
             parcel = self._object_cache.pack((job.function, job.arguments))

@@ -44,7 +44,6 @@ class Opening(Protocol):
     @property
     def initial_state(self) -> Any:
         """State of iteration 0."""
-        ...
 
 
 class AnyStep(Protocol):
@@ -53,12 +52,10 @@ class AnyStep(Protocol):
     @property
     def state(self) -> Any:
         """State after the iteration."""
-        ...
 
     @property
     def termination(self) -> Termination:
         """Whether the run has ended here, and why."""
-        ...
 
 
 OpeningT = TypeVar("OpeningT", bound=Opening)
@@ -84,32 +81,15 @@ def _whole(
 
 @dataclass(frozen=True, kw_only=True)
 class Job(Generic[PlanT, OpeningT]):
-    """Work to be done outside of the session.
+    """Work to be done outside of the session."""
 
-    Parameters
-    ----------
-    run_number : int
-        The run that asks.
-    kind : JobKind
-        What is asked for.
-    plan : PlanT
-        What determines the run.
-    opening : OpeningT or None
-        The prepared run; None while it is to be prepared.
-    state : object or None
-        The state to advance from; None while the run is to be prepared.
-    iteration : int
-        The iteration that an advance leads to.
-    is_exact : bool
-        Whether `state` is as it was computed, not what is kept of it for the display.
-    """
-
-    run_number: int
-    kind: JobKind
-    plan: PlanT
-    opening: OpeningT | None = None
-    state: Any = None
-    iteration: int = 0
+    run_number: int  #: The run that asks.
+    kind: JobKind  #: What is asked for.
+    plan: PlanT  #: What determines the run.
+    opening: OpeningT | None = None  #: The prepared run; None while it is to be prepared.
+    state: Any = None  #: The state to advance from; None while the run is to be prepared.
+    iteration: int = 0  #: The iteration that an advance leads to.
+    #: Whether `state` is as it was computed, not what is kept of it for the display.
     is_exact: bool = True
 
 

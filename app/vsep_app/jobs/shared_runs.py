@@ -82,10 +82,7 @@ class _Work:
 class SharedRuns:
     """Runs that several sessions follow: each step is computed by whoever is first.
 
-    Parameters
-    ----------
-    largest_bytes : int
-        Memory of all runs; those not looked at for longest are forgotten.
+    All runs together take `largest_bytes` of memory; those not looked at for longest are forgotten.
     """
 
     def __init__(self, largest_bytes: int = SHARED_BYTES) -> None:

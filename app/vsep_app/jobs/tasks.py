@@ -21,12 +21,7 @@ from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.presets.record import RecordedPreset, SimulatedPreset
 from vsep.presets.registry import PRESETS
 from vsep.presets.scenes import simulate_preset
-from vsep.signal.filters import (
-    AntiAliasingFilter,
-    ButterworthFilter,
-    NoFilter,
-    RaisedCosineFilter,
-)
+from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter, NoFilter, RaisedCosineFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Observation
 from vsep.signal.simulate import add_interference
@@ -41,31 +36,17 @@ from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_stat
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prepared:
-    """A run that is ready for its first step.
+    """A run that is ready for its first step."""
 
-    Parameters
-    ----------
-    plan : Plan
-        What it was made from.
-    estimator : Estimator
-        With its settings.
-    observation : Observation
-        The frame and, where known, its truth; the estimator sees the frame only. Of antennas that
-        are separated together the rows of all, (A P, N).
-    initial_state : SeparationState
-        State of iteration 0.
-    static_pictures : tuple of StaticPicture
-        What all pictures of an antenna share: one each of those that are separated.
-    num_antennas : int
-        Of the frame; an estimator may take one of them only.
-    """
-
-    plan: Plan
-    estimator: Estimator
+    plan: Plan  #: What it was made from.
+    estimator: Estimator  #: With its settings.
+    #: The frame and, where known, its truth; the estimator sees the frame only. Of antennas that
+    #: are separated together the rows of all, (A P, N).
     observation: Observation
-    initial_state: SeparationState
+    initial_state: SeparationState  #: State of iteration 0.
+    #: What all pictures of an antenna share: one each of those that are separated.
     static_pictures: tuple[StaticPicture, ...]
-    num_antennas: int = 1
+    num_antennas: int = 1  #: Of the frame; an estimator may take one of them only.
 
     @property
     def static_picture(self) -> StaticPicture:
@@ -89,19 +70,9 @@ def recorded_frame(preset: RecordedPreset) -> Frame:
 def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepared:
     """Make the scene of a plan and the estimator's first state.
 
-    Parameters
-    ----------
-    plan : Plan
-        What determines the run.
-    loaded : Frame or None
-        The frame the user loaded.
-    antenna : int
-        Which of its antennas, or the last one, for an estimator that takes one only.
-
-    Raises
-    ------
-    InputError
-        If the plan cannot be carried out; the message is for the user.
+    `loaded` is the frame the user loaded, `antenna` which of its antennas, or the last one, an
+    estimator takes that takes one only. Raises `InputError` if the plan cannot be carried out; the
+    message is for the user.
     """
     scene = make_scene(plan, loaded)
     frame = scene.frame
@@ -145,21 +116,10 @@ def static_picture_of(frame: Frame, antenna: int) -> StaticPicture:
 
 
 def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0) -> MadeScene:
-    """Make the frame of a plan and the filter that goes with it.
+    """Make the frame of a plan, or take the loaded one, and the filter that goes with it.
 
-    Parameters
-    ----------
-    plan : Plan
-        What determines the scene.
-    loaded : Frame or None
-        The frame the user loaded.
-    frame_number : int
-        Which frame of a sequence; only simulated objects move.
-
-    Raises
-    ------
-    InputError
-        If the plan cannot be carried out; the message is for the user.
+    `frame_number` is that of a sequence; only simulated objects move. Raises `InputError` if the
+    plan cannot be carried out; the message is for the user.
     """
     true_filter = make_filter(
         plan.filter_kind, plan.filter_cutoff, plan.filter_rolloff, plan.filter_order
@@ -218,7 +178,7 @@ def _thin(step: Step) -> Step:
     return replace(
         step,
         state=_with_short_numbers(
-            replace(state, bursts=tuple(_with_short_numbers(burst) for burst in state.bursts)),
+            replace(state, bursts=tuple(_with_short_numbers(burst) for burst in state.bursts))
         ),
     )
 
@@ -278,6 +238,7 @@ def plan_estimator(
     *,
     mask: BoolArray | None = None,
     num_antennas: int = 1,
+    interference_threshold_db: float | None = None,
 ) -> Estimator:
     """Return the estimator of a plan, which keeps one set of settings for all estimators."""
     model = SignalModel.of_radar(radar, anti_aliasing_filter, num_antennas)
@@ -288,7 +249,8 @@ def plan_estimator(
         max_iterations=plan.max_iterations,
         mask=mask,
     )
-    return make_estimator(plan.estimator, model, **settings)
+    threshold = {"interference_threshold_db": interference_threshold_db}
+    return make_estimator(plan.estimator, model, **threshold, **settings)
 
 
 def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int) -> Observation:

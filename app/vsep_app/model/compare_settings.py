@@ -49,33 +49,16 @@ class CompareSettings(param.Parameterized):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ComparePlan:
-    """All that determines a comparison; frozen and picklable.
+    """All that determines a comparison; frozen and picklable."""
 
-    Parameters
-    ----------
-    scene : Plan
-        The scene and the estimators' settings.
-    methods : tuple of str
-        Some of `method_labels`.
-    mask : str
-        How interfered samples are found.
-    debias : bool
-        Whether compressive sensing ends with a least-squares fit.
-    frame_number : int
-        Which frame of the sequence.
-    histories : mapping of str to tuple of SeenFrame
-        What methods with a prior have seen of the last frames.
-    past : tuple of FrameResult
-        How the methods did on earlier frames.
-    """
-
-    scene: Plan
-    methods: tuple[str, ...]
-    mask: str
-    debias: bool
-    frame_number: int
+    scene: Plan  #: The scene and the estimators' settings.
+    methods: tuple[str, ...]  #: Some of `method_labels`.
+    mask: str  #: How interfered samples are found.
+    debias: bool  #: Whether compressive sensing ends with a least-squares fit.
+    frame_number: int  #: Which frame of the sequence.
+    #: What methods with a prior have seen of the last frames.
     histories: Mapping[str, tuple[SeenFrame, ...]]
-    past: tuple[FrameResult, ...]
+    past: tuple[FrameResult, ...]  #: How the methods did on earlier frames.
 
 
 def method_labels() -> dict[str, str]:
@@ -86,10 +69,7 @@ def method_labels() -> dict[str, str]:
 def require_distinct(methods: list[str]) -> list[str]:
     """Return the names if they are two to four different methods.
 
-    Raises
-    ------
-    InputError
-        Otherwise.
+    Raises `InputError` otherwise.
 
     Examples
     --------

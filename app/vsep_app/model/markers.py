@@ -17,20 +17,14 @@ ADDED, PRUNED = EventKind.OBJECT_ADDED, EventKind.OBJECT_PRUNED
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Markers:
-    """Components on the range axis and, where it applies, on the velocity axis.
+    """Components on the range axis and, where it applies, on the velocity axis."""
 
-    Parameters
-    ----------
-    ranges_m, velocities_mps, levels_db, snr_db : (L,) float
-        Position, peak in the delay spectrum of one ramp, component SNR.
-    opacity : (L,) float
-        1 for what is there; falls with the age of a flash or of a pruned component.
-    """
-
+    #: (L,) float: Position, peak in the delay spectrum of one ramp, component SNR.
     ranges_m: FloatArray
     velocities_mps: FloatArray
     levels_db: FloatArray
     snr_db: FloatArray
+    #: (L,) float: 1 for what is there; falls with the age of a flash or of a pruned component.
     opacity: FloatArray
 
 

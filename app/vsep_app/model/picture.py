@@ -16,42 +16,19 @@ from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.core.stopwatch import summed
 from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.units import to_db
-from vsep_app.model.markers import (
-    Markers,
-    added_marks,
-    channel_marks,
-    object_marks,
-    pruned_marks,
-    true_marks,
-)
+from vsep_app.model import markers, text
 from vsep_app.model.static_picture import ByteArray, StaticPicture
-from vsep_app.model.text import (
-    AngleColumns,
-    Located,
-    LogLine,
-    TableRow,
-    log_lines,
-    resolution_cells,
-    table_rows,
-)
 
 FLASH_ITERATIONS = 3
 FADE_ITERATIONS = 6
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Signals:
-    """The signals of one ramp on one axis; NaN where a signal is not known.
+    """The signals of one ramp on one axis; NaN where a signal is not known."""
 
-    Parameters
-    ----------
-    axis : (M,) float
-        Fast time in us, or range in m.
-    received, true_object, object_estimate, interference, cleaned : (M,) float
-        Level in dB, or real part.
-    """
-
-    axis: FloatArray
+    axis: FloatArray  #: (M,) float: Fast time in us, or range in m.
+    #: (M,) float: Level in dB, or real part.
     received: FloatArray
     true_object: FloatArray
     object_estimate: FloatArray
@@ -61,84 +38,50 @@ class Signals:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Progress:
-    """Scalars over iterations.
+    """Scalars over iterations."""
 
-    Parameters
-    ----------
-    iterations : (I,) int
-        Iteration numbers.
-    elbo : (I,) float
-        Evidence lower bound in nats.
-    noise_db : (I,) float
-        Noise power 1/lambda in dB.
-    ratio_db : (I,) float
-        Condition (27) in dB; NaN where undefined.
-    """
-
-    iterations: FloatArray
-    elbo: FloatArray
-    noise_db: FloatArray
-    ratio_db: FloatArray
+    iterations: FloatArray  #: (I,) int: Iteration numbers.
+    elbo: FloatArray  #: (I,) float: Evidence lower bound in nats.
+    noise_db: FloatArray  #: (I,) float: Noise power 1/lambda in dB.
+    ratio_db: FloatArray  #: (I,) float: Condition (27) in dB; NaN where undefined.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Picture:
-    """All that is drawn of one iteration.
+class RunPicture:
+    """What all pictures say of their run."""
 
-    Parameters
-    ----------
-    static_picture : StaticPicture
-        What stays during a run.
-    run_number, iteration, num_iterations : int
-        Which run, the iteration shown, and how many there are so far.
-    termination : Termination
-        Whether the run has ended here, and why.
-    ramp : int
-        Ramp of `fast_time` and `delay`.
-    fast_time_mode : str
-        "level" or "real".
-    fast_time, delay : Signals
-        The signals of the ramp.
-    objects, true_objects, added, pruned : Markers
-        Components, truth, recent additions and removals.
-    channel : Markers
-        Interference-channel components of the ramp at their equivalent range.
-    map_after : (Mp, Mn) uint8
-        Range-Doppler map after cancellation.
-    burst_level_db : (P,) float
-        Mean level of the estimated burst of each ramp; NaN where none is modelled.
-    true_ramps : (P,) bool
-        Ramps that truly hold a burst.
-    log : tuple of LogLine
-        Oldest first.
-    table : tuple of TableRow
-        Sorted by distance.
-    progress : Progress
-        Diagnostics up to here.
-    step_ms : mapping of str to float
-        Milliseconds of an iteration by part of the algorithm, mean up to here.
-    """
-
-    static_picture: StaticPicture
+    static_picture: StaticPicture  #: What stays during a run.
+    #: Which run, the iteration shown, and how many there are so far.
     run_number: int
     iteration: int
     num_iterations: int
-    termination: Termination
-    ramp: int
-    fast_time_mode: str
+    termination: Termination  #: Whether the run has ended here, and why.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture(RunPicture):
+    """All that is drawn of one iteration."""
+
+    ramp: int  #: Ramp of `fast_time` and `delay`.
+    fast_time_mode: str  #: "level" or "real".
+    #: The signals of the ramp.
     fast_time: Signals
     delay: Signals
-    objects: Markers
-    true_objects: Markers
-    added: Markers
-    pruned: Markers
-    channel: Markers
-    map_after: ByteArray
+    #: Components, truth, recent additions and removals.
+    objects: markers.Markers
+    true_objects: markers.Markers
+    added: markers.Markers
+    pruned: markers.Markers
+    #: Interference-channel components of the ramp at their equivalent range.
+    channel: markers.Markers
+    map_after: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map after cancellation.
+    #: (P,) float: Mean level of the estimated burst of each ramp; NaN where none is modelled.
     burst_level_db: FloatArray
-    true_ramps: BoolArray
-    log: tuple[LogLine, ...]
-    table: tuple[TableRow, ...]
-    progress: Progress
+    true_ramps: BoolArray  #: (P,) bool: Ramps that truly hold a burst.
+    log: tuple[text.LogLine, ...]  #: Oldest first.
+    table: tuple[text.TableRow, ...]  #: Sorted by distance.
+    progress: Progress  #: Diagnostics up to here.
+    #: Milliseconds of an iteration by part of the algorithm, mean up to here.
     step_ms: Mapping[str, float]
 
 
@@ -184,18 +127,18 @@ def make_picture(
         ramp=ramp,
         fast_time_mode=fast_time_mode,
         fast_time=_fast_time(static_picture, signals, fast_time_mode),
-        delay=_signals(static_picture.ranges_m, static_picture.spectra_db(signals)),
-        objects=object_marks(static_picture, state),
-        true_objects=true_marks(static_picture),
-        added=added_marks(static_picture, state, steps, FLASH_ITERATIONS),
-        pruned=pruned_marks(static_picture, steps, FADE_ITERATIONS),
-        channel=channel_marks(static_picture, state, ramp),
+        delay=Signals(static_picture.ranges_m, *static_picture.spectra_db(signals)),
+        objects=markers.object_marks(static_picture, state),
+        true_objects=markers.true_marks(static_picture),
+        added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
+        pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
+        channel=markers.channel_marks(static_picture, state, ramp),
         map_after=static_picture.map_of(
             static_picture.observation.received - state.interference_signal
         ),
         burst_level_db=_burst_levels(static_picture, state),
         true_ramps=static_picture.true_ramps,
-        log=log_lines(steps, static_picture.radar),
+        log=text.log_lines(steps, static_picture.radar),
         table=_table(static_picture, whole),
         progress=_progress(static_picture, steps),
         step_ms=_step_ms(steps),
@@ -216,19 +159,7 @@ def _ramp_signals(static_picture: StaticPicture, state: SeparationState, ramp: i
 
 def _fast_time(static_picture: StaticPicture, signals: ComplexArray, mode: str) -> Signals:
     values = signals.real if mode == "real" else static_picture.level_db(np.abs(signals) ** 2)
-    return _signals(static_picture.times_us, values)
-
-
-def _signals(axis: FloatArray, values: FloatArray) -> Signals:
-    received, true_object, object_estimate, interference, cleaned = values
-    return Signals(
-        axis=axis,
-        received=received,
-        true_object=true_object,
-        object_estimate=object_estimate,
-        interference=interference,
-        cleaned=cleaned,
-    )
+    return Signals(static_picture.times_us, *values)
 
 
 def _burst_levels(static_picture: StaticPicture, state: SeparationState) -> FloatArray:
@@ -237,12 +168,12 @@ def _burst_levels(static_picture: StaticPicture, state: SeparationState) -> Floa
     return np.where(modelled, static_picture.level_db(power), np.nan)
 
 
-def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[TableRow, ...]:
+def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[text.TableRow, ...]:
     """Rows of all objects, as all antennas together tell them."""
     radar, objects = static_picture.radar, state.objects
     std = dispersion_std(objects, state.effective_precision, radar.shape)
-    cell_m, cell_mps = resolution_cells(radar)
-    found = Located(
+    cell_m, cell_mps = text.resolution_cells(radar)
+    found = text.Located(
         ids=tuple(int(number) for number in objects.component_ids),
         ranges_m=radar.range_from_beat(objects.beats),
         velocities_mps=radar.velocity_from_doppler(objects.dopplers),
@@ -251,7 +182,7 @@ def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[Table
         snr_db=to_db(objects.component_snr),
     )
     true = static_picture.true_objects
-    return table_rows(
+    return text.table_rows(
         found,
         true.ranges_m,
         true.velocities_mps,
@@ -261,7 +192,7 @@ def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[Table
     )
 
 
-def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> AngleColumns | None:
+def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> text.AngleColumns | None:
     """Directions of the objects, where a line of antennas tells them."""
     spacing = static_picture.antenna.spacing_wavelengths
     if static_picture.antenna.together == 1 or spacing is None:
@@ -273,7 +204,7 @@ def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> AngleCo
         np.real(np.diagonal(objects.covariance)),
         spacing,
     )
-    return AngleColumns(
+    return text.AngleColumns(
         angles_deg=found.angles_deg,
         stds_deg=found.stds_deg,
         true_deg=static_picture.true_objects.angles_deg,

@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import param
 
-from vsep.parameters import (
-    ESTIMATOR_PARAMETERS,
-    FILTER_PARAMETERS,
-    SCENE_PARAMETERS,
-    Parameter,
-)
+from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, SCENE_PARAMETERS, Parameter
 from vsep.presets.registry import DEFAULT_PRESET, PRESETS
 
 LOADED_FRAME = "loaded-frame"
@@ -35,13 +30,7 @@ ESTIMATOR = Parameter(
     default="factorised",
     choices={"factorised": "Factorised", "joint": "Joint", "object-only": "Object-only"},
 )
-PLAN_PARAMETERS = (
-    PRESET,
-    *SCENE_PARAMETERS,
-    *FILTER_PARAMETERS,
-    ESTIMATOR,
-    *ESTIMATOR_PARAMETERS,
-)
+PLAN_PARAMETERS = (PRESET, *SCENE_PARAMETERS, *FILTER_PARAMETERS, ESTIMATOR, *ESTIMATOR_PARAMETERS)
 VIEW_PARAMETERS = (
     Parameter(
         name="ramp",

@@ -28,43 +28,23 @@ Limits: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrueObjects:
-    """Where the objects truly are, in display units; empty where it is not known.
+    """Where the objects truly are, in display units; empty where it is not known."""
 
-    Parameters
-    ----------
-    ranges_m, velocities_mps : (L,) float
-        Positions, velocity positive for a receding object.
-    levels_db : (L,) float
-        Peak of each object in the delay spectrum of one ramp.
-    snr_db : (L,) float
-        Component SNR in dB.
-    angles_deg : (L,) float or None
-        Directions, where they are known.
-    """
-
+    #: (L,) float: Positions, velocity positive for a receding object.
     ranges_m: FloatArray
     velocities_mps: FloatArray
-    levels_db: FloatArray
-    snr_db: FloatArray
-    angles_deg: FloatArray | None = None
+    levels_db: FloatArray  #: (L,) float: Peak of each object in the delay spectrum of one ramp.
+    snr_db: FloatArray  #: (L,) float: Component SNR in dB.
+    angles_deg: FloatArray | None = None  #: (L,) float: Directions, where they are known.
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShownAntenna:
-    """Which antenna pictures show, and with how many it is separated.
+    """Which antenna pictures show, and with how many it is separated."""
 
-    Parameters
-    ----------
-    number : int
-        The antenna, from 0.
-    together : int
-        Antennas that are separated together; 1: this one alone.
-    spacing_wavelengths : float or None
-        Between neighbours of a uniform line of antennas; None: not known, no angles.
-    """
-
-    number: int = 0
-    together: int = 1
+    number: int = 0  #: The antenna, from 0.
+    together: int = 1  #: Antennas that are separated together; 1: this one alone.
+    #: Between neighbours of a uniform line of antennas; None: not known, no angles.
     spacing_wavelengths: float | None = None
 
 
@@ -73,60 +53,33 @@ THE_ONLY_ANTENNA = ShownAntenna()
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StaticPicture:
-    """What all pictures of one run share.
+    """What all pictures of one run share."""
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        For the conversion to display units.
-    observation : Observation
-        The frame and, where known, its truth.
-    reference_power : float
-        Power of 0 dB.
-    times_us : (N,) float
-        Fast time.
-    ranges_m : (M,) float
-        Range axis of the delay spectra, ascending.
-    map_ranges_m, map_velocities_mps : (Mn,), (Mp,) float
-        Axes of the maps, ascending.
-    map_before : (Mp, Mn) uint8
-        Range-Doppler map of the received frame; 0 and 255 are the ends of `map_limits_db`.
-    level_limits_db, real_limits, spectrum_limits_db, map_limits_db : (float, float)
-        Fixed limits of the axes.
-    true_objects : TrueObjects
-        Truth in display units.
-    true_ramps : (P,) bool
-        Ramps in which a burst truly crosses.
-    shown_ranges_m, shown_velocities_mps : (float, float)
-        Part of the axes that holds all true objects, where they are known and there are several
-        ramps; else all of the range axis, and an empty tuple.
-    title : str
-        The scene in a few words.
-    levels_text : str
-        SNR and SIR in both conventions.
-    antenna : ShownAntenna
-        Whose frame it is.
-    """
-
-    radar: ChirpSequence
-    observation: Observation
-    reference_power: float
-    times_us: FloatArray
-    ranges_m: FloatArray
+    radar: ChirpSequence  #: For the conversion to display units.
+    observation: Observation  #: The frame and, where known, its truth.
+    reference_power: float  #: Power of 0 dB.
+    times_us: FloatArray  #: (N,) float: Fast time.
+    ranges_m: FloatArray  #: (M,) float: Range axis of the delay spectra, ascending.
+    #: (Mn,), (Mp,) float: Axes of the maps, ascending.
     map_ranges_m: FloatArray
     map_velocities_mps: FloatArray
+    #: (Mp, Mn) uint8: Range-Doppler map of the received frame; 0 and 255 are the ends of
+    #: `map_limits_db`.
     map_before: ByteArray
+    #: (float, float): Fixed limits of the axes.
     level_limits_db: Limits
     real_limits: Limits
     spectrum_limits_db: Limits
     map_limits_db: Limits
-    true_objects: TrueObjects
-    true_ramps: BoolArray
+    true_objects: TrueObjects  #: Truth in display units.
+    true_ramps: BoolArray  #: (P,) bool: Ramps in which a burst truly crosses.
+    #: (float, float): Part of the axes that holds all true objects, where they are known and there
+    #: are several ramps; else all of the range axis, and an empty tuple.
     shown_ranges_m: Limits
     shown_velocities_mps: Limits | tuple[()]
-    title: str
-    levels_text: str
-    antenna: ShownAntenna = THE_ONLY_ANTENNA
+    title: str  #: The scene in a few words.
+    levels_text: str  #: SNR and SIR in both conventions.
+    antenna: ShownAntenna = THE_ONLY_ANTENNA  #: Whose frame it is.
 
     @property
     def range_limits_m(self) -> Limits:
@@ -162,16 +115,8 @@ def make_static_picture(
 ) -> StaticPicture:
     """Compute axes, limits and truth of a scene.
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    observation : Observation
-        The frame of one antenna, with truth where it is known.
-    title : str
-        The scene in a few words.
-    antenna : ShownAntenna
-        Whose frame it is.
+    The observation is the frame of one antenna, with truth where it is known; the title says the
+    scene in a few words, `antenna` whose frame it is.
     """
     received, truth = observation.received, observation.truth
     power = np.abs(received) ** 2

@@ -1,8 +1,9 @@
 """Events and components of a run in plain words and in the units of the display."""
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -31,34 +32,36 @@ class LogLine:
 
 @dataclass(frozen=True, kw_only=True)
 class TableRow:
-    """One object, estimate against truth; None where there is no counterpart.
+    """One object, estimate against truth; None where there is no counterpart."""
 
-    Parameters
-    ----------
-    component_id : int or None
-        Identity of the estimate; None for a true object that is not found.
-    range_m, range_std_m, true_range_m : float or None
-        Distance in m.
-    velocity_mps, velocity_std_mps, true_velocity_mps : float or None
-        Radial velocity in m/s, positive for a receding object.
-    snr_db, true_snr_db : float or None
-        Component SNR in dB; of several antennas their mean.
-    angle_deg, angle_std_deg, true_angle_deg : float or None
-        Direction from broadside in degrees, positive towards the last antenna.
-    """
-
+    #: Identity of the estimate; None for a true object that is not found.
     component_id: int | None = None
+    #: Distance in m.
     range_m: float | None = None
     range_std_m: float | None = None
     true_range_m: float | None = None
+    #: Radial velocity in m/s, positive for a receding object.
     velocity_mps: float | None = None
     velocity_std_mps: float | None = None
     true_velocity_mps: float | None = None
+    #: Component SNR in dB; of several antennas their mean.
     snr_db: float | None = None
     true_snr_db: float | None = None
+    #: Direction from broadside in degrees, positive towards the last antenna.
     angle_deg: float | None = None
     angle_std_deg: float | None = None
     true_angle_deg: float | None = None
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun.
+
+    Examples
+    --------
+    >>> counted(1, "object"), counted(3, "object")
+    ('1 object', '3 objects')
+    """
+    return f"{number} {noun if number == 1 else noun + 's'}"
 
 
 def log_lines(steps: Sequence[Step], radar: ChirpSequence) -> tuple[LogLine, ...]:
@@ -154,49 +157,33 @@ def table_rows(
         away = np.abs(found.velocities_mps[:, None] - true_velocities_mps[None, :]) / cell_mps
         distance = np.hypot(distance, np.minimum(away, radar.num_ramps - away))
     partner = _pairs(distance)
-    rows = []
-    for index, component_id in enumerate(found.ids):
-        true = partner.get(index)
-        row = TableRow(
-            component_id=component_id,
-            range_m=float(found.ranges_m[index]),
-            range_std_m=float(found.range_std_m[index]),
-            velocity_mps=float(found.velocities_mps[index]) if moves else None,
-            velocity_std_mps=float(found.velocity_std_mps[index]) if moves else None,
-            snr_db=float(found.snr_db[index]),
-            true_range_m=None if true is None else float(true_ranges_m[true]),
-            true_velocity_mps=(
-                None if true is None or not moves else float(true_velocities_mps[true])
-            ),
-            true_snr_db=None if true is None else float(true_snr_db[true]),
-        )
-        rows.append(_with_angles(row, angles, index, true))
+    estimates: dict[str, Any] = {"component_id": found.ids, "snr_db": found.snr_db}
+    estimates |= {"range_m": found.ranges_m, "range_std_m": found.range_std_m}
+    truth = {"true_range_m": true_ranges_m, "true_snr_db": true_snr_db}
+    if moves:
+        estimates |= {"velocity_mps": found.velocities_mps}
+        estimates |= {"velocity_std_mps": found.velocity_std_mps}
+        truth |= {"true_velocity_mps": true_velocities_mps}
+    if angles is not None:
+        estimates |= {"angle_deg": angles.angles_deg, "angle_std_deg": angles.stds_deg}
+        truth |= {} if angles.true_deg is None else {"true_angle_deg": angles.true_deg}
+    rows = [
+        TableRow(**_at(index, estimates), **_at(partner.get(index), truth))
+        for index in range(len(found.ids))
+    ]
     missed = sorted(set(range(len(true_ranges_m))) - set(partner.values()))
-    for true in missed:
-        row = TableRow(
-            true_range_m=float(true_ranges_m[true]),
-            true_velocity_mps=float(true_velocities_mps[true]) if moves else None,
-            true_snr_db=float(true_snr_db[true]),
-        )
-        rows.append(_with_angles(row, angles, None, true))
+    rows += [TableRow(**_at(true, truth)) for true in missed]
     return tuple(sorted(rows, key=_place_of))
 
 
-def _with_angles(
-    row: TableRow, angles: AngleColumns | None, found: int | None, true: int | None
-) -> TableRow:
-    """Return a row with the directions that are known."""
-    if angles is None:
-        return row
-    if found is not None:
-        row = replace(
-            row,
-            angle_deg=float(angles.angles_deg[found]),
-            angle_std_deg=float(angles.stds_deg[found]),
-        )
-    if true is not None and angles.true_deg is not None:
-        row = replace(row, true_angle_deg=float(angles.true_deg[true]))
-    return row
+def _at(index: int | None, columns: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values at a place of columns as plain numbers, none without a place."""
+    if index is None:
+        return {}
+    return {
+        name: column[index] if name == "component_id" else float(column[index])
+        for name, column in columns.items()
+    }
 
 
 def resolution_cells(radar: ChirpSequence) -> tuple[float, float]:
@@ -207,11 +194,8 @@ def resolution_cells(radar: ChirpSequence) -> tuple[float, float]:
 
 
 def _place_of(row: TableRow) -> float:
-    return (
-        row.true_range_m
-        if row.range_m is None and row.true_range_m is not None
-        else row.range_m or 0.0
-    )
+    place = row.true_range_m if row.range_m is None else row.range_m
+    return place or 0.0
 
 
 def _pairs(distance: FloatArray) -> dict[int, int]:

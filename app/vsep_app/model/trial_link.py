@@ -33,21 +33,11 @@ _WORD = re.compile(
 
 @dataclass(frozen=True, kw_only=True)
 class OpenedTrial:
-    """A trial for the live view.
+    """A trial for the live view."""
 
-    Parameters
-    ----------
-    link : str
-        The word that names it.
-    frame : Frame
-        What its method saw.
-    values : mapping
-        Settings under which the live view does what the trial did.
-    """
-
-    link: str
-    frame: Frame
-    values: Mapping[str, Any]
+    link: str  #: The word that names it.
+    frame: Frame  #: What its method saw.
+    values: Mapping[str, Any]  #: Settings under which the live view does what the trial did.
 
 
 def trial_link(row: Row) -> str:
@@ -73,10 +63,7 @@ def trial_link(row: Row) -> str:
 def open_trial(link: str) -> OpenedTrial:
     """Make the frame of a trial again, and the settings that go with it.
 
-    Raises
-    ------
-    InputError
-        If the word names no trial, or one that the live view cannot repeat.
+    Raises `InputError` if the word names no trial, or one that the live view cannot repeat.
 
     Examples
     --------

@@ -9,24 +9,12 @@ from typing import Any, Final, NamedTuple
 
 
 class PageEntry(NamedTuple):
-    """A page.
+    """A page."""
 
-    Parameters
-    ----------
-    address : str
-        Relative to the program's own; "./" is the first page.
-    name : str
-        In the links of the header.
-    title : str
-        Of the browser's window and for those who hear it.
-    source : str
-        Module below this package and class, which makes it for a `PageContext`.
-    """
-
-    address: str
-    name: str
-    title: str
-    source: str
+    address: str  #: Relative to the program's own; "./" is the first page.
+    name: str  #: In the links of the header.
+    title: str  #: Of the browser's window and for those who hear it.
+    source: str  #: Module below this package and class, which makes it for a `PageContext`.
 
     @property
     def route(self) -> str:

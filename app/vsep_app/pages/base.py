@@ -1,9 +1,10 @@
 """Page context, navigation and frame that all pages share."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 import panel as pn
 import panel_material_ui as pmu
@@ -17,7 +18,8 @@ from vsep_app.pages import PAGES
 from vsep_app.server.patches import write_styles_once
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
-from vsep_app.widgets.layout import stylesheet, theme
+from vsep_app.widgets.layout import html_pane, main_part, stylesheet, theme
+from vsep_app.widgets.notifications import notify
 
 # As wide as the theme's smallest break point: below it the side bar covers the page, so it starts
 # closed there.
@@ -32,55 +34,48 @@ if (window.innerWidth < 600) {
 
 @dataclass(frozen=True, kw_only=True)
 class PageContext:
-    """What a page knows of the browser that opened it.
+    """What a page knows of the browser that opened it."""
 
-    Parameters
-    ----------
-    pool : Executor
-        Does the work: functions of modules, in other processes.
-    query : dict
-        Decoded query of the page's address.
-    post : callable
-        Runs a function on the event loop with the document locked; may be called from any thread.
-    watched : callable
-        Whether the browser is still connected.
-    own_folder : bool
-        Whether the visitor sits at this machine and may name folders on its disk.
-    experiments : sequence of Experiment
-        Guided experiments to choose from.
-    commons : SharedResources
-        What all sessions share.
-    background : BackgroundTasks
-        Coroutines of the page; they end when it closes.
-    most_kept : int
-        So many iterations of a run can be shown.
-    most_studies : int or None
-        So many studies run at once on this server; None sets no limit.
-    """
-
-    pool: Executor
-    query: dict[str, Any]
+    pool: Executor  #: Does the work: functions of modules, in other processes.
+    query: dict[str, Any]  #: Decoded query of the page's address.
+    #: Runs a function on the event loop with the document locked; may be called from any thread.
     post: Callable[[Callable[[], None]], Any]
-    watched: Callable[[], bool]
+    watched: Callable[[], bool]  #: Whether the browser is still connected.
+    #: Whether the visitor sits at this machine and may name folders on its disk.
     own_folder: bool = True
+    #: Guided experiments to choose from.
     experiments: Sequence[Experiment] = field(default_factory=shipped_experiments)
-    commons: SharedResources = field(default_factory=SharedResources)
+    commons: SharedResources = field(default_factory=SharedResources)  #: What all sessions share.
+    #: Coroutines of the page; they end when it closes.
     background: BackgroundTasks = field(default_factory=BackgroundTasks)
-    most_kept: int = MAX_KEPT
+    most_kept: int = MAX_KEPT  #: So many iterations of a run can be shown.
+    #: So many studies run at once on this server; None sets no limit.
     most_studies: int | None = None
 
 
-class PageBase(Protocol):
-    """A page of the program; the server makes one for every visit."""
+class PageBase(ABC):
+    """A page of the program; the server makes one for every visit, with what it knows of it."""
 
+    address: ClassVar[str]  #: A key of `vsep_app.pages.PAGES`.
+
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+
+    @abstractmethod
     def page(self) -> Any:
         """Return the whole page."""
 
+    @abstractmethod
     def start(self) -> None:
         """Begin; called when the page has been drawn."""
 
+    @abstractmethod
     def close(self) -> None:
         """Stop for good: the browser has left."""
+
+    def notify_error(self, sentence: str) -> None:
+        """Notify the user of what cannot be done."""
+        notify(sentence)
 
 
 def links(here: str) -> Any:
@@ -93,23 +88,12 @@ def links(here: str) -> Any:
         for page in PAGES.values()
         if page.address != here
     )
-    return pn.pane.HTML(
-        f'<nav aria-label="Pages">{anchors}</nav>',
-        margin=(0, 6, 0, 12),
-        align="center",
-        stylesheets=[stylesheet("header")],
-    )
+    look = {"margin": (0, 6, 0, 12), "align": "center", "sizing_mode": None}
+    return html_pane("header", f'<nav aria-label="Pages">{anchors}</nav>', **look)
 
 
 def page_frame(
-    *,
-    here: str,
-    title: str,
-    description: str,
-    status: Any,
-    sidebar: Any,
-    main: Any,
-    tools: Sequence[Any] = (),
+    here: str, description: str, status: Any, *, sidebar: Any, main: Any, tools: Sequence[Any] = ()
 ) -> Any:
     """Return a page with header, side bar and main part.
 
@@ -117,17 +101,19 @@ def page_frame(
     ----------
     here : str
         Address of the page itself, a key of `vsep_app.pages.PAGES`.
-    title, description : str
-        For the header and for search engines.
+    description : str
+        For search engines.
     status : Viewable
         Stands at the right of the header.
     sidebar : list
         Controls.
-    main : Viewable
-        Everything else.
+    main : sequence of Viewable
+        Everything else, from top to bottom.
     tools : sequence of Viewable
         Buttons of the header, left of the status.
     """
+    title = PAGES[here].title
+    main = main_part(title, *main)
     guidance = Help([*sidebar, main])
     status.param.update(align="center", stylesheets=[stylesheet("header")])
     document = pn.state.curdoc

@@ -3,6 +3,7 @@
 import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -32,12 +33,8 @@ VIDEO_RATE = 10  # frames a second; all times above are whole frames of it
 def write_animation(run: ReportRun, out: Path) -> None:
     """Write all iterations of a run as a moving picture; the last one is held.
 
-    Raises
-    ------
-    InputError
-        If the name has another suffix, or ffmpeg is needed and missing.
-    OSError
-        If the file cannot be written.
+    Raises `InputError` if the name has another suffix, or ffmpeg is needed and missing. Raises
+    `OSError` if the file cannot be written.
     """
     require_animation_name(str(out))
     images = [draw_image(run.picture(i), len(run.steps)) for i in shown_iterations(len(run.steps))]
@@ -62,17 +59,9 @@ def draw_image(picture: Picture, last: int) -> Image.Image:
     page = Figure(figsize=SIZE_INCHES, dpi=DOTS_PER_INCH)
     canvas = FigureCanvasAgg(page)
     several = picture.static_picture.radar.num_ramps > 1
-    grid = page.add_gridspec(
-        2,
-        2 if several else 1,
-        width_ratios=(1.25, 1.0) if several else (1.0,),
-        left=0.06,
-        right=0.985,
-        top=0.88,
-        bottom=0.125,
-        hspace=0.42,
-        wspace=0.17,
-    )
+    edges = {"left": 0.06, "right": 0.985, "top": 0.88, "bottom": 0.125}
+    widths = (1.25, 1.0) if several else (1.0,)
+    grid = page.add_gridspec(2, len(widths), width_ratios=widths, hspace=0.42, wspace=0.17, **edges)
     top = page.add_subplot(grid[0, 0])
     draw_fast_time(top, picture, legend=False)
     draw_delay(page.add_subplot(grid[1, 0]), picture, legend=False)
@@ -109,49 +98,28 @@ def _write_gif(
     palette = Image.new("P", (1, 1))
     palette.putpalette(animation_palette().tobytes())
     first, *others = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
-    first.save(
-        out,
-        format="GIF",
-        save_all=True,
-        append_images=others,
-        duration=list(times_ms),
-        loop=0,
-        optimize=True,
-        comment=provenance,
-    )
+    _save([first, *others], out, times_ms, format="GIF", optimize=True, comment=provenance)
 
 
 def _write_webp(
     out: Path, images: Sequence[Image.Image], times_ms: Sequence[int], provenance: bytes
 ) -> None:
-    images[0].save(
-        out,
-        format="WEBP",
-        save_all=True,
-        append_images=list(images[1:]),
-        duration=list(times_ms),
-        loop=0,
-        quality=WEBP_QUALITY,
-        xmp=provenance,
-    )
+    _save(images, out, times_ms, format="WEBP", quality=WEBP_QUALITY, xmp=provenance)
+
+
+def _save(images: Sequence[Image.Image], out: Path, times_ms: Sequence[int], **look: Any) -> None:
+    first, *others = images
+    first.save(out, save_all=True, append_images=others, duration=list(times_ms), loop=0, **look)
 
 
 def _write_mp4(
     out: Path, images: Sequence[Image.Image], times_ms: Sequence[int], _account: bytes
 ) -> None:
     width, height = images[0].size
-    command = [
-        ffmpeg_program() or "ffmpeg",
-        "-loglevel",
-        "error",
-        "-y",
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-    ]
-    command += ["-s", f"{width}x{height}", "-r", str(VIDEO_RATE), "-i", "-"]
-    command += ["-pix_fmt", "yuv420p", "-movflags", "+faststart", str(out)]
+    source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {VIDEO_RATE} -i -"
+    target = "-pix_fmt yuv420p -movflags +faststart"
+    options = f"-loglevel error -y {source} {target}".split()
+    command = [ffmpeg_program() or "ffmpeg", *options, str(out)]
     raw = b"".join(
         image.tobytes() * (time_ms * VIDEO_RATE // 1000)
         for image, time_ms in zip(images, times_ms, strict=True)

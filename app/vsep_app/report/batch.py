@@ -18,7 +18,7 @@ from vsep_app.report.page import outcome
 from vsep_app.report.run import execute, provenance
 from vsep_app.report.spec import ReportSpec
 from vsep_app.report.write import write_report
-from vsep_app.views.tables import MISSING
+from vsep_app.views.tables import MISSING, row_html
 
 INDEX = "index.html"
 _HEAD = ("frame", "map, bursts cancelled", "outcome", "objects", "true", "misses", "false alarms")
@@ -58,7 +58,7 @@ def write_batch(
             rows.append(_report(frame, folder / f"{Path(frame).stem}.html", spec_of(frame)))
         except InputError as error:
             errors.append(str(error))
-            rows.append(_row([escape(frame), MISSING, escape(str(error)), *[MISSING] * 4]))
+            rows.append(row_html([escape(frame), MISSING, escape(str(error)), *[MISSING] * 4]))
     head = "".join(f"<th>{name}</th>" for name in _HEAD)
     style = path("report/report.css").read_text(encoding="utf-8")
     count = f"{len(frames) - len(errors)} of {len(frames)} frames"
@@ -99,11 +99,7 @@ def _report(frame: str, out: Path, spec: ReportSpec) -> str:
         str(metrics.get(key, MISSING)) for key in ("objects_true", "misses", "false_alarms")
     ]
     link = f'<a href="{escape(out.name)}">{escape(frame)}</a>'
-    return _row([link, _thumbnail(picture), escape(outcome(picture)), *numbers])
-
-
-def _row(cells: Sequence[str]) -> str:
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    return row_html([link, _thumbnail(picture), escape(outcome(picture)), *numbers])
 
 
 def _thumbnail(picture: Picture) -> str:

@@ -8,6 +8,7 @@ from bokeh.models import Span
 
 from vsep_app.figures.document import document_html
 from vsep_app.model.picture import Picture
+from vsep_app.model.text import counted
 from vsep_app.report.metadata import for_html
 from vsep_app.report.run import ReportRun, listed_settings, provenance
 from vsep_app.views.progress import ProgressView
@@ -19,13 +20,7 @@ from vsep_app.views.tables import log_html, table_html
 
 
 class ReportViews:
-    """The views of the dashboard for a document that stands by itself.
-
-    Parameters
-    ----------
-    several : bool
-        Whether there are several ramps, and so a map.
-    """
+    """The views of the dashboard for a document of its own; a map needs several ramps."""
 
     def __init__(self, *, several: bool) -> None:
         range_axis, crosshair = Axis(), Span(dimension="height", line_color="#8C8C8C")
@@ -80,12 +75,14 @@ def page_variables(run: ReportRun, picture: Picture) -> dict[str, Any]:
 
 def outcome(picture: Picture) -> str:
     """Say in one line how the run ended."""
-    found, bursts = len(picture.objects.ranges_m), int(np.isfinite(picture.burst_level_db).sum())
-    return (
-        f"{picture.iteration} iterations, {picture.termination.value}. "
-        f"{found} {'object' if found == 1 else 'objects'}, bursts in {bursts} of "
-        f"{len(picture.true_ramps)} {'ramp' if len(picture.true_ramps) == 1 else 'ramps'}."
-    )
+    return f"{picture.iteration} iterations, {picture.termination.value}. {found(picture)}."
+
+
+def found(picture: Picture) -> str:
+    """Say in a few words what is found so far."""
+    bursts = int(np.isfinite(picture.burst_level_db).sum())
+    objects = counted(len(picture.objects.ranges_m), "object")
+    return f"{objects}, bursts in {bursts} of {counted(len(picture.true_ramps), 'ramp')}"
 
 
 def _filmstrip(
@@ -105,7 +102,7 @@ def _filmstrip(
         for plot, height in own:
             plot.update(sizing_mode="stretch_width", height=height, name=name + plot.name)
             plots.append(plot)
-        count = len(picture.objects.ranges_m)
-        caption = f"Iteration {picture.iteration}: {count} {'object' if count == 1 else 'objects'}"
+        objects = counted(len(picture.objects.ranges_m), "object")
+        caption = f"Iteration {picture.iteration}: {objects}"
         frames.append({"name": name, "caption": caption})
     return plots, frames

@@ -19,7 +19,7 @@ from vsep.files.results import as_json
 from vsep_app.assets import path
 from vsep_app.figures.document import document_html
 from vsep_app.model.picture import Picture
-from vsep_app.report.page import ReportViews, page_variables
+from vsep_app.report.page import ReportViews, found, page_variables
 from vsep_app.report.run import ReportRun
 from vsep_app.views.tables import table_html
 
@@ -113,13 +113,8 @@ def recorded_ramps(run: ReportRun) -> list[int]:
 
 def status(picture: Picture, last: int) -> str:
     """Say in one line where a run is."""
-    found, bursts = len(picture.objects.ranges_m), int(np.isfinite(picture.burst_level_db).sum())
     ended = f", {picture.termination.name.lower()}" if picture.iteration == last else ""
-    return (
-        f"iteration {picture.iteration} of {last}{ended}: {found} "
-        f"{'object' if found == 1 else 'objects'}, bursts in {bursts} of "
-        f"{len(picture.true_ramps)} {'ramp' if len(picture.true_ramps) == 1 else 'ramps'}"
-    )
+    return f"iteration {picture.iteration} of {last}{ended}: {found(picture)}"
 
 
 def encoded(column: Any) -> Any:

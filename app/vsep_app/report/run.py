@@ -21,11 +21,16 @@ from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step, Termination
 from vsep.inference.core.run import iterate
 from vsep.inference.core.state import SeparationState
-from vsep.inference.registry import ESTIMATORS, make_estimator
+from vsep.inference.registry import ESTIMATORS
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.scene import Observation
-from vsep.signal.template import SignalModel
-from vsep_app.jobs.tasks import is_simulated, is_together, make_scene, static_picture_of
+from vsep_app.jobs.tasks import (
+    is_simulated,
+    is_together,
+    make_scene,
+    plan_estimator,
+    static_picture_of,
+)
 from vsep_app.model.picture import Picture, make_picture
 from vsep_app.model.settings import LOADED_FRAME
 from vsep_app.model.static_picture import StaticPicture, make_static_picture
@@ -37,33 +42,15 @@ _LIBRARIES = ("numpy", "scipy", "numba", "bokeh", "matplotlib")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReportRun:
-    """A run up to the iteration that the report shows.
+    """A run up to the iteration that the report shows."""
 
-    Parameters
-    ----------
-    spec : ReportSpec
-        What it was made from.
-    frame : Frame
-        The frame, with truth where it is known.
-    assumed_filter : AntiAliasingFilter
-        What the estimator believes in.
-    estimator : Estimator
-        With its settings.
-    static_picture : StaticPicture
-        What all pictures share.
-    initial_state : SeparationState
-        State of iteration 0.
-    steps : tuple of Step
-        Iterations 1 to the one shown.
-    """
-
-    spec: ReportSpec
-    frame: Frame
-    assumed_filter: AntiAliasingFilter
-    estimator: Estimator
-    static_picture: StaticPicture
-    initial_state: SeparationState
-    steps: tuple[Step, ...]
+    spec: ReportSpec  #: What it was made from.
+    frame: Frame  #: The frame, with truth where it is known.
+    assumed_filter: AntiAliasingFilter  #: What the estimator believes in.
+    estimator: Estimator  #: With its settings.
+    static_picture: StaticPicture  #: What all pictures share.
+    initial_state: SeparationState  #: State of iteration 0.
+    steps: tuple[Step, ...]  #: Iterations 1 to the one shown.
 
     @property
     def state(self) -> SeparationState:
@@ -101,10 +88,7 @@ class ReportRun:
 def execute(spec: ReportSpec) -> ReportRun:
     """Make the frame of a spec and run its estimator up to the iteration that is shown.
 
-    Raises
-    ------
-    InputError
-        If the spec cannot be carried out; the message is for the user.
+    Raises `InputError` if the spec cannot be carried out; the message is for the user.
     """
     run = of_steps(spec, ())
     received = _received(run.frame, run.estimator)
@@ -116,10 +100,7 @@ def execute(spec: ReportSpec) -> ReportRun:
 def of_steps(spec: ReportSpec, steps: tuple[Step, ...]) -> ReportRun:
     """Make the run of a spec from steps that somebody did already.
 
-    Raises
-    ------
-    InputError
-        If the spec cannot be carried out; the message is for the user.
+    Raises `InputError` if the spec cannot be carried out; the message is for the user.
     """
     plan = spec.plan
     scene = make_scene(plan, _loaded_frame(spec))
@@ -127,19 +108,14 @@ def of_steps(spec: ReportSpec, steps: tuple[Step, ...]) -> ReportRun:
     entry = ESTIMATORS.require(plan.estimator)
     ESTIMATORS.require_settings(entry.name, {"mask": spec.mask})
     together = spec.together and is_together(plan, frame)
-    num_antennas = frame.num_antennas if together else 1
-    estimator = make_estimator(
-        plan.estimator,
-        SignalModel.of_radar(frame.radar, scene.assumed_filter, num_antennas),
-        interference_threshold_db=spec.interference_threshold_db,
+    # The plan has the settings of all estimators; `changed` refuses those given in vain.
+    estimator = plan_estimator(
+        plan,
+        frame.radar,
+        scene.assumed_filter,
         mask=frame_mask(frame, spec.mask) if entry.needs_mask else None,
-        # The plan has the settings of all estimators; `changed` refuses those given in vain.
-        **entry.accepted(
-            false_alarm_rate=plan.false_alarm_rate,
-            object_threshold_db=plan.object_threshold_db,
-            schedule=plan.schedule,
-            max_iterations=plan.max_iterations,
-        ),
+        num_antennas=frame.num_antennas if together else 1,
+        interference_threshold_db=spec.interference_threshold_db,
     )
     observation = Observation(received=frame.received, truth=frame.truth)
     alone = make_static_picture(frame.radar, observation, title=frame.name)

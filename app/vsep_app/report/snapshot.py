@@ -1,11 +1,9 @@
 """Downloads of the live view: the report of its run so far, its frame, its numbers."""
 
-import tempfile
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-from vsep.files.frame import Frame, write_frame
 from vsep.inference.core.progress import Step, Termination
+from vsep_app.jobs.frame_store import frame_bytes
 from vsep_app.jobs.run_session import Snapshot
 from vsep_app.jobs.tasks import Prepared
 from vsep_app.report.run import execute
@@ -36,16 +34,9 @@ class SnapshotFile:
 
 
 def snapshot_spec(shown: Snapshot[Prepared, Step], spec: ReportSpec, ramp: int) -> ReportSpec:
-    """Return the spec of what is shown.
+    """Return the spec of what is shown: a run up to an iteration, and a ramp, if there is that.
 
-    Parameters
-    ----------
-    shown : Snapshot
-        The run up to the iteration shown.
-    spec : ReportSpec
-        Scene, estimator, and how fast time is drawn.
-    ramp : int
-        Ramp shown, clipped to those there are.
+    The spec that is given says scene, estimator, and how fast time is drawn.
     """
     ended = bool(shown.steps) and shown.steps[-1].termination is not Termination.RUNNING
     return replace(
@@ -59,25 +50,15 @@ def snapshot_spec(shown: Snapshot[Prepared, Step], spec: ReportSpec, ramp: int) 
 def make_snapshot(key: str, spec: ReportSpec) -> SnapshotFile:
     """Make one of the files of `KINDS`; the run is done again, for a page keeps it shortened.
 
-    Raises
-    ------
-    InputError
-        If the spec does not fit.
+    Raises `InputError` if the spec does not fit.
     """
     run = execute(spec)
     plan = spec.plan
     stem = f"{plan.preset}-{plan.seed}-iteration-{len(run.steps)}"
     if key == "npz":
         named = replace(run.frame, anti_aliasing_filter=run.assumed_filter)
-        content = spec.frame.content if spec.frame is not None else _frame_bytes(named)
+        content = spec.frame.content if spec.frame is not None else frame_bytes(named)
         stem = f"{plan.preset}-{plan.seed}"
     else:
         content = report_bytes(run, f".{key}")
     return SnapshotFile(name=f"vsep-{stem}.{key}", kind=_MEDIA_TYPES[key], content=content)
-
-
-def _frame_bytes(frame: Frame) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "frame.npz"
-        write_frame(file, frame)
-        return file.read_bytes()

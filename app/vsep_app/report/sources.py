@@ -23,10 +23,7 @@ _TRIAL_FORM = "POINT/REALIZATION or POINT/REALIZATION/METHOD"
 def kept_frame(path: str) -> KeptFrame:
     """Return a frame file with all its bytes.
 
-    Raises
-    ------
-    InputError
-        If it is no frame file.
+    Raises `InputError` if it is no frame file.
     """
     read_frame(path)
     return KeptFrame(name=path, content=Path(path).read_bytes())
@@ -40,10 +37,7 @@ def of_frame(path: str) -> ReportSpec:
 def of_preset(preset: str) -> ReportSpec:
     """Return the spec of a preset with its defaults.
 
-    Raises
-    ------
-    InputError
-        If there is none of that name.
+    Raises `InputError` if there is none of that name.
     """
     if preset not in PRESETS:
         raise InputError(f"preset is {preset!r}; it must be one of {', '.join(PRESETS)}.")
@@ -53,29 +47,17 @@ def of_preset(preset: str) -> ReportSpec:
 def of_trial(link: str) -> ReportSpec:
     """Return the spec of a trial of a study, named by its link.
 
-    Raises
-    ------
-    InputError
-        If the link names no trial, or one that the live view cannot repeat.
+    Raises `InputError` if the link names no trial, or one that the live view cannot repeat.
     """
     opened = open_trial(link)
     return ReportSpec(plan=replace(default_plan(), **opened.values), trial=link)
 
 
 def of_rows(path: str, which: str) -> ReportSpec:
-    """Return the spec of a trial whose row is in a study's file.
+    """Return the spec of a trial whose row is in the file of a study.
 
-    Parameters
-    ----------
-    path : str
-        Rows of a study.
-    which : str
-        Point, realisation and, where the file has several, method: ``20/17/factorised``.
-
-    Raises
-    ------
-    InputError
-        If there is no such row, or the live view cannot repeat it.
+    `which` names point, realisation and, where the file has several, method: ``20/17/factorised``.
+    Raises `InputError` if there is no such row, or the live view cannot repeat it.
     """
     parts = which.split("/")
     if len(parts) not in (2, 3) or not all(part.isdecimal() for part in parts[:2]):
@@ -98,10 +80,7 @@ def of_rows(path: str, which: str) -> ReportSpec:
 def of_link(url: str) -> ReportSpec:
     """Return the spec of a shared link: its scene, estimator, ramp and iteration.
 
-    Raises
-    ------
-    InputError
-        If something in the link cannot be used.
+    Raises `InputError` if something in the link cannot be used.
     """
     query = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
     trial, scene, errors = trial_of_query(query)
@@ -125,28 +104,15 @@ def of_link(url: str) -> ReportSpec:
 def of_report(path: str, frame: KeptFrame | None = None) -> ReportSpec:
     """Return the spec that a report carries.
 
-    Raises
-    ------
-    InputError
-        If it carries none, or needs its frame and that is not given.
+    Raises `InputError` if it carries none, or needs its frame and that is not given.
     """
     return read_spec(read_provenance(path)["spec"], path, frame)
 
 
 def changed(spec: ReportSpec, given: Mapping[str, Any]) -> ReportSpec:
-    """Return a spec with other settings.
+    """Return a spec with other settings, given by their names in `Plan` or `ReportSpec`.
 
-    Parameters
-    ----------
-    spec : ReportSpec
-        What to start from.
-    given : mapping
-        Names of `Plan` or of `ReportSpec`, and their values.
-
-    Raises
-    ------
-    InputError
-        If a setting is given that the estimator does not have.
+    Raises `InputError` if a setting is given that the estimator does not have.
     """
     values = dict(given)
     if "false_alarm_rate" in values:

@@ -49,45 +49,22 @@ class KeptFrame:
 
 @dataclass(frozen=True, kw_only=True)
 class ReportSpec:
-    """All that determines a report.
+    """All that determines a report."""
 
-    Parameters
-    ----------
-    plan : Plan
-        Scene and estimator; the scene of a loaded frame comes from `frame` or `trial`.
-    frame : KeptFrame or None
-        The frame file.
-    antenna : int
-        Which antenna of the frame file.
-    together : bool
-        Whether all antennas are separated together, and that one shown; else that one alone.
-    trial : str
-        Link of a study's trial, empty where there is none.
-    mask : str or None
-        How the masked estimator finds interfered samples; None is its default.
-    interference_threshold_db : float or None
-        Threshold of interference paths; None is that of the schedule.
-    ramp : int or None
-        Ramp shown; None: the one with the strongest burst.
-    iteration : int or None
-        Iteration shown; None: the last one.
-    iterations : tuple of int
-        Iterations of the filmstrip, none for no strip.
-    fast_time : str
-        "level" or "real".
-    """
-
-    plan: Plan
-    frame: KeptFrame | None = None
-    antenna: int = 0
+    plan: Plan  #: Scene and estimator; the scene of a loaded frame comes from `frame` or `trial`.
+    frame: KeptFrame | None = None  #: The frame file.
+    antenna: int = 0  #: Which antenna of the frame file.
+    #: Whether all antennas are separated together, and that one shown; else that one alone.
     together: bool = False
-    trial: str = ""
+    trial: str = ""  #: Link of a study's trial, empty where there is none.
+    #: How the masked estimator finds interfered samples; None is its default.
     mask: str | None = None
+    #: Threshold of interference paths; None is that of the schedule.
     interference_threshold_db: float | None = None
-    ramp: int | None = None
-    iteration: int | None = None
-    iterations: tuple[int, ...] = ()
-    fast_time: str = "level"
+    ramp: int | None = None  #: Ramp shown; None: the one with the strongest burst.
+    iteration: int | None = None  #: Iteration shown; None: the last one.
+    iterations: tuple[int, ...] = ()  #: Iterations of the filmstrip, none for no strip.
+    fast_time: str = "level"  #: "level" or "real".
 
 
 def default_plan(preset: str = LOADED_FRAME) -> Plan:
@@ -104,11 +81,7 @@ def spec_data(spec: ReportSpec) -> dict[str, Any]:
     if spec.frame is not None:
         content = spec.frame.content
         kept = base64.b64encode(content).decode() if len(content) <= MAX_KEPT else None
-        data["frame"] = {
-            "name": spec.frame.name,
-            "sha256": spec.frame.fingerprint,
-            "npz": kept,
-        }
+        data["frame"] = {"name": spec.frame.name, "sha256": spec.frame.fingerprint, "npz": kept}
     return data
 
 

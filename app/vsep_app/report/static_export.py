@@ -5,8 +5,7 @@ import io
 from matplotlib.backends.backend_pdf import PdfPages
 
 from vsep.files.results import as_json
-from vsep_app.figures.figure_page import draw_figure_page
-from vsep_app.figures.filmstrip import draw_filmstrip
+from vsep_app.figures.figure_page import draw_figure_page, draw_filmstrip
 from vsep_app.report.metadata import PNG_KEY, for_pdf
 from vsep_app.report.run import ReportRun, listed_settings, provenance
 

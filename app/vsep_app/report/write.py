@@ -11,21 +11,9 @@ from vsep_app.report.run import ReportRun, provenance
 
 
 def write_report(run: ReportRun, out: Path) -> None:
-    """Write what the dashboard would show of a run.
+    """Write what the dashboard would show of a run, in the format of `report_bytes`.
 
-    Parameters
-    ----------
-    run : ReportRun
-        What to show.
-    out : Path
-        File to write; its suffix says what it is, see `report_bytes`.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another one.
-    OSError
-        If the file cannot be written.
+    Raises `InputError` if the suffix is another one, `OSError` if the file cannot be written.
     """
     require_report_name(str(out))
     out.write_bytes(report_bytes(run, out.suffix.lower()))
@@ -48,12 +36,8 @@ def report_bytes(run: ReportRun, suffix: str) -> bytes:
 def write_record(run: ReportRun, out: Path) -> None:
     """Write the recorded run.
 
-    Raises
-    ------
-    InputError
-        If the name does not end in ``.html``.
-    OSError
-        If the file cannot be written.
+    Raises `InputError` if the name does not end in ``.html``. Raises `OSError` if the file cannot
+    be written.
     """
     require_record_name(str(out))
     out.write_text(record_html(run), encoding="utf-8")

@@ -36,28 +36,17 @@ _FILE_NAME = re.compile(r"(?:\d+-)?([a-z][a-z0-9-]*)")
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """One guided experiment.
+    """One guided experiment."""
 
-    Parameters
-    ----------
-    name : str
-        What the address calls it.
-    title, setting, question, watch, answer : str
-        Its texts; an empty line begins a paragraph.
-    page : str
-        Address of the page that it is for, `LIVE` or `COMPARE`.
-    query : mapping
-        Values under the names of the address.
-    """
-
-    name: str
+    name: str  #: What the address calls it.
+    #: Its texts; an empty line begins a paragraph.
     title: str
     setting: str
     question: str
     watch: str
     answer: str
-    page: str
-    query: Mapping[str, Any]
+    page: str  #: Address of the page that it is for, `LIVE` or `COMPARE`.
+    query: Mapping[str, Any]  #: Values under the names of the address.
 
     def settings(self) -> dict[str, Any]:
         """Return all that determines a run: what the file leaves out has its usual value."""
@@ -80,10 +69,7 @@ class Experiment:
 def read_experiment(path: Path) -> Experiment:
     """Read the file of an experiment.
 
-    Raises
-    ------
-    InputError
-        If it cannot be read or is no experiment; one sentence that names the file.
+    Raises `InputError` if it cannot be read or is no experiment; one sentence that names the file.
     """
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -104,11 +90,8 @@ def read_experiment(path: Path) -> Experiment:
 def read_experiments(folder: Path) -> tuple[Experiment, ...]:
     """Read all experiments of a folder, in the order of their file names.
 
-    Raises
-    ------
-    InputError
-        If the folder is not there or holds no experiment, one of its files is no experiment, or two
-        have the same name.
+    Raises `InputError` if the folder is not there or holds no experiment, one of its files is no
+    experiment, or two have the same name.
     """
     if not folder.is_dir():
         raise InputError(f"The folder of experiments {folder} is not there.")

@@ -8,7 +8,8 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep_app.teaching.experiment import EXPERIMENT_KEY, Experiment
-from vsep_app.widgets.layout import heading, stylesheet
+from vsep_app.widgets.fields import field
+from vsep_app.widgets.layout import heading, html_pane
 from vsep_app.widgets.location import set_query
 
 _NONE = ""
@@ -41,15 +42,13 @@ class Guide:
     ) -> None:
         self._here, self._take = here, take
         self._experiments = {one.name: one for one in experiments}
-        self.choice = pmu.Select(
-            label="Experiment",
+        self.choice = field(
+            pmu.Select,
+            "Experiment",
+            "Sets all controls for one question; the answer stays hidden until you ask for it. "
+            "None: leaves the controls as they are.",
             options={"None": _NONE, **{one.title: one.name for one in experiments}},
             value=_NONE if opened is None else opened.name,
-            description="Sets all controls for one question; the answer stays hidden until you ask "
-            "for it. None: leaves the controls as they are.",
-            sizing_mode="stretch_width",
-            size="small",
-            margin=(6, 16, 6, 16),
         )
         self.texts, self.answer = _text_pane(), _text_pane()
         self.ask = pmu.Button(label=_SHOW, description=f"{_SHOW} to the question.", **_BUTTON)
@@ -128,10 +127,4 @@ def _paragraphs(text: str) -> str:
 
 
 def _text_pane() -> Any:
-    return pn.pane.HTML(
-        "",
-        visible=False,
-        sizing_mode="stretch_width",
-        margin=(0, 16),
-        stylesheets=[stylesheet("teaching")],
-    )
+    return html_pane("teaching", visible=False, sizing_mode="stretch_width", margin=(0, 16))

@@ -13,16 +13,13 @@ from vsep.mitigation.registry import MITIGATIONS
 from vsep.presets.registry import PRESETS
 from vsep.studies.catalogue import CATALOGUE
 from vsep_app.assets import path
-from vsep_app.widgets.layout import ICON_ONLY, stylesheet
+from vsep_app.widgets.layout import ICON_ONLY, html_pane, stylesheet
 
 
 class Help:
     """A button for the header and the dialog that it opens; Escape or a click beside it closes it.
 
-    Parameters
-    ----------
-    parts : iterable of Viewable
-        What the page consists of; the tooltips of its controls are listed.
+    The tooltips of the controls in the parts of a page are listed.
     """
 
     def __init__(self, parts: Iterable[Any]) -> None:
@@ -107,6 +104,4 @@ def _document(name: str) -> Any:
 
 
 def _pane(html: str) -> Any:
-    return pn.pane.HTML(
-        html, sizing_mode="stretch_width", margin=(0, 8), stylesheets=[stylesheet("teaching")]
-    )
+    return html_pane("teaching", html, sizing_mode="stretch_width", margin=(0, 8))

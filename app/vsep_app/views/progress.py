@@ -32,15 +32,8 @@ class ProgressView:
             plot.xaxis.visible = False
 
     def _figure(self, name: str, label: str, role: str) -> figure:
-        plot = plain_figure(
-            title=label,
-            x_label="",
-            y_label="",
-            x_axis=self._x,
-            y_axis=self._y[name],
-            name=f"progress-{name}",
-            tools=False,
-        )
+        axes = self._x, self._y[name]
+        plot = plain_figure(f"progress-{name}", label, ("", ""), axes, tools=False)
         plot.min_border_left = 52
         plot.yaxis.ticker.desired_num_ticks = 3
         plot.yaxis.formatter.use_scientific = False

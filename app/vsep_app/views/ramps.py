@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from bokeh.events import Tap
 from bokeh.models import BoxAnnotation, ColumnDataSource, FactorRange, HoverTool
-from bokeh.plotting import figure
 
 from vsep_app.model.picture import Picture
 from vsep_app.views.style import COLOURS, Axis, plain_figure, put
@@ -17,30 +16,22 @@ _ROWS = ("estimated bursts", "true bursts")
 class RampStrip:
     """Two rows of cells, one cell a ramp; a click selects the ramp.
 
-    Parameters
-    ----------
-    select : callable or None
-        Called with the ramp that was clicked; None where nobody listens.
+    `select` is called with it; None where nobody listens.
     """
 
     def __init__(self, select: Callable[[int], None] | None = None) -> None:
         self._select = select
         self._num_ramps = 1
         self._x = Axis()
-        self.figure = self._figure()
+        self.figure = plain_figure("ramps", "", ("", ""), (self._x, _Rows()), tools=False)
+        self.figure.grid.visible = False
         self._source = ColumnDataSource(
             {name: [] for name in ("ramp", "row", "opacity", "colour", "level")}
         )
+        fill = {"fill_color": "colour", "fill_alpha": "opacity"}
+        edge = {"line_color": COLOURS["received"], "line_alpha": 0.35}
         cells = self.figure.rect(
-            "ramp",
-            "row",
-            width=0.86,
-            height=0.8,
-            source=self._source,
-            fill_color="colour",
-            fill_alpha="opacity",
-            line_color=COLOURS["received"],
-            line_alpha=0.35,
+            "ramp", "row", width=0.86, height=0.8, source=self._source, **fill, **edge
         )
         self._selected = BoxAnnotation(
             left=-0.5, right=0.5, fill_alpha=0.0, line_color=COLOURS["object"], line_width=2.5
@@ -51,19 +42,6 @@ class RampStrip:
         )
         if select is not None:
             self.figure.on_event(Tap, self._tapped)
-
-    def _figure(self) -> figure:
-        plot = plain_figure(
-            title="",
-            x_label="",
-            y_label="",
-            x_axis=self._x,
-            y_axis=_Rows(),
-            name="ramps",
-            tools=False,
-        )
-        plot.grid.visible = False
-        return plot
 
     def _tapped(self, event: Tap) -> None:
         if event.x is not None and self._select is not None:

@@ -8,7 +8,6 @@ from bokeh.models import (
     ColorBar,
     ColumnDataSource,
     CrosshairTool,
-    HoverTool,
     LinearColorMapper,
     Span,
 )
@@ -16,10 +15,20 @@ from bokeh.plotting import figure
 
 from vsep_app.model.markers import Markers
 from vsep_app.model.picture import Picture
-from vsep_app.views.style import COLOURS, LABEL_SIZE, MAP_PALETTE, Axis, plain_figure, put, short
+from vsep_app.views.style import (
+    COLOURS,
+    LABEL_SIZE,
+    MAP_PALETTE,
+    Axis,
+    plain_figure,
+    put,
+    short,
+    tell_of_components,
+)
 
 MIN_MARK, MAX_MARK = 6.0, 18.0
 MAX_MARK_DB = 50.0
+_PLACE = ("range", "velocity")
 _COLUMNS = ("range", "velocity", "snr", "size", "opacity")
 
 
@@ -56,23 +65,10 @@ def map_figure(
     source: ColumnDataSource, *, title: str, y_label: str, axes: tuple[Axis, Axis], name: str
 ) -> figure:
     """Return a figure of a range-Doppler map."""
-    plot = plain_figure(
-        title=title,
-        x_label="range [m]",
-        y_label=y_label,
-        x_axis=axes[0],
-        y_axis=axes[1],
-        name=f"range-doppler-{name}",
-    )
-    plot.image(
-        "image",
-        x="x",
-        y="y",
-        dw="dw",
-        dh="dh",
-        source=source,
-        color_mapper=LinearColorMapper(palette=MAP_PALETTE, low=0, high=255),
-    )
+    plot = plain_figure(f"range-doppler-{name}", title, ("range [m]", y_label), axes)
+    place = {each: each for each in ("image", "x", "y", "dw", "dh")}
+    colours = LinearColorMapper(palette=MAP_PALETTE, low=0, high=255)
+    plot.image(**place, source=source, color_mapper=colours)
     plot.grid.visible = False
     return plot
 
@@ -97,36 +93,15 @@ def add_colour_bar(plot: figure, scale: LinearColorMapper) -> None:
 def mark_objects(plot: figure, objects: ColumnDataSource, true_objects: ColumnDataSource) -> None:
     """Ring the estimates on a map and cross the true objects."""
     for colour, width in (("black", 3.0), ("white", 1.4)):
+        line = {"line_color": colour, "line_width": width}
         estimates = plot.scatter(
-            "range",
-            "velocity",
-            source=objects,
-            marker="circle",
-            size="size",
-            fill_color=None,
-            line_color=colour,
-            line_width=width,
+            *_PLACE, source=objects, marker="circle", size="size", fill_color=None, **line
         )
     for colour, width in (("black", 3.5), (COLOURS["true"], 1.8)):
-        truth = plot.scatter(
-            "range",
-            "velocity",
-            source=true_objects,
-            marker="cross",
-            size=11,
-            line_color=colour,
-            line_width=width,
-        )
+        line = {"line_color": colour, "line_width": width}
+        truth = plot.scatter(*_PLACE, source=true_objects, marker="cross", size=11, **line)
     for label, renderer in (("estimate", estimates), ("true object", truth)):
-        plot.add_tools(
-            HoverTool(
-                renderers=[renderer],
-                tooltips=[
-                    (label, "@range{0.00} m, @velocity{+0.00} m/s"),
-                    ("component SNR", "@snr{0.0} dB"),
-                ],
-            )
-        )
+        tell_of_components(plot, renderer, label, "@range{0.00} m, @velocity{+0.00} m/s")
 
 
 class RangeDopplerView:
@@ -166,27 +141,11 @@ class RangeDopplerView:
 
     def _mark_changes(self, plot: figure) -> None:
         marks = self._marks
-        plot.scatter(
-            "range",
-            "velocity",
-            source=marks["added"],
-            marker="circle",
-            size=28,
-            fill_color=None,
-            line_color="white",
-            line_width=4,
-            line_alpha="opacity",
-        )
-        plot.scatter(
-            "range",
-            "velocity",
-            source=marks["pruned"],
-            marker="x",
-            size=16,
-            line_color="white",
-            line_width=2.5,
-            line_alpha="opacity",
-        )
+        line = {"line_color": "white", "line_alpha": "opacity"}
+        ring = {"marker": "circle", "size": 28, "fill_color": None, "line_width": 4}
+        plot.scatter(*_PLACE, source=marks["added"], **ring, **line)
+        cross = {"marker": "x", "size": 16, "line_width": 2.5}
+        plot.scatter(*_PLACE, source=marks["pruned"], **cross, **line)
 
     def update(self, picture: Picture, *, with_image: bool = True) -> None:
         """Draw another picture; the map before cancellation is sent once a scene."""

@@ -3,12 +3,21 @@
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, CrosshairTool, HoverTool, Span
+from bokeh.models import ColumnDataSource, CrosshairTool, Span
 from bokeh.plotting import figure
 
 from vsep_app.model.markers import Markers
 from vsep_app.model.picture import Picture, Signals
-from vsep_app.views.style import COLOURS, Axis, key_html, legend_of, plain_figure, put, short
+from vsep_app.views.style import (
+    COLOURS,
+    Axis,
+    key_html,
+    legend_of,
+    plain_figure,
+    put,
+    short,
+    tell_of_components,
+)
 
 _LINES = (
     ("received", "received", "received", "line", {"line_width": 2.2, "line_alpha": 0.65}),
@@ -37,31 +46,23 @@ def _draw(plot: figure, source: ColumnDataSource) -> list[tuple[str, list[Any]]]
     return entries
 
 
+def _keys(entries: list[tuple[str, str, str]]) -> tuple[str, str]:
+    """Return the key of a view, and that where the truth is hardly ever known."""
+    return key_html(entries), key_html([entry for entry in entries if entry[0] != "true"])
+
+
 class FastTimeView:
     """Received, true, estimated, interference and cleaned signal over fast time.
 
-    Parameters
-    ----------
-    legend : bool
-        Whether the figure has its own legend; else `key` is to be shown beside it.
+    The figure has its own legend, or `key` is to be shown beside it.
     """
 
-    key = key_html([(role, label, sample) for _, role, label, sample, _ in _LINES])
-    untrue_key = key_html(
-        [(role, label, sample) for _, role, label, sample, _ in _LINES if role != "true"]
-    )
-    """The key where the truth is hardly ever known."""
+    key, untrue_key = _keys([(role, label, sample) for _, role, label, sample, _ in _LINES])
 
     def __init__(self, *, legend: bool = False) -> None:
         self._x, self._y = Axis(), Axis()
-        self.figure = plain_figure(
-            title="Fast time",
-            x_label="fast time [µs]",
-            y_label="level [dB]",
-            x_axis=self._x,
-            y_axis=self._y,
-            name="fast-time",
-        )
+        labels = "fast time [µs]", "level [dB]"
+        self.figure = plain_figure("fast-time", "Fast time", labels, (self._x, self._y))
         self.source = _empty_lines()
         entries = _draw(self.figure, self.source)
         if legend:
@@ -78,6 +79,23 @@ class FastTimeView:
         self.source.data = _columns(picture.fast_time)
 
 
+def mark_peaks(
+    plot: figure,
+    source: ColumnDataSource,
+    label: str,
+    *,
+    colour: str,
+    marker: str,
+    size: int = 9,
+    filled: bool = False,
+) -> Any:
+    """Mark components at range and level, with what the pointer shows; return the marks."""
+    look = {"marker": marker, "size": size, "fill_color": colour if filled else None}
+    marks = plot.scatter("range", "level", source=source, line_color=colour, line_width=2, **look)
+    tell_of_components(plot, marks, label, "@range{0.00} m")
+    return marks
+
+
 def _stem_columns(marks: Markers, floor: float) -> dict[str, Any]:
     return {
         "range": short(marks.ranges_m),
@@ -91,38 +109,22 @@ def _stem_columns(marks: Markers, floor: float) -> dict[str, Any]:
 class DelayView:
     """Delay spectra in metres, components as stems.
 
-    Parameters
-    ----------
-    x_axis : Axis
-        Range axis, shared with the maps.
-    crosshair : Span
-        Line at the pointer, shared with the maps.
-    legend : bool
-        Whether the figure has its own legend; else `key` is to be shown beside it.
+    Range axis and crosshair, the line at the pointer, are shared with the maps. The figure has its
+    own legend, or `key` is to be shown beside it.
     """
 
-    key = key_html(
+    key, untrue_key = _keys(
         [
             ("true", "true object", "cross"),
             ("object", "estimate", "circle"),
             ("interference", "interference path", "diamond"),
         ]
     )
-    untrue_key = key_html(
-        [("object", "estimate", "circle"), ("interference", "interference path", "diamond")]
-    )
-    """The key where the truth is hardly ever known."""
 
     def __init__(self, x_axis: Axis, crosshair: Span, *, legend: bool = False) -> None:
         self._x, self._y = x_axis, Axis()
-        self.figure = plain_figure(
-            title="Delay spectrum",
-            x_label="range [m]",
-            y_label="level [dB]",
-            x_axis=self._x,
-            y_axis=self._y,
-            name="delay",
-        )
+        labels = "range [m]", "level [dB]"
+        self.figure = plain_figure("delay", "Delay spectrum", labels, (self._x, self._y))
         self._source = _empty_lines()
         entries = _draw(self.figure, self._source)
         self._stems = {
@@ -137,45 +139,28 @@ class DelayView:
             ("interference path", self._stem("channel", "interference", "diamond", 6)),
         ]
         for name, role in (("added", "object"), ("pruned", "received")):
-            self.figure.scatter(
-                "range",
-                "level",
-                source=self._stems[name],
-                marker="circle",
-                size=20,
-                fill_color=None,
-                line_color=COLOURS[role],
-                line_width=3,
-                line_alpha="opacity",
-            )
+            line = {"line_color": COLOURS[role], "line_width": 3, "line_alpha": "opacity"}
+            ring = {"marker": "circle", "size": 20, "fill_color": None}
+            self.figure.scatter("range", "level", source=self._stems[name], **ring, **line)
         if legend:
             legend_of(self.figure, entries[len(_LINES) :])
         self.figure.add_tools(CrosshairTool(overlay=crosshair))
 
     def _stem(self, name: str, role: str, marker: str, size: int) -> list[Any]:
         source, colour = self._stems[name], COLOURS[role]
-        filled = name == "channel"
         stem = self.figure.segment(
             "range", "floor", "range", "level", source=source, color=colour, line_alpha=0.55
         )
-        head = self.figure.scatter(
-            "range",
-            "level",
-            source=source,
+        head = mark_peaks(
+            self.figure,
+            source,
+            {"true_objects": "true object", "objects": "estimate"}.get(
+                name, "interference path, equivalent range"
+            ),
+            colour=colour,
             marker=marker,
             size=size,
-            line_color=colour,
-            line_width=2,
-            fill_color=colour if filled else None,
-        )
-        label = {"true_objects": "true object", "objects": "estimate"}.get(
-            name, "interference path, equivalent range"
-        )
-        self.figure.add_tools(
-            HoverTool(
-                renderers=[head],
-                tooltips=[(label, "@range{0.00} m"), ("component SNR", "@snr{0.0} dB")],
-            )
+            filled=name == "channel",
         )
         return [head, stem]
 

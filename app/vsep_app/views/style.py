@@ -13,11 +13,13 @@ import numpy as np
 from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
+    HoverTool,
     Legend,
     PanTool,
     Range1d,
     ResetTool,
     SaveTool,
+    Span,
     WheelZoomTool,
 )
 from bokeh.plotting import figure
@@ -31,6 +33,7 @@ COLOURS = {
 }
 MAP_PALETTE = "Viridis256"
 LABEL_SIZE = "11px"
+LEGEND = {"click_policy": "hide", "border_line_color": None, "spacing": 10}
 _SAMPLES = {
     "line": '<path d="M1 5H17"/>',
     "dashed": '<path d="M1 5H17" stroke-dasharray="5 3"/>',
@@ -93,23 +96,15 @@ def _same(held: Any, column: Any) -> bool:
 
 
 def plain_figure(
-    *,
-    title: str,
-    x_label: str,
-    y_label: str,
-    x_axis: Axis,
-    y_axis: Axis,
-    name: str,
-    tools: bool = True,
-    **options: Any,
+    name: str, title: str, labels: tuple[str, str], axes: tuple[Axis, Axis], *, tools: bool = True
 ) -> figure:
-    """Return an empty figure in the common look; labels carry their units."""
+    """Return an empty figure in the common look; labels, of x and y, carry their units."""
     plot = figure(
         title=title,
-        x_axis_label=x_label,
-        y_axis_label=y_label,
-        x_range=x_axis.range,
-        y_range=y_axis.range,
+        x_axis_label=labels[0],
+        y_axis_label=labels[1],
+        x_range=axes[0].range,
+        y_range=axes[1].range,
         tools=[],
         sizing_mode="stretch_both",
         min_height=60,
@@ -117,7 +112,6 @@ def plain_figure(
         name=name,
         styles={"font-size": LABEL_SIZE},
         stylesheets=[f":host {{ --bokeh-font-size: {LABEL_SIZE}; font-size: {LABEL_SIZE}; }}"],
-        **options,
     )
     if tools:
         zoom = BoxZoomTool()
@@ -131,6 +125,11 @@ def plain_figure(
     plot.title.text_font_size = "12px"
     plot.title.standoff = 2
     return plot
+
+
+def crosshair() -> Span:
+    """Return the line at the pointer, for all figures with the same range axis."""
+    return Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
 
 
 def empty_figure() -> figure:
@@ -157,28 +156,22 @@ def dress(plot: Any) -> None:
     plot.min_border_right = 14
 
 
+def tell_of_components(plot: figure, marks: Any, label: str, place: str) -> None:
+    """Let the pointer show place and SNR of the components that are marked."""
+    tooltips = [(label, place), ("component SNR", "@snr{0.0} dB")]
+    plot.add_tools(HoverTool(renderers=[marks], tooltips=tooltips))
+
+
 def legend_of(plot: figure, entries: list[tuple[str, list[Any]]]) -> Legend:
     """Add a flat legend in the plot's upper right corner; a click hides a signal.
 
     For documents that stand still: a legend makes the browser lay out the page anew with every
     picture, which halves the rate (measured); a live page has `key_html` instead.
     """
-    legend = Legend(
-        items=list(entries),
-        orientation="horizontal",
-        location="top_right",
-        click_policy="hide",
-        label_text_font_size=LABEL_SIZE,
-        border_line_color=None,
-        background_fill_alpha=0.55,
-        padding=1,
-        margin=2,
-        spacing=10,
-        glyph_width=16,
-        glyph_height=12,
-        label_standoff=4,
-        label_height=12,
-    )
+    look = {"background_fill_alpha": 0.55, "padding": 1, "margin": 2, "label_standoff": 4}
+    sizes = {"glyph_width": 16, "glyph_height": 12, "label_height": 12}
+    legend = Legend(items=list(entries), orientation="horizontal", location="top_right")
+    legend.update(**LEGEND, **look, **sizes, label_text_font_size=LABEL_SIZE)
     plot.add_layout(legend)
     return legend
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from html import escape
+from typing import NamedTuple
 
 from vsep_app.model.text import LogLine, TableRow
 
@@ -22,28 +23,52 @@ def log_html(lines: Sequence[LogLine]) -> str:
     return f'<ol class="log" tabindex="0" aria-label="Events" reversed>{items}</ol>'
 
 
+class Quantity(NamedTuple):
+    """Two columns of the component table: estimate and truth."""
+
+    heading: str
+    name: str  #: Of the field of `TableRow`, without its unit.
+    unit: str
+    digits: int
+    scale: float = 1.0  #: The standard deviation is in units of 1/scale.
+
+    def own(self, row: TableRow) -> tuple[str, str]:
+        """Return the estimate and its standard deviation, which is empty where there is none."""
+        std: float | None = getattr(row, f"{self.name}_std_{self.unit}", None)
+        if std is None or not math.isfinite(std):
+            spread = ""
+        else:
+            spread = f"{std:.{self.digits}f}" if self.scale == 1.0 else f"{std * self.scale:.1f}"
+        return value_text(getattr(row, f"{self.name}_{self.unit}"), self.digits), spread
+
+    def true(self, row: TableRow) -> str:
+        """Return the truth."""
+        return value_text(getattr(row, f"true_{self.name}_{self.unit}"), self.digits)
+
+
+def quantities(rows: Sequence[TableRow], *, moving: bool) -> list[Quantity]:
+    """Return what a table shows; velocities need several ramps, angles several antennas."""
+    turned = any(row.angle_deg is not None or row.true_angle_deg is not None for row in rows)
+    return [
+        Quantity("range [m] ± [mm]", "range", "m", 3, 1e3),
+        *([Quantity("velocity [m/s]", "velocity", "mps", 2)] if moving else []),
+        *([Quantity("angle [°]", "angle", "deg", 2)] if turned else []),
+        Quantity("SNR [dB]", "snr", "db", 1),
+    ]
+
+
 def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
-    """Return the component table; velocities need several ramps, angles several antennas."""
-    turned = has_angles(rows)
-    head = "<th>id</th><th>range [m] ± [mm]</th><th>truth</th>"
-    if moving:
-        head += "<th>velocity [m/s]</th><th>truth</th>"
-    if turned:
-        head += "<th>angle [°]</th><th>truth</th>"
-    head += "<th>SNR [dB]</th><th>truth</th>"
-    body = "".join(_row(row, moving=moving, turned=turned) for row in rows)
+    """Return the component table."""
+    shown = quantities(rows, moving=moving)
+    head = "<th>id</th>" + "".join(f"<th>{each.heading}</th><th>truth</th>" for each in shown)
+    body = "".join(_row(row, shown) for row in rows)
     if not rows:
-        columns = 7 if moving else 5
+        columns = 1 + 2 * len(shown)
         body = f'<tr><td class="empty" colspan="{columns}">No object yet.</td></tr>'
     return (
         f'<table class="components" tabindex="0" aria-label="Objects">'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     )
-
-
-def has_angles(rows: Sequence[TableRow]) -> bool:
-    """Whether some of the directions are known."""
-    return any(row.angle_deg is not None or row.true_angle_deg is not None for row in rows)
 
 
 def times_html(step_ms: Mapping[str, float]) -> str:
@@ -54,28 +79,22 @@ def times_html(step_ms: Mapping[str, float]) -> str:
     return f'<p class="times"><b>{sum(step_ms.values()):.1f} ms</b>: {parts}</p>'
 
 
-def _row(row: TableRow, *, moving: bool, turned: bool) -> str:
+def _row(row: TableRow, shown: Sequence[Quantity]) -> str:
     if row.component_id is None:
         kind = "missed"
     else:
         kind = "extra" if row.true_range_m is None else "found"
-    cells = [
-        MISSING if row.component_id is None else str(row.component_id),
-        _number(row.range_m, row.range_std_m, scale=1e3),
-        _number(row.true_range_m),
-    ]
-    if moving:
-        cells += [
-            _number(row.velocity_mps, row.velocity_std_mps, digits=2),
-            _number(row.true_velocity_mps, digits=2),
-        ]
-    if turned:
-        cells += [
-            _number(row.angle_deg, row.angle_std_deg, digits=2),
-            _number(row.true_angle_deg, digits=2),
-        ]
-    cells += [_number(row.snr_db, digits=1), _number(row.true_snr_db, digits=1)]
-    return f'<tr class="{kind}">' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    cells = [MISSING if row.component_id is None else str(row.component_id)]
+    for each in shown:
+        value, std = each.own(row)
+        spread = f'<span class="std"> ± {std}</span>' if std else ""
+        cells += [value + spread, each.true(row)]
+    return row_html(cells, f' class="{kind}"')
+
+
+def row_html(cells: Sequence[str], attributes: str = "") -> str:
+    """Return a row of a table."""
+    return f"<tr{attributes}>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
 
 def value_text(value: float | None, digits: int) -> str:
@@ -83,18 +102,3 @@ def value_text(value: float | None, digits: int) -> str:
     if value is None or math.isnan(value):
         return MISSING
     return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-def deviation_text(std: float | None, digits: int, scale: float = 1.0) -> str:
-    """Return a standard deviation in units of 1/`scale`, or nothing where there is none."""
-    if std is None or not math.isfinite(std):
-        return ""
-    return f"{std:.{digits}f}" if scale == 1.0 else f"{std * scale:.1f}"
-
-
-def _number(
-    value: float | None, std: float | None = None, *, digits: int = 3, scale: float = 1.0
-) -> str:
-    deviation = deviation_text(std, digits, scale)
-    spread = f'<span class="std"> ± {deviation}</span>' if deviation else ""
-    return value_text(value, digits) + spread

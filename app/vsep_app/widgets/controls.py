@@ -6,16 +6,11 @@ from typing import Any
 import panel as pn
 import panel_material_ui as pmu
 
-from vsep.parameters import (
-    ESTIMATOR_PARAMETERS,
-    FILTER_PARAMETERS,
-    PARAMETERS,
-    SCENE_PARAMETERS,
-)
+from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, PARAMETERS, SCENE_PARAMETERS
 from vsep.presets.record import RecordedPreset
 from vsep.presets.registry import PRESETS
 from vsep_app.model.settings import ESTIMATOR, LOADED_FRAME, PRESET, SETTINGS, Settings
-from vsep_app.widgets.fields import field
+from vsep_app.widgets.fields import field, file_field
 from vsep_app.widgets.layout import heading, small_text
 from vsep_app.widgets.setting_widgets import setting_widget
 
@@ -116,12 +111,7 @@ class EstimatorControls:
 class Controls:
     """All controls of the side bar; `settings` holds their state.
 
-    Parameters
-    ----------
-    settings : Settings
-        Read and set by the widgets.
-    load : callable
-        Takes name and content of a frame file that the user chose.
+    `load` takes name and content of a frame file that the user chose.
     """
 
     def __init__(self, settings: Settings, load: Callable[[str, bytes], None]) -> None:
@@ -134,13 +124,8 @@ class Controls:
         self.widgets: Mapping[str, Any] = {
             name: widget for group in self._groups for name, widget in group.widgets.items()
         }
-        self.upload = field(
-            pmu.FileInput,
-            "Load a frame file (.npz)",
-            "A recorded frame: complex samples of all ramps with the radar's settings.",
-            accept=".npz",
-            variant="outlined",
-        )
+        text = "A recorded frame: complex samples of all ramps with the radar's settings."
+        self.upload = file_field("Load a frame file (.npz)", text, ".npz")
         self.upload.param.watch(self._uploaded, "value")
         settings.param.watch(self._arrange, [name for name in self.widgets if _decides(name)])
         self._arrange()

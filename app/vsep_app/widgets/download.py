@@ -1,10 +1,12 @@
-"""A file for the browser, made on the server when it is asked for."""
+"""What the server has the browser do: save a file, or open another page in a new tab."""
 
 import base64
 from typing import Any
 
 from bokeh.models import ColumnDataSource, CustomJS
 
+# Where the browser does not let a page open tabs, this one is left.
+_OPEN = "const place = link.data.place[0]\nif (!window.open(place)) { location.assign(place) }"
 _SAVE = """
 const [name, kind, data] = [file.data.name[0], file.data.kind[0], file.data.data[0]]
 const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0))
@@ -43,3 +45,19 @@ class Download:
             "kind": [kind],
             "data": [text],
         }
+
+
+class Link:
+    """A place that the browser is sent to when the server says so.
+
+    A button that the user clicks makes the link part of the page.
+    """
+
+    def __init__(self, button: Any) -> None:
+        self.source = ColumnDataSource({"place": [""]}, name="link", syncable=False)
+        self.source.js_on_change("data", CustomJS(args={"link": self.source}, code=_OPEN))
+        button.js_on_click(args={"link": self.source}, code="")
+
+    def open(self, place: str) -> None:
+        """Open an address; called with the document locked."""
+        self.source.data = {"place": [place]}

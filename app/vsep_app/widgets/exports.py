@@ -1,4 +1,4 @@
-"""Tables of the page as files: CSV for a spreadsheet, JSON for a program."""
+"""Tables of a run on the page, and as files: CSV for a spreadsheet, JSON for a program."""
 
 import csv
 import io
@@ -10,9 +10,43 @@ from typing import Any
 import panel_material_ui as pmu
 
 from vsep.files.results import as_json
+from vsep_app.model.picture import Picture
+from vsep_app.model.text import LogLine, TableRow
+from vsep_app.views.tables import log_html, table_html
 from vsep_app.widgets.download import Download
+from vsep_app.widgets.layout import html_pane, panel
 
+SHOWN_LINES = 60
 _MEDIA_TYPES = {"csv": "text/csv", "json": "application/json"}
+
+
+class RunTables:
+    """Component table and event log of the picture that is shown, each with its downloads."""
+
+    def __init__(self) -> None:
+        self.table, self.log = html_pane("tables"), html_pane("tables")
+        self.picture: Picture | None = None
+
+    def show(self, picture: Picture) -> None:
+        """Show table and log of a picture."""
+        self.picture = picture
+        several = picture.static_picture.radar.num_ramps > 1
+        self.table.object = table_html(picture.table, moving=several)
+        self.log.object = log_html(picture.log[-SHOWN_LINES:])
+
+    def panels(self, title: str, *, log_weight: float) -> list[Any]:
+        """Return the table under a title, and the log."""
+        download = Download()
+        tables = download_buttons("objects", TableRow, lambda: self.shown("table"), download)
+        logs = download_buttons("events", LogLine, lambda: self.shown("log"), download)
+        return [
+            panel(title, self.table, weight=10, tools=tables),
+            panel("Events", self.log, weight=log_weight, tools=logs),
+        ]
+
+    def shown(self, name: str) -> Sequence[Any]:
+        """Return the rows of ``table`` or ``log`` that are shown."""
+        return () if self.picture is None else getattr(self.picture, name)
 
 
 def table_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:

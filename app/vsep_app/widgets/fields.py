@@ -1,4 +1,4 @@
-"""Fields of a side bar, with the margins that they have in all of them."""
+"""Fields of side bar and toolbar, with the margins that they have in all of them."""
 
 from typing import Any
 
@@ -13,17 +13,7 @@ _HALVES = (6, 4, 6, 16), (6, 16, 6, 4)
 
 
 def field(kind: Any, label: str, text: str, **options: Any) -> Any:
-    """Return a widget as wide as the side bar, with a label and a tooltip.
-
-    Parameters
-    ----------
-    kind : type
-        Class of the widget.
-    label, text : str
-        Its words.
-    **options
-        Of the widget.
-    """
+    """Return a widget of a class as wide as the side bar, with a label, a tooltip and options."""
     margin = _SLIDER_MARGIN if kind in _SLIDERS else MARGIN
     margin = _SWITCH_MARGIN if kind is pmu.Switch else margin
     usual = {"margin": margin, "sizing_mode": "stretch_width", "size": "small"}
@@ -34,6 +24,22 @@ def number_field(label: str, text: str, value: float, start: float, end: float) 
     """Return a field for a number to type; a whole one if the value is."""
     kind = pmu.IntInput if isinstance(value, int) else pmu.FloatInput
     return field(kind, label, text, value=value, start=start, end=end)
+
+
+def file_field(label: str, text: str, suffix: str) -> Any:
+    """Return a field for a file of a suffix."""
+    return field(pmu.FileInput, label, text, accept=suffix, variant="outlined")
+
+
+def tool_field(kind: Any, label: str, text: str, **options: Any) -> Any:
+    """Return a widget of a fixed width for the toolbar above the figures."""
+    return field(kind, label, text, margin=(7, 4, 0, 4), sizing_mode=None, **options)
+
+
+def tool_button(label: str, icon: str, text: str, **options: Any) -> Any:
+    """Return a button for the toolbar above the figures."""
+    usual = {"variant": "outlined", "size": "small", "margin": (9, 3)}
+    return pmu.Button(label=label, icon=icon, description=text, **{**usual, **options})
 
 
 def pair(left: Any, right: Any) -> Any:

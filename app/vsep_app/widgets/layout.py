@@ -27,6 +27,22 @@ def stylesheet(name: str) -> str:
     return path(f"css/{name}.css").read_text(encoding="utf-8")
 
 
+def html_pane(sheet: str, text: str = "", **options: Any) -> Any:
+    """Return a pane of HTML with a style sheet, by default as large as its place."""
+    usual = {"sizing_mode": "stretch_both", "stylesheets": [stylesheet(sheet)]}
+    return pn.pane.HTML(text, **{**usual, **options})
+
+
+def status_html(text: str) -> str:
+    """Return the state of a page in bold."""
+    return f'<strong role="status" style="font-size:13px;white-space:nowrap">{text}</strong>'
+
+
+def status_pane(text: str) -> Any:
+    """Return the place of the state of a page in the header."""
+    return pn.pane.HTML(status_html(text), margin=(0, 12), styles={"color": "white"})
+
+
 def theme() -> dict[str, Any]:
     """Return the light and the dark theme; primary colours keep 4.5:1 against their page."""
     # The title of the page gives way to the links where there is no room for both; it stays the
@@ -48,26 +64,27 @@ def card(
     plot: Any, *, weight: int, height: int | None = None, look: str = "card", key: str = ""
 ) -> Any:
     """Return a framed figure that takes its share of the free height, or a fixed one."""
-    flex = {"flex": f"{weight} 1 0"} if height is None else {"flex": f"0 0 {height}px"}
+    flex = f"{weight} 1 0" if height is None else f"0 0 {height}px"
     content: list[Any] = [pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0)]
     if key:
-        content.append(pn.pane.HTML(key, margin=0, stylesheets=[stylesheet("key")]))
-    return pn.Column(
-        *content,
-        margin=3,
-        sizing_mode="stretch_both",
-        styles={**flex, "min-height": "0", "min-width": "0"},
-        stylesheets=[stylesheet(look)],
-    )
+        content.append(html_pane("key", key, margin=0, sizing_mode=None))
+    return stack(*content, sheet=look, margin=3, flex=flex)
 
 
-def stack(*content: Any, weight: float = 1, row: bool = False, sheet: str = "column") -> Any:
+def stack(
+    *content: Any,
+    weight: float = 1,
+    row: bool = False,
+    sheet: str = "column",
+    margin: int = 0,
+    flex: str = "",
+) -> Any:
     """Return a column, or a row, that takes its share of the free room and may shrink."""
     return (pn.Row if row else pn.Column)(
         *content,
-        margin=0,
+        margin=margin,
         sizing_mode="stretch_both",
-        styles={"flex": f"{weight} 1 0", "min-height": "0", "min-width": "0"},
+        styles={"flex": flex or f"{weight} 1 0", "min-height": "0", "min-width": "0"},
         stylesheets=[stylesheet(sheet)] if sheet else [],
     )
 
@@ -98,11 +115,7 @@ def toolbar(*content: Any) -> Any:
 def progress_bar() -> Any:
     """Return an empty bar for the toolbar."""
     return pmu.LinearProgress(
-        value=0,
-        variant="determinate",
-        sizing_mode="stretch_width",
-        min_width=80,
-        margin=(22, 12),
+        value=0, variant="determinate", sizing_mode="stretch_width", min_width=80, margin=(22, 12)
     )
 
 
@@ -123,24 +136,17 @@ def download_button(label: str, filename: str, callback: Callable[[], Any], text
 
 def panel(title: str, content: Any, *, weight: float, tools: Sequence[Any] = ()) -> Any:
     """Return a framed panel with a heading and, beside it, small buttons."""
-    heading: Any = pn.pane.HTML(
+    heading: Any = html_pane(
+        "tables",
         f'<h2 class="panel">{title}</h2>',
         margin=(4, 8, 2, 8),
         sizing_mode="stretch_width",
         # Where there is no room for all, the heading is cut off, not the buttons.
         styles={"min-width": "0"},
-        stylesheets=[stylesheet("tables")],
     )
     if tools:
         heading = pn.Row(heading, *tools, margin=0, sizing_mode="stretch_width")
-    return pn.Column(
-        heading,
-        content,
-        margin=3,
-        sizing_mode="stretch_both",
-        styles={"flex": f"{weight} 1 0", "min-height": "0"},
-        stylesheets=[stylesheet("card")],
-    )
+    return stack(heading, content, weight=weight, sheet="card", margin=3)
 
 
 def progress_card(view: ProgressView) -> Any:
@@ -148,13 +154,7 @@ def progress_card(view: ProgressView) -> Any:
     panes = [pn.pane.Bokeh(plot, sizing_mode="stretch_both", margin=0) for plot in view.figures]
     for pane, weight in zip(panes, (10, 10, 16), strict=True):
         pane.styles = {"flex": f"{weight} 1 0", "min-height": "0"}
-    return pn.Column(
-        *panes,
-        margin=3,
-        sizing_mode="stretch_both",
-        styles={"flex": "11 1 0", "min-height": "0"},
-        stylesheets=[stylesheet("card")],
-    )
+    return stack(*panes, weight=11, sheet="card", margin=3)
 
 
 def heading(text: str) -> Any:
@@ -173,13 +173,13 @@ def small_text(text: str) -> str:
 
 def unseen_title(text: str) -> Any:
     """Return the heading of a page for those who hear it; the header shows it already."""
-    return pn.pane.HTML(
+    return html_pane(
+        "tables",
         f'<h1 class="unseen">{text}</h1>',
         css_classes=["unseen-title"],
         margin=0,
         height=0,
         sizing_mode="stretch_width",
-        stylesheets=[stylesheet("tables")],
     )
 
 

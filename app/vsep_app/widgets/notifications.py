@@ -1,8 +1,14 @@
-"""Notifications about a frame that was loaded."""
+"""Notifications in the browser."""
 
 import panel as pn
 
 from vsep.files.frame import Frame
+
+
+def notify(sentence: str, *, kind: str = "error", duration_ms: int = 8000) -> None:
+    """Show a sentence in the browser, where there is one; it is of an ``error`` or an ``info``."""
+    if pn.state.notifications is not None:
+        getattr(pn.state.notifications, kind)(sentence, duration=duration_ms)
 
 
 def antenna_notice(frame: Frame) -> str | None:
@@ -13,10 +19,3 @@ def antenna_notice(frame: Frame) -> str | None:
         f"{frame.name} holds {frame.num_antennas} antennas; antenna {frame.antenna} alone is shown "
         "and separated here. The live view takes all of them together, with angles."
     )
-
-
-def tell_of_antennas(frame: Frame) -> None:
-    """Show the notice in the browser, if there is one."""
-    sentence = antenna_notice(frame)
-    if sentence is not None and pn.state.notifications is not None:
-        pn.state.notifications.info(sentence, duration=12000)

@@ -10,7 +10,11 @@ import param
 from vsep.inference.core.progress import Termination
 from vsep_app.jobs.run_session import Phase, RunSession
 from vsep_app.model.picture import Picture
-from vsep_app.model.settings import Settings
+from vsep_app.model.settings import SETTINGS, Settings
+from vsep_app.model.text import counted
+from vsep_app.widgets.fields import tool_button, tool_field
+from vsep_app.widgets.layout import toolbar
+from vsep_app.widgets.setting_widgets import setting_widget
 
 _BUTTONS = (
     ("run", "Run", "play_arrow", "contained", "Run: go on with the iterations."),
@@ -64,18 +68,9 @@ class RunTransport:
         # them would hold the run. Since Panel 1.10 (pull request 8712) "value_throttled" follows
         # what the server sets, too: that is no command of the user.
         self.scrub.param.watch(self._scrubbed, "value_throttled")
-        self.speed = pmu.IntSlider(
-            label=Settings.param.speed.label,
-            start=Settings.param.speed.bounds[0],
-            end=Settings.param.speed.bounds[1],
-            value=settings.speed,
-            size="small",
-            description=Settings.param.speed.doc,
-            width=170,
-            margin=(0, 14),
-        )
-        self.speed.param.watch(self._speed_set, "value_throttled")
-        settings.param.watch(self._show_speed, "speed")
+        self.speed = setting_widget(settings, SETTINGS["speed"])
+        self.speed.param.update(width=170, margin=(0, 14), sizing_mode=None)
+        settings.param.watch(lambda *_: wake(), "speed")
 
     def show_place(self, iteration: int, num_iterations: int) -> None:
         """Show which iteration is drawn, of how many."""
@@ -96,9 +91,7 @@ class RunTransport:
         self.buttons["reset"].disabled = not ready
 
     def _button(self, name: str, label: str, icon: str, variant: str, text: str) -> Any:
-        button = pmu.Button(
-            label=label, icon=icon, variant=variant, size="small", description=text, margin=(9, 3)
-        )
+        button = tool_button(label, icon, text, variant=variant)
         button.on_click(lambda _: self._command(name))
         return button
 
@@ -120,14 +113,6 @@ class RunTransport:
             with param.edit_constant(self.scrub):
                 self.scrub.value_throttled = _NOTHING_COMMITTED
 
-    def _speed_set(self, event: Any) -> None:
-        if event.new is not None:
-            self._settings.speed = event.new
-            self._wake()
-
-    def _show_speed(self, *_: Any) -> None:
-        self.speed.value = self._settings.speed
-
 
 class Transport(RunTransport):
     """The row above the views, and the status in the header."""
@@ -136,55 +121,23 @@ class Transport(RunTransport):
         self, settings: Settings, session: RunSession[Any, Any, Any], wake: Callable[[], None]
     ) -> None:
         super().__init__(settings, session, wake)
-        self.mode = pmu.Select(
-            label="Fast time shows",
-            options={"Level": "level", "Real part": "real"},
-            value=settings.fast_time,
-            size="small",
-            description=Settings.param.fast_time.doc,
-            width=130,
-            margin=(7, 4, 0, 4),
+        self.mode = setting_widget(settings, SETTINGS["fast_time"])
+        self.mode.param.update(
+            label="Fast time shows", width=130, margin=(7, 4, 0, 4), sizing_mode=None
         )
-        self.mode.param.watch(self._mode_set, "value")
-        self.ramp = pmu.IntInput(
-            label="Ramp",
-            start=0,
-            value=settings.ramp,
-            size="small",
-            description=Settings.param.ramp.doc,
-            width=104,
-            margin=(7, 4, 0, 4),
+        self.ramp = _field(pmu.IntInput, "ramp", width=104, start=0, value=settings.ramp)
+        self.antenna = _field(
+            pmu.Select, "antenna", width=100, options={"0": 0}, value=0, visible=False
         )
         self.ramp.param.watch(self._ramp_set, "value")
-        self.antenna = pmu.Select(
-            label="Antenna",
-            options={"0": 0},
-            value=0,
-            size="small",
-            description=Settings.param.antenna.doc,
-            width=100,
-            margin=(7, 4, 0, 4),
-            visible=False,
-        )
         self.antenna.param.watch(self._antenna_set, "value")
-        settings.param.watch(self._show_settings, ["fast_time", "ramp", "antenna"])
+        settings.param.watch(self._show_settings, ["ramp", "antenna"])
         self._drawn: Picture | None = None
 
-    def layout(self, stylesheet: str) -> Any:
+    def layout(self) -> Any:
         """Return the row."""
-        return pn.Row(
-            *self.buttons.values(),
-            self.speed,
-            self.scrub,
-            self.ramp,
-            self.antenna,
-            self.mode,
-            sizing_mode="stretch_width",
-            styles={"min-height": "52px"},
-            margin=(2, 3, 0, 3),
-            align="center",
-            stylesheets=[stylesheet],
-        )
+        choices = self.speed, self.scrub, self.ramp, self.antenna, self.mode
+        return toolbar(*self.buttons.values(), *choices)
 
     def show(self, picture: Picture, rate: float) -> None:
         """Show where the run is; called with the document locked."""
@@ -204,7 +157,13 @@ class Transport(RunTransport):
         drawn = self._drawn
         if drawn is not None and drawn.run_number != self._session.run_number:
             drawn = None
-        self.status.object = _status_html(self._session.phase, drawn, rate)
+        phase, counts = self._session.phase, ""
+        words = phase.value
+        if drawn is not None:
+            words = _STATE_WORDS.get(drawn.termination, words)
+            found = counted(len(drawn.objects.ranges_m), "object")
+            counts = f"iteration {drawn.iteration} of {drawn.num_iterations} · {found}"
+        self.status.object = run_status_html(words, counts, phase, rate)
 
     def _offer_antennas(self, number: int) -> None:
         if number != len(self.antenna.options):
@@ -218,29 +177,25 @@ class Transport(RunTransport):
         if event.new is not None:
             self._settings.antenna = event.new
 
-    def _mode_set(self, event: Any) -> None:
-        self._settings.fast_time = event.new
-
     def _ramp_set(self, event: Any) -> None:
         if event.new is not None:
             self._settings.ramp = min(max(event.new, 0), self.ramp.end or 0)
 
     def _show_settings(self, *_: Any) -> None:
         self.ramp.value = self._settings.ramp
-        self.mode.value = self._settings.fast_time
         self.antenna.value = min(self._settings.antenna, len(self.antenna.options) - 1)
 
 
-def _status_html(phase: Phase, picture: Picture | None, rate: float) -> str:
-    words = phase.value
-    counts = ""
-    if picture is not None:
-        words = _STATE_WORDS.get(picture.termination, words)
-        found = len(picture.objects.ranges_m)
-        noun = "object" if found == 1 else "objects"
-        counts = f"iteration {picture.iteration} of {picture.num_iterations} · {found} {noun}"
-        if phase is Phase.RUNNING and rate > 0.0:
-            counts += f" · {rate:.1f} iterations/s"
+def _field(kind: Any, name: str, **options: Any) -> Any:
+    """Return a field of the toolbar for a setting that the frame bounds."""
+    record = SETTINGS[name]
+    return tool_field(kind, record.form_label, record.help, **options)
+
+
+def run_status_html(words: str, counts: str, phase: Phase, rate: float) -> str:
+    """Return the state of a run, how far it is and, while it goes on, how fast."""
+    if counts and phase is Phase.RUNNING and rate > 0.0:
+        counts += f" · {rate:.1f} iterations/s"
     return (
         f'<span><strong role="status">{words}</strong>'
         f'<span class="counts">&nbsp; {counts}</span></span>'

@@ -27,16 +27,9 @@ _MASK_LABELS = {
 
 
 class CompareForm:
-    """The side bar of the compare page.
+    """The side bar of the compare page: sets what is compared, and has the controls of the scene.
 
-    Parameters
-    ----------
-    choice : CompareSettings
-        Read and set by the widgets.
-    controls : Controls
-        The controls of the scene.
-    notify_error : callable
-        Tells the user what cannot be done.
+    `notify_error` tells the user what cannot be done.
     """
 
     def __init__(

@@ -3,11 +3,12 @@
 from typing import Any
 
 import panel as pn
-from bokeh.models import ColumnDataSource, CrosshairTool, HoverTool, LinearColorMapper, Span
-from bokeh.plotting import figure
+from bokeh.models import ColumnDataSource, CrosshairTool, LinearColorMapper, Span
 
+from vsep_app.model.compare_settings import MAX_METHODS
 from vsep_app.model.markers import Markers
 from vsep_app.model.static_picture import StaticPicture
+from vsep_app.model.text import counted
 from vsep_app.pages.compare.picture import ComparePicture, MethodView
 from vsep_app.views.range_doppler import (
     add_colour_bar,
@@ -18,37 +19,35 @@ from vsep_app.views.range_doppler import (
     mark_columns,
     mark_objects,
 )
-from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, plain_figure, put
-from vsep_app.widgets.layout import stack, stylesheet
+from vsep_app.views.signals import mark_peaks
+from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, crosshair, plain_figure, put
+from vsep_app.widgets.layout import stack
 
 
 class CompareMaps:
-    """One card for each method, all on the same axes.
+    """One card for each method, all on the same axes."""
 
-    Parameters
-    ----------
-    num_cards : int
-        Largest number of methods.
-    """
-
-    def __init__(self, num_cards: int) -> None:
+    def __init__(self) -> None:
         self._range, self._velocity, self._level = Axis(), Axis(), Axis()
         self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
         self._true_marks, self._true_peaks = empty_marks(), _no_peaks()
-        crosshair = Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
-        self._cards = [self._card(number, crosshair) for number in range(num_cards)]
+        line = crosshair()
+        self._cards = [self._card(number, line) for number in range(MAX_METHODS)]
         self._static_picture: StaticPicture | None = None
         self.grid = stack(*(card.column for card in self._cards), row=True, sheet="compare")
 
-    def _card(self, number: int, crosshair: Span) -> "MethodCard":
+    def _card(self, number: int, line: Span) -> "MethodCard":
         card = MethodCard(
             number, axes=(self._range, self._velocity), scale=self._scale, level=self._level
         )
         mark_objects(card.map, card.marks, self._true_marks)
-        _mark_peaks(card.profile, self._true_peaks, role="true", marker="x", label="true object")
-        _mark_peaks(card.profile, card.peaks, role="object", marker="circle", label="estimate")
+        for source, label, role, marker in (
+            (self._true_peaks, "true object", "true", "x"),
+            (card.peaks, "estimate", "object", "circle"),
+        ):
+            mark_peaks(card.profile, source, label, colour=COLOURS[role], marker=marker)
         for plot in (card.map, card.profile):
-            plot.add_tools(CrosshairTool(overlay=crosshair))
+            plot.add_tools(CrosshairTool(overlay=line))
         return card
 
     def show(self, picture: ComparePicture) -> None:
@@ -99,22 +98,13 @@ class MethodCard:
         self._image = empty_image()
         self._line = ColumnDataSource({"range": [], "level": []})
         self.marks, self.peaks = empty_marks(), _no_peaks()
+        label = "radial velocity [m/s]"
         self.map = map_figure(
-            self._image,
-            title=" ",
-            y_label="radial velocity [m/s]",
-            axes=axes,
-            name=f"compare-{number}",
+            self._image, title=" ", y_label=label, axes=axes, name=f"compare-{number}"
         )
         add_colour_bar(self.map, scale)
-        self.profile = plain_figure(
-            title=" ",
-            x_label="range [m]",
-            y_label="level [dB]",
-            x_axis=axes[0],
-            y_axis=level,
-            name=f"compare-profile-{number}",
-        )
+        labels, name = ("range [m]", "level [dB]"), f"compare-profile-{number}"
+        self.profile = plain_figure(name, " ", labels, (axes[0], level))
         self.profile.line(
             "range", "level", source=self._line, line_color=COLOURS["cleaned"], line_width=1.4
         )
@@ -124,14 +114,8 @@ class MethodCard:
             for plot in (self.map, self.profile)
         )
         self._profile_pane.visible = False
-        self.column = pn.Column(
-            self._map_pane,
-            self._profile_pane,
-            margin=3,
-            sizing_mode="stretch_both",
-            styles={"min-width": "0", "min-height": "0"},
-            stylesheets=[stylesheet("strip")],
-        )
+        panes = self._map_pane, self._profile_pane
+        self.column = stack(*panes, sheet="strip", margin=3, flex="0 1 auto")
         self._drawn: MethodView | None = None
 
     def show(self, static_picture: StaticPicture, view: MethodView) -> None:
@@ -157,8 +141,7 @@ def _what(view: MethodView) -> str:
     found = len(view.objects.ranges_m)
     if view.metrics.num_detections is None:
         return f"{view.stage}, iteration {view.metrics.num_repairs}"
-    noun = "object" if found == 1 else "objects"
-    return f"{view.stage}, {found} {noun}"
+    return f"{view.stage}, {counted(found, 'object')}"
 
 
 def _no_peaks() -> ColumnDataSource:
@@ -167,20 +150,3 @@ def _no_peaks() -> ColumnDataSource:
 
 def _peak_columns(marks: Markers) -> dict[str, Any]:
     return {"range": marks.ranges_m, "level": marks.levels_db, "snr": marks.snr_db}
-
-
-def _mark_peaks(
-    plot: figure, source: ColumnDataSource, *, role: str, marker: str, label: str
-) -> None:
-    head = plot.scatter(
-        "range",
-        "level",
-        source=source,
-        marker=marker,
-        size=9,
-        fill_color=None,
-        line_color=COLOURS[role],
-        line_width=2,
-    )
-    tooltips = [(label, "@range{0.00} m"), ("component SNR", "@snr{0.0} dB")]
-    plot.add_tools(HoverTool(renderers=[head], tooltips=tooltips))

@@ -20,56 +20,29 @@ from vsep.mitigation.method import Mitigation, MitigationState
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MethodRun:
-    """A method that is ready to work on a frame.
+    """A method that is ready to work on a frame."""
 
-    Parameters
-    ----------
-    name : str
-        The name a user calls it by.
-    received : (P, N) complex
-        The frame.
-    mask : (P, N) bool
-        True where a sample is taken for interfered.
-    repair : Mitigation or None
-        What cleans the frame; None for an estimator.
-    estimator : Estimator
-        What finds the objects.
-    num_prior_peaks : int or None
-        Peaks of earlier frames that its prior knows; None for a method without a prior.
-    """
-
-    name: str
-    received: ComplexArray
-    mask: BoolArray
-    repair: Mitigation | None
-    estimator: Estimator
+    name: str  #: The name a user calls it by.
+    received: ComplexArray  #: (P, N) complex: The frame.
+    mask: BoolArray  #: (P, N) bool: True where a sample is taken for interfered.
+    repair: Mitigation | None  #: What cleans the frame; None for an estimator.
+    estimator: Estimator  #: What finds the objects.
+    #: Peaks of earlier frames that its prior knows; None for a method without a prior.
     num_prior_peaks: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MethodRunState:
-    """Where a method stands.
+    """Where a method stands."""
 
-    Parameters
-    ----------
-    observed : (P, N) complex
-        The frame as received or as repaired so far: what the estimator sees.
-    repair : MitigationState or None
-        State of the repair; None for an estimator.
-    separation : SeparationState or None
-        State of the estimator; None before its turn.
-    repair_s, detection_s : float
-        Seconds that the two stages took.
-    termination : Termination
-        Whether it has ended, and why.
-    """
-
+    #: (P, N) complex: The frame as received or as repaired so far: what the estimator sees.
     observed: ComplexArray
-    repair: MitigationState | None
-    separation: SeparationState | None
+    repair: MitigationState | None  #: State of the repair; None for an estimator.
+    separation: SeparationState | None  #: State of the estimator; None before its turn.
+    #: Seconds that the two stages took.
     repair_s: float = 0.0
     detection_s: float = 0.0
-    termination: Termination = Termination.RUNNING
+    termination: Termination = Termination.RUNNING  #: Whether it has ended, and why.
 
     @property
     def cleaned(self) -> ComplexArray:
@@ -83,10 +56,7 @@ class MethodRunState:
 def open_method_run(method_run: MethodRun) -> MethodRunState:
     """Return the state before the first iteration.
 
-    Raises
-    ------
-    InputError
-        If the method cannot work on the frame; the sentence names it.
+    Raises `InputError` if the method cannot work on the frame; the sentence names it.
     """
     try:
         if method_run.repair is None:
@@ -102,10 +72,8 @@ def open_method_run(method_run: MethodRun) -> MethodRunState:
 def advance_method_run(method_run: MethodRun, state: MethodRunState) -> MethodRunState:
     """Do one iteration of the stage that a method is in; one that has ended stays as it is.
 
-    Raises
-    ------
-    InputError
-        If no objects can be looked for in the repaired frame; the sentence names the method.
+    Raises `InputError` if no objects can be looked for in the repaired frame; the sentence names
+    the method.
     """
     if state.termination is not Termination.RUNNING:
         return state

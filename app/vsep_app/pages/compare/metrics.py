@@ -14,26 +14,18 @@ from vsep.signal.scene import GroundTruth
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MethodMetrics:
-    """How a method does so far; None or NaN where the truth or a result is missing.
+    """How a method does so far; None or NaN where the truth or a result is missing."""
 
-    Parameters
-    ----------
-    misses, false_alarms : int or None
-        Objects without an estimate, and estimates without an object.
-    windowed_error_db, sinr_db : float
-        Of the cleaned frame.
-    num_repairs, num_detections : int or None
-        Iterations of the repair and of the estimator; None for a stage that a method has not.
-    repair_s, detection_s : float
-        How long they took.
-    """
-
+    #: Objects without an estimate, and estimates without an object.
     misses: int | None = None
     false_alarms: int | None = None
+    #: Of the cleaned frame.
     windowed_error_db: float = float("nan")
     sinr_db: float = float("nan")
+    #: Iterations of the repair and of the estimator; None for a stage that a method has not.
     num_repairs: int | None = None
     num_detections: int | None = None
+    #: How long they took.
     repair_s: float = 0.0
     detection_s: float = 0.0
 

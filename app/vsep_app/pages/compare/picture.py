@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from vsep._typing import FloatArray
 from vsep.inference.core.progress import Termination
 from vsep_app.model.markers import Markers, no_marks, object_marks
+from vsep_app.model.picture import RunPicture
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 from vsep_app.pages.compare.method_runs import MethodRun, MethodRunState
 from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics, judge_objects, measure_signal
@@ -18,69 +19,27 @@ _ENDS = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MethodView:
-    """One method after some iterations.
+    """One method after some iterations."""
 
-    Parameters
-    ----------
-    name : str
-        The name a user calls it by.
-    stage : str
-        What it does at this iteration.
-    metrics : MethodMetrics
-        How it does.
-    map_cleaned : (Mp, Mn) uint8
-        Range-Doppler map of the cleaned frame.
-    profile_db : (M,) float
-        Delay spectrum of the cleaned first ramp.
-    objects : Markers
-        Estimated objects.
-    num_prior_peaks : int or None
-        Peaks of earlier frames that its prior knows; None for a method without a prior.
-    """
-
-    name: str
-    stage: str
-    metrics: MethodMetrics
-    map_cleaned: ByteArray
-    profile_db: FloatArray
-    objects: Markers
+    name: str  #: The name a user calls it by.
+    stage: str  #: What it does at this iteration.
+    metrics: MethodMetrics  #: How it does.
+    map_cleaned: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map of the cleaned frame.
+    profile_db: FloatArray  #: (M,) float: Delay spectrum of the cleaned first ramp.
+    objects: Markers  #: Estimated objects.
+    #: Peaks of earlier frames that its prior knows; None for a method without a prior.
     num_prior_peaks: int | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ComparePicture:
-    """All that is drawn of one iteration of all methods.
+class ComparePicture(RunPicture):
+    """All that is drawn of one iteration of all methods, which have ended if it says so."""
 
-    Parameters
-    ----------
-    static_picture : StaticPicture
-        What stays during a run.
-    run_number, iteration, num_iterations : int
-        Which run, the iteration shown, and how many there are so far.
-    termination : Termination
-        Whether all methods have ended here.
-    method_runs : tuple of MethodView
-        The methods.
-    true_objects : Markers
-        The truth.
-    received : MethodMetrics
-        What the frame is worth as received.
-    frame_number : int
-        Which frame of the sequence.
-    past : tuple of FrameResult
-        How the methods did on earlier frames.
-    """
-
-    static_picture: StaticPicture
-    run_number: int
-    iteration: int
-    num_iterations: int
-    termination: Termination
-    method_runs: tuple[MethodView, ...]
-    true_objects: Markers
-    received: MethodMetrics
-    frame_number: int
-    past: tuple[FrameResult, ...]
+    method_runs: tuple[MethodView, ...]  #: The methods.
+    true_objects: Markers  #: The truth.
+    received: MethodMetrics  #: What the frame is worth as received.
+    frame_number: int  #: Which frame of the sequence.
+    past: tuple[FrameResult, ...]  #: How the methods did on earlier frames.
 
 
 def view_method_run(
@@ -91,10 +50,8 @@ def view_method_run(
     separation, repair = state.separation, state.repair
     verdict, signal = judge_objects(truth, separation), measure_signal(truth, cleaned)
     metrics = MethodMetrics(
-        misses=verdict.misses,
-        false_alarms=verdict.false_alarms,
-        windowed_error_db=signal.windowed_error_db,
-        sinr_db=signal.sinr_db,
+        **verdict._asdict(),
+        **signal._asdict(),
         num_repairs=None if repair is None else repair.iteration,
         num_detections=None if separation is None else separation.iteration,
         repair_s=state.repair_s,

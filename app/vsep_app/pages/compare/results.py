@@ -9,11 +9,13 @@ import panel as pn
 from bokeh.models import BasicTicker, ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
+from vsep_app.model.compare_settings import MAX_METHODS
+from vsep_app.model.text import counted
 from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics
 from vsep_app.pages.compare.picture import ComparePicture
 from vsep_app.views.style import Axis, plain_figure, put
-from vsep_app.views.tables import MISSING, value_text
-from vsep_app.widgets.layout import card, panel, stylesheet
+from vsep_app.views.tables import MISSING, row_html, value_text
+from vsep_app.widgets.layout import card, html_pane, panel, stylesheet
 
 # Okabe and Ito; a place also has its own marker and dash.
 SLOT_COLOURS = ("#0A84C6", "#D55E00", "#009E73", "#CC79A7")
@@ -45,30 +47,20 @@ _HEADINGS = (
 
 
 class CompareResults:
-    """Table and sequence curves.
+    """Table and sequence curves."""
 
-    Parameters
-    ----------
-    num_cards : int
-        Largest number of methods.
-    """
-
-    def __init__(self, num_cards: int) -> None:
-        self.table = pn.pane.HTML(
-            "", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")]
-        )
+    def __init__(self) -> None:
+        self.table = html_pane("tables")
         self._frames, self._errors = Axis(), Axis()
         self._sources = [
             ColumnDataSource({"frame": [], "error": [], "iterations": [], "name": []})
-            for _ in range(num_cards)
+            for _ in range(MAX_METHODS)
         ]
         self.figure = self._make_figure()
         self._curves = card(self.figure, weight=4, look="strip")
         self.row = pn.Row(
             panel(
-                "What each method is worth: the cleaned frame and its objects",
-                self.table,
-                weight=7,
+                "What each method is worth: the cleaned frame and its objects", self.table, weight=7
             ),
             self._curves,
             margin=0,
@@ -79,14 +71,8 @@ class CompareResults:
         )
 
     def _make_figure(self) -> figure:
-        plot = plain_figure(
-            title="Windowed error from frame to frame",
-            x_label="frame",
-            y_label="error [dB]",
-            x_axis=self._frames,
-            y_axis=self._errors,
-            name="compare-sequence",
-        )
+        title, axes = "Windowed error from frame to frame", (self._frames, self._errors)
+        plot = plain_figure("compare-sequence", title, ("frame", "error [dB]"), axes)
         plot.xaxis.ticker = BasicTicker(min_interval=1)
         looks = zip(self._sources, SLOT_COLOURS, _MARKERS, _DASHES, strict=True)
         for source, colour, marker, dash in looks:
@@ -136,8 +122,7 @@ def _row(
     name: str, stage: str, metrics: MethodMetrics, num_prior_peaks: int | None, colour: str
 ) -> str:
     swatch = f'<span class="swatch" style="background:{colour}"></span>' if colour else ""
-    noun = "peak" if num_prior_peaks == 1 else "peaks"
-    peaks = MISSING if num_prior_peaks is None else f"{num_prior_peaks} {noun}"
+    peaks = MISSING if num_prior_peaks is None else counted(num_prior_peaks, "peak")
     cells = [
         swatch + escape(name),
         escape(stage) or MISSING,
@@ -152,7 +137,7 @@ def _row(
         value_text(metrics.sinr_db, 1),
         peaks,
     ]
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    return row_html(cells)
 
 
 def _count(number: int | None) -> str | None:

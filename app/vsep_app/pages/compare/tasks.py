@@ -34,52 +34,25 @@ from vsep_app.pages.compare.picture import ComparePicture, MethodView, view_meth
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Comparison:
-    """A comparison that is ready for its first step.
+    """A comparison that is ready for its first step."""
 
-    Parameters
-    ----------
-    plan : ComparePlan
-        What it was made from.
-    lanes : tuple of MethodRun
-        The methods.
-    initial_state : tuple of MethodRunState
-        Their states before the first iteration.
-    initial_views : tuple of MethodView
-        The same as they are drawn.
-    static_picture : StaticPicture
-        What all pictures share.
-    true_objects : Markers
-        The truth.
-    received : MethodMetrics
-        What the frame is worth as received.
-    """
-
-    plan: ComparePlan
-    method_runs: tuple[MethodRun, ...]
-    initial_state: tuple[MethodRunState, ...]
-    initial_views: tuple[MethodView, ...]
-    static_picture: StaticPicture
-    true_objects: Markers
-    received: MethodMetrics
+    plan: ComparePlan  #: What it was made from.
+    method_runs: tuple[MethodRun, ...]  #: The methods.
+    initial_state: tuple[MethodRunState, ...]  #: Their states before the first iteration.
+    initial_views: tuple[MethodView, ...]  #: The same as they are drawn.
+    static_picture: StaticPicture  #: What all pictures share.
+    true_objects: Markers  #: The truth.
+    received: MethodMetrics  #: What the frame is worth as received.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CompareStep:
-    """One iteration of all methods.
+    """One iteration of all methods."""
 
-    Parameters
-    ----------
-    state : tuple of MethodRunState
-        What the next step needs; empty once there is a next one, for frames are large.
-    views : tuple of MethodView
-        What is drawn.
-    termination : Termination
-        Whether all have ended; converged only if all have.
-    """
-
+    #: What the next step needs; empty once there is a next one, for frames are large.
     state: tuple[MethodRunState, ...]
-    views: tuple[MethodView, ...]
-    termination: Termination
+    views: tuple[MethodView, ...]  #: What is drawn.
+    termination: Termination  #: Whether all have ended; converged only if all have.
 
 
 def run_key(plan: ComparePlan) -> tuple[object, ...] | None:
@@ -97,10 +70,7 @@ bare = Once[CompareStep](lambda step: replace(step, state=(), views=()))
 def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:
     """Make the frame of a plan and the first state of each of its methods.
 
-    Raises
-    ------
-    InputError
-        If the plan cannot be carried out; the message is for the user.
+    Raises `InputError` if the plan cannot be carried out; the message is for the user.
     """
     scene = make_scene(plan.scene, loaded, frame_number=plan.frame_number)
     frame = scene.frame
@@ -120,9 +90,7 @@ def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:
         initial_views=tuple(views),
         static_picture=static_picture,
         true_objects=true_marks(static_picture),
-        received=MethodMetrics(
-            windowed_error_db=received.windowed_error_db, sinr_db=received.sinr_db
-        ),
+        received=MethodMetrics(**received._asdict()),
     )
 
 
@@ -172,20 +140,14 @@ def next_plan(comparison: Comparison, last: CompareStep) -> ComparePlan:
     metrics = tuple(view.metrics for view in last.views)
     result = FrameResult(frame_number=plan.frame_number, method_runs=metrics)
     return replace(
-        plan,
-        frame_number=plan.frame_number + 1,
-        histories=histories,
-        past=(*plan.past, result),
+        plan, frame_number=plan.frame_number + 1, histories=histories, past=(*plan.past, result)
     )
 
 
 def find_mask(frame: Frame, name: str) -> BoolArray:
     """Return which samples are taken for interfered.
 
-    Raises
-    ------
-    InputError
-        If the truth is asked for and not known.
+    Raises `InputError` if the truth is asked for and not known.
     """
     if name == TRUTH and frame.perfect_mask is None:
         raise InputError(

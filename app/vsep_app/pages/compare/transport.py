@@ -9,25 +9,15 @@ from vsep_app.jobs.run_session import Phase, RunSession
 from vsep_app.model.compare_settings import LAST_FRAME
 from vsep_app.model.settings import Settings
 from vsep_app.pages.compare.picture import ComparePicture
+from vsep_app.widgets.fields import tool_button
 from vsep_app.widgets.layout import toolbar
-from vsep_app.widgets.transport import RunTransport
-
-_BUTTON = {"size": "small", "variant": "outlined", "margin": (9, 3)}
+from vsep_app.widgets.transport import RunTransport, run_status_html
 
 
 class CompareTransport(RunTransport):
     """The row above the maps, and the status in the header.
 
-    Parameters
-    ----------
-    settings : Settings
-        Holds the speed.
-    session : RunSession
-        What the buttons command.
-    wake : callable
-        Called after every command.
-    next_frame, first_frame : callable
-        What the buttons of the sequence do.
+    Beside those of any run, the buttons of the sequence call `next_frame` and `first_frame`.
     """
 
     def __init__(
@@ -41,20 +31,15 @@ class CompareTransport(RunTransport):
     ) -> None:
         super().__init__(settings, session, wake)
         self._next_frame = next_frame
-        self.next = pmu.Button(
-            label="Next frame",
-            icon="fast_forward",
-            description="Next frame: objects have moved on for 50 ms. What pm-ist and pm-iht found "
+        self.next = tool_button(
+            "Next frame",
+            "fast_forward",
+            "Next frame: objects have moved on for 50 ms. What pm-ist and pm-iht found "
             "in the last three frames lowers their thresholds. For simulated scenes, once all "
             "methods have finished.",
-            **_BUTTON,
         )
-        self.first = pmu.Button(
-            label="First",
-            icon="first_page",
-            description="First: back to frame 0 without any prior.",
-            **_BUTTON,
-        )
+        text = "First: back to frame 0 without any prior."
+        self.first = tool_button("First", "first_page", text)
         self.play = pmu.Switch(
             label="Play frames",
             value=False,
@@ -88,7 +73,12 @@ class CompareTransport(RunTransport):
         self.refresh_buttons()
         phase = self._session.phase
         self.next.disabled = not (self._may_go_on and phase is Phase.FINISHED)
-        self.status.object = _status_html(phase, picture, rate, moving=self._may_go_on)
+        counts = ""
+        if picture is not None:
+            counts = f"iteration {picture.iteration} of {picture.num_iterations}"
+            if self._may_go_on or picture.frame_number:
+                counts += f" · frame {picture.frame_number} of {LAST_FRAME}"
+        self.status.object = run_status_html(phase.value, counts, phase, rate)
 
     def _played(self, event: Any) -> None:
         if not event.new:
@@ -97,17 +87,3 @@ class CompareTransport(RunTransport):
             self._next_frame()
         else:
             self._command("run")
-
-
-def _status_html(phase: Phase, picture: ComparePicture | None, rate: float, *, moving: bool) -> str:
-    counts = ""
-    if picture is not None:
-        counts = f"iteration {picture.iteration} of {picture.num_iterations}"
-        if moving or picture.frame_number:
-            counts += f" · frame {picture.frame_number} of {LAST_FRAME}"
-        if phase is Phase.RUNNING and rate > 0.0:
-            counts += f" · {rate:.1f} iterations/s"
-    return (
-        f'<span><strong role="status">{phase.value}</strong>'
-        f'<span class="counts">&nbsp; {counts}</span></span>'
-    )

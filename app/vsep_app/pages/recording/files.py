@@ -18,18 +18,10 @@ _MEGABYTE = 2**20
 
 @dataclass(frozen=True, kw_only=True)
 class StoredFile:
-    """A file on this machine.
+    """A file on this machine."""
 
-    Parameters
-    ----------
-    path : str
-        Where it is.
-    name : str
-        What its owner calls it.
-    """
-
-    path: str
-    name: str
+    path: str  #: Where it is.
+    name: str  #: What its owner calls it.
 
 
 class DroppedFiles:
@@ -42,10 +34,7 @@ class DroppedFiles:
     def keep(self, name: str, content: bytes) -> StoredFile:
         """Write a file.
 
-        Raises
-        ------
-        InputError
-            If it is empty or too large.
+        Raises `InputError` if it is empty or too large.
         """
         require_size(name, len(content))
         if self._folder is None:

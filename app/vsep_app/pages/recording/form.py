@@ -146,10 +146,7 @@ class RecordingForm:
     def values(self) -> dict[Any, Any]:
         """Return what the text says.
 
-        Raises
-        ------
-        InputError
-            If it cannot be read.
+        Raises `InputError` if it cannot be read.
         """
         return values_of(self.text.value or "")
 

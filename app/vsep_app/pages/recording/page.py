@@ -13,61 +13,40 @@ from vsep.errors import InputError
 from vsep.inference.core.progress import Step
 from vsep.presets import real_frame
 from vsep.recordings.settings import MAX_FILE as MAX_SETTINGS
-from vsep.recordings.settings import (
-    RAW_FORMATS,
-    RecordingSettings,
-    parse_settings,
-    settings_values,
-)
+from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings, settings_values
 from vsep.recordings.settings_text import settings_text
 from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep_app.assets import path
 from vsep_app.jobs.frame_store import FRAME_KEY
-from vsep_app.jobs.run_loop import FrameLoop, PictureSink, RunCallbacks
-from vsep_app.jobs.run_session import RunSession
+from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.tasks import bare, thin
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
-from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.files import DroppedFiles, StoredFile
 from vsep_app.pages.recording.form import RecordingForm
-from vsep_app.pages.recording.tasks import (
-    RecordingOpening,
-    RecordingPlan,
-    advance,
-    compose,
-    frame_content,
-    prepare,
-    require_response,
-    takes_one,
-)
+from vsep_app.pages.recording.tasks import RecordingOpening, RecordingPlan
 from vsep_app.pages.recording.view import RecordingView
+from vsep_app.pages.run_page import RunPage
 from vsep_app.report.spec import KeptFrame
 from vsep_app.widgets.controls import Controls
-from vsep_app.widgets.download import Download
-from vsep_app.widgets.link import Link
+from vsep_app.widgets.download import Download, Link
 from vsep_app.widgets.share import MAX_FILE
 from vsep_app.widgets.transport import Transport
 
-TITLE = PAGES["recording"].title
 SETTINGS_SUFFIXES = (".yaml", ".yml", ".json")
 EXAMPLE = "example (without interference).npz"
 _OF_ARRAYS = ("key", "axes")
 
 
-class RecordingPage:
-    """One user's recordings.
+class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
+    """One user's recordings."""
 
-    Parameters
-    ----------
-    visit : PageContext
-        The browser that opened it.
-    """
+    address = "recording"
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
-        self.settings = Settings()
+        super().__init__(context, Settings())
         self.settings.choose_preset(LOADED_FRAME)
         self._files = DroppedFiles()
         self._file: StoredFile | None = None
@@ -88,30 +67,17 @@ class RecordingPage:
                 "reference": self.drop_reference,
             },
         )
-        self.session: RunSession[RecordingPlan, RecordingOpening, Step] = RunSession(
-            thin, bare, most_kept=context.most_kept
-        )
-        self.view = RecordingView(self._ramp_selected, self._acknowledged)
-        self.loop = FrameLoop(
-            self.session,
+        self.view = RecordingView(self._ramp_selected)
+        self._acknowledge(self.view.fast_time.source)
+        self._make_loop(
             RunCallbacks(
-                prepare=prepare,
-                advance=advance,
-                compose=compose,
-                view=lambda: (self.settings.ramp, self.settings.fast_time, self.settings.antenna),
+                prepare=tasks.prepare,
+                advance=tasks.advance,
+                compose=tasks.compose,
+                view=self._view,
                 thin=thin,
                 bare=bare,
-            ),
-            PictureSink(
-                post=context.post,
-                show=self.show,
-                notify_error=self._failed,
-                speed=lambda: float(self.settings.speed),
-                watched=context.watched,
-            ),
-            context.pool,
-            context.commons,
-            context.background,
+            )
         )
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self._download, self._link = Download(), Link(self.form.live)
@@ -126,12 +92,11 @@ class RecordingPage:
     def page(self) -> Any:
         """Return the whole page."""
         return page_frame(
-            here="recording",
-            title=TITLE,
-            description="Recordings of real radars: read, checked, and separated.",
-            status=self.transport.status,
+            self.address,
+            "Recordings of real radars: read, checked, and separated.",
+            self.transport.status,
             sidebar=self.form.layout(),
-            main=self.view.layout(TITLE, self.transport),
+            main=[self.transport.layout(), *self.view.layout()],
         )
 
     def start(self) -> None:
@@ -142,7 +107,7 @@ class RecordingPage:
 
     def close(self) -> None:
         """Stop for good and remove the files: the browser has left."""
-        self.loop.close()
+        super().close()
         self._files.close()
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
@@ -172,7 +137,7 @@ class RecordingPage:
         """Take a measured response of the receiver."""
 
         def take(file: StoredFile) -> None:
-            require_response(file)
+            tasks.require_response(file)
             self._response = file
             self.settings.assume_true_filter = True
 
@@ -200,10 +165,7 @@ class RecordingPage:
             self._restart()
 
     def _replace(
-        self,
-        file: tuple[str, bytes],
-        before: StoredFile | None,
-        take: Callable[[StoredFile], None],
+        self, file: tuple[str, bytes], before: StoredFile | None, take: Callable[[StoredFile], None]
     ) -> None:
         """Take a file in the place of another, which stays if the new one cannot be used."""
         kept = self._files.keep(*file)
@@ -226,11 +188,6 @@ class RecordingPage:
             self.transport.show(picture, self.loop.rate)
             if opening is not self._opening:
                 self._take_opening(opening)
-
-    def notify_error(self, sentence: str) -> None:
-        """Notify the user of what cannot be done."""
-        if pn.state.notifications is not None:
-            pn.state.notifications.error(sentence, duration=8000)
 
     def _take(self, file: StoredFile, said: Mapping[Any, Any] | None) -> None:
         """Begin with a recording and what is known of it."""
@@ -293,7 +250,9 @@ class RecordingPage:
             file=file,
             settings=settings,
             is_frame=self._own is not None and settings == parse_settings(self._own),
-            antenna=self.settings.antenna if takes_one(self.settings.estimator, settings) else 0,
+            antenna=self.settings.antenna
+            if tasks.takes_one(self.settings.estimator, settings)
+            else 0,
             removes_clutter=bool(self.form.clutter.value),
             response=self._response,
             reference=self._reference,
@@ -337,7 +296,7 @@ class RecordingPage:
 
         async def make() -> None:
             loop = asyncio.get_running_loop()
-            work = partial(frame_content, plan, as_shown=as_shown)
+            work = partial(tasks.frame_content, plan, as_shown=as_shown)
             name = f"{Path(plan.file.name).stem}-frame.npz"
             try:
                 content = await loop.run_in_executor(self._context.pool, work)
@@ -357,13 +316,6 @@ class RecordingPage:
     def _open_live(self, name: str, content: bytes) -> None:
         word = self._context.commons.frames.keep(KeptFrame(name=name, content=content))
         self._link.open(f"./?{FRAME_KEY}={word}")
-
-    def _ramp_selected(self, ramp: int) -> None:
-        self.settings.ramp = ramp
-
-    def _acknowledged(self, attr: str, old: Any, new: Any) -> None:
-        del attr, old, new
-        self.loop.acknowledged()
 
 
 def _is_settings(name: str) -> bool:

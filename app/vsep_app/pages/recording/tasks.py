@@ -5,16 +5,14 @@ the frame is then a loaded frame of the live view, with all its antennas. Those 
 take turns receive other bursts: of them one is chosen.
 """
 
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from vsep.errors import InputError
-from vsep.files.frame import Frame, read_frame, write_frame
+from vsep.files.frame import Frame, read_frame
 from vsep.files.response_file import read_response
 from vsep.inference.core.progress import Step
 from vsep.inference.core.state import SeparationState
@@ -23,6 +21,7 @@ from vsep.recordings.convert import convert_recording
 from vsep.recordings.settings import RecordingSettings
 from vsep.recordings.suggest import is_frame_file
 from vsep.signal.clutter import remove_static_clutter
+from vsep_app.jobs.frame_store import frame_bytes
 from vsep_app.jobs.run_session import Snapshot
 from vsep_app.jobs.tasks import Prepared
 from vsep_app.jobs.tasks import advance as advance_prepared
@@ -36,69 +35,35 @@ from vsep_app.pages.recording.files import StoredFile
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingPlan:
-    """All that determines what the page shows; frozen and picklable.
+    """All that determines what the page shows; frozen and picklable."""
 
-    Parameters
-    ----------
-    file : StoredFile
-        The recording.
-    settings : RecordingSettings
-        What it is.
-    is_frame : bool
-        Whether it is a frame file and the settings are its own: it is then read as it is.
-    antenna : int
-        Which antenna is separated where one alone is; the last one if there are not so many.
-    removes_clutter : bool
-        Whether what stands still is left out.
-    response : StoredFile or None
-        Measured response of the receiver.
-    reference : StoredFile or None
-        Clean recording of the same kind.
-    scene : Plan
-        The estimator's settings, for a loaded frame.
-    """
-
-    file: StoredFile
-    settings: RecordingSettings
+    file: StoredFile  #: The recording.
+    settings: RecordingSettings  #: What it is.
+    #: Whether it is a frame file and the settings are its own: it is then read as it is.
     is_frame: bool
+    #: Which antenna is separated where one alone is; the last one if there are not so many.
     antenna: int
-    removes_clutter: bool
-    response: StoredFile | None
-    reference: StoredFile | None
-    scene: Plan
+    removes_clutter: bool  #: Whether what stands still is left out.
+    response: StoredFile | None  #: Measured response of the receiver.
+    reference: StoredFile | None  #: Clean recording of the same kind.
+    scene: Plan  #: The estimator's settings, for a loaded frame.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordingOpening:
-    """A recording that is ready for its first iteration.
+    """A recording that is ready for its first iteration."""
 
-    Parameters
-    ----------
-    plan : RecordingPlan
-        What it was made from.
-    prepared : Prepared
-        Its frame, for the live view's estimators and pictures.
-    remarks : tuple of str
-        What looks wrong with the settings, with advice.
-    num_antennas, antenna : int
-        How many there are, and which is separated where one alone is.
-    loudest_ramp : int
-        The ramp with the largest sample, most likely one with a burst.
-    reference_maps : mapping of int to (Mp, Mn) uint8
-        Range-Doppler maps of the clean recording by the antenna that pictures show, scaled like
-        that of the frame; none without such a recording.
-    reference_fault : str
-        Why there is none although a file was given; else empty.
-    """
-
-    plan: RecordingPlan
-    prepared: Prepared
-    remarks: tuple[str, ...]
+    plan: RecordingPlan  #: What it was made from.
+    prepared: Prepared  #: Its frame, for the live view's estimators and pictures.
+    remarks: tuple[str, ...]  #: What looks wrong with the settings, with advice.
+    #: How many there are, and which is separated where one alone is.
     num_antennas: int
     antenna: int
-    loudest_ramp: int
+    loudest_ramp: int  #: The ramp with the largest sample, most likely one with a burst.
+    #: mapping of int to (Mp, Mn) uint8: Range-Doppler maps of the clean recording by the antenna
+    #: that pictures show, scaled like that of the frame; none without such a recording.
     reference_maps: Mapping[int, ByteArray]
-    reference_fault: str
+    reference_fault: str  #: Why there is none although a file was given; else empty.
 
     @property
     def initial_state(self) -> SeparationState:
@@ -109,10 +74,7 @@ class RecordingOpening:
 def prepare(plan: RecordingPlan) -> RecordingOpening:
     """Read the recording and make the estimator's first state.
 
-    Raises
-    ------
-    InputError
-        If the plan cannot be carried out; the message is for the user.
+    Raises `InputError` if the plan cannot be carried out; the message is for the user.
     """
     frame, remarks = _read(plan)
     antenna = min(plan.antenna, frame.num_antennas - 1)
@@ -175,10 +137,7 @@ def frame_content(plan: RecordingPlan, *, as_shown: bool) -> bytes:
         frame = _mended(frame, plan if as_shown else replace(plan, removes_clutter=False))
     if as_shown and takes_one(plan.scene.estimator, plan.settings):
         frame = frame.of_antenna(min(plan.antenna, frame.num_antennas - 1))
-    with tempfile.TemporaryDirectory(prefix="vsep-") as folder:
-        path = Path(folder) / "frame.npz"
-        write_frame(path, frame)
-        return path.read_bytes()
+    return frame_bytes(frame)
 
 
 def takes_one(estimator: str, settings: RecordingSettings) -> bool:

@@ -1,71 +1,39 @@
 """Views of a recording: one ramp, all maps, and the facts known of it."""
 
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
-import panel as pn
-from bokeh.models import ColumnDataSource, CustomJS, Span
-
 from vsep_app.model.picture import Picture
-from vsep_app.model.text import LogLine, TableRow
-from vsep_app.pages.recording.maps import RecordingMaps
+from vsep_app.model.static_picture import ByteArray, StaticPicture
+from vsep_app.model.text import resolution_cells
 from vsep_app.pages.recording.tasks import RecordingOpening
-from vsep_app.pages.recording.text import facts_html
 from vsep_app.views.ramps import RampStrip
+from vsep_app.views.range_doppler import RangeDopplerView, empty_image, image_box
 from vsep_app.views.signals import DelayView, FastTimeView
-from vsep_app.views.style import Axis
-from vsep_app.views.tables import log_html, table_html
-from vsep_app.widgets.download import Download
-from vsep_app.widgets.exports import download_buttons
-from vsep_app.widgets.layout import card, panel, stylesheet, unseen_title
-from vsep_app.widgets.transport import Transport
-
-SHOWN_LINES = 60
-_SAY_SO = """
-const number = drawn.data.number[0] + 1
-requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }, 0))
-"""
+from vsep_app.views.style import Axis, crosshair
+from vsep_app.widgets.exports import RunTables
+from vsep_app.widgets.layout import card, html_pane, panel, stack
 
 
 class RecordingView:
-    """Views and panels.
+    """Views and panels; `select` is called with the ramp that was clicked."""
 
-    Parameters
-    ----------
-    select : callable
-        Called with the ramp that was clicked.
-    acknowledged : callable
-        Bokeh's callback for a picture that the browser has drawn.
-    """
-
-    def __init__(
-        self, select: Callable[[int], None], acknowledged: Callable[[str, Any, Any], None]
-    ) -> None:
-        range_axis = Axis()
-        crosshair = Span(dimension="height", line_dash=[4, 3], line_color="#8C8C8C")
+    def __init__(self, select: Callable[[int], None]) -> None:
+        range_axis, line = Axis(), crosshair()
         self.ramps = RampStrip(select)
         self.fast_time = FastTimeView()
-        self.delay = DelayView(range_axis, crosshair)
-        self.maps = RecordingMaps(range_axis, crosshair)
-        self.facts = pn.pane.HTML(
-            "",
-            sizing_mode="stretch_both",
-            stylesheets=[stylesheet("facts")],
+        self.delay = DelayView(range_axis, line)
+        self.maps = RangeDopplerView(range_axis, line)
+        self._image = empty_image()
+        self.reference = self.maps.companion(
+            self._image, name="reference", title="Range-Doppler, clean reference"
         )
-        self.table, self.log = (
-            pn.pane.HTML("", sizing_mode="stretch_both", stylesheets=[stylesheet("tables")])
-            for _ in range(2)
-        )
-        self._picture: Picture | None = None
-        self._drawn = ColumnDataSource({"number": [0]}, name="drawn")
-        self._drawn.on_change("data", acknowledged)
-        self.fast_time.source.js_on_change(
-            "data", CustomJS(args={"drawn": self._drawn}, code=_SAY_SO)
-        )
+        self._drawn: ByteArray | None = None
+        self.facts, self.tables = html_pane("facts"), RunTables()
 
-    def layout(self, title: str, transport: Transport) -> Any:
-        """Return all below the header."""
-        view = self.maps.view
+    def layout(self) -> list[Any]:
+        """Return all below the toolbar."""
         self._strip = card(self.ramps.figure, weight=0, height=62, look="strip")
         signals = (
             card(self.fast_time.figure, weight=6, look="strip", key=FastTimeView.untrue_key),
@@ -73,79 +41,73 @@ class RecordingView:
         )
         for each in signals:
             each[-1].css_classes = ["narrow"]
-        self._reference = card(self.maps.reference, weight=1, look="strip")
+        plots = self.maps.before, self.maps.after, self.reference
+        maps = [card(plot, weight=1, look="strip") for plot in plots]
+        self._reference = maps[-1]
         self._reference.visible = False
-        maps = (card(view.before, weight=1, look="strip"), card(view.after, weight=1, look="strip"))
-        self._map_row = _row(*maps, self._reference, weight=14, look="maps")
-        views = pn.Column(
-            self._strip,
-            _row(*signals, weight=11, look="maps"),
-            self._map_row,
-            sizing_mode="stretch_both",
-            margin=0,
-            styles={"flex": "28 1 0", "min-height": "0"},
-            stylesheets=[stylesheet("column")],
-        )
-        return pn.Column(
-            unseen_title(title),
-            transport.layout(stylesheet("transport")),
-            views,
-            _row(*self._panels(), weight=8, look="body"),
-            margin=0,
-            sizing_mode="stretch_width",
-            stylesheets=[stylesheet("main")],
-        )
+        self._map_row = stack(*maps, weight=14, row=True, sheet="maps")
+        signal_row = stack(*signals, weight=11, row=True, sheet="maps")
+        views = stack(self._strip, signal_row, self._map_row, weight=28)
+        tables = self.tables.panels("Objects: estimate ± standard deviation", log_weight=9)
+        facts = panel("Recording", self.facts, weight=9)
+        panels = stack(facts, *tables, weight=8, row=True, sheet="body")
+        return [views, panels]
 
     def show(self, picture: Picture, opening: RecordingOpening) -> None:
         """Draw a picture of a recording; called with the document locked."""
-        self._picture = picture
         several = picture.static_picture.radar.num_ramps > 1
         self._map_row.visible = self._strip.visible = several
         reference = opening.reference_maps.get(picture.static_picture.antenna.number)
         self._reference.visible = several and reference is not None
         if several:
             self.ramps.update(picture)
-            self.maps.view.update(picture)
-            self.maps.show_reference(picture.static_picture, reference)
+            self.maps.update(picture)
+            self._show_reference(picture.static_picture, reference)
         self.delay.update(picture)
-        self.table.object = table_html(picture.table, moving=several)
-        self.log.object = log_html(picture.log[-SHOWN_LINES:])
+        self.tables.show(picture)
         self.fast_time.update(picture)
 
     def show_facts(self, opening: RecordingOpening | None, fault: str) -> None:
         """Say what is shown, and why what is set now cannot be."""
         self.facts.object = facts_html(opening, fault)
 
-    def _panels(self) -> list[Any]:
-        download = Download()
-        return [
-            panel("Recording", self.facts, weight=9),
-            panel(
-                "Objects: estimate ± standard deviation",
-                self.table,
-                weight=10,
-                tools=download_buttons("objects", TableRow, self._table_shown, download),
-            ),
-            panel(
-                "Events",
-                self.log,
-                weight=9,
-                tools=download_buttons("events", LogLine, self._log_shown, download),
-            ),
-        ]
-
-    def _table_shown(self) -> tuple[TableRow, ...]:
-        return () if self._picture is None else self._picture.table
-
-    def _log_shown(self) -> tuple[LogLine, ...]:
-        return () if self._picture is None else self._picture.log
+    def _show_reference(self, static_picture: StaticPicture, reference: ByteArray | None) -> None:
+        """Draw the map of the clean recording; it is sent once."""
+        if reference is not None and reference is not self._drawn:
+            box = image_box(static_picture.map_ranges_m, static_picture.map_velocities_mps)
+            self._image.data = {"image": [reference], **box}
+        self._drawn = reference
 
 
-def _row(*content: Any, weight: int, look: str) -> Any:
-    return pn.Row(
-        *content,
-        sizing_mode="stretch_both",
-        margin=0,
-        styles={"flex": f"{weight} 1 0", "min-height": "0"},
-        stylesheets=[stylesheet(look)],
+def facts_html(opening: RecordingOpening | None, fault: str = "") -> str:
+    """Return the frame that is shown in a few words, and what looks wrong with its settings.
+
+    `fault` says why the settings as they are now cannot be shown.
+    """
+    wrong = f'<p class="wrong">{escape(fault)}</p>' if fault else ""
+    return wrong if opening is None else wrong + _shown_html(opening)
+
+
+def _antennas(opening: RecordingOpening) -> str:
+    number, shown = opening.num_antennas, opening.prepared.static_picture.antenna
+    if shown.together > 1:
+        return f"{number} antennas, separated together"
+    return f"antenna {opening.antenna} of {number}, separated alone"
+
+
+def _shown_html(opening: RecordingOpening) -> str:
+    radar = opening.prepared.static_picture.radar
+    cell_m, cell_mps = resolution_cells(radar)
+    antennas = "" if opening.num_antennas == 1 else f", {_antennas(opening)}"
+    facts = [
+        f"{radar.num_ramps} ramps of {radar.num_samples} samples{antennas}",
+        f"{radar.start_frequency_hz / 1e9:.4g} GHz, {radar.slope_hz_per_s / 1e12:.4g} MHz/µs",
+        f"cells of {cell_m:.3g} m and {abs(cell_mps):.3g} m/s",
+        f"largest sample in ramp {opening.loudest_ramp}",
+    ]
+    remarks = opening.remarks or ("Settings and samples do not contradict each other.",)
+    kind = "wrong" if opening.remarks else "right"
+    return (
+        f"<p><strong>{escape(opening.plan.file.name)}</strong>: {escape('; '.join(facts))}.</p>"
+        + "".join(f'<p class="{kind}">{escape(remark)}</p>' for remark in remarks)
     )

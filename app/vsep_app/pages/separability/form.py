@@ -24,12 +24,7 @@ _MAX_SEED = 2**53 - 1
 class SeparabilityForm:
     """The side bar of the separability page.
 
-    Parameters
-    ----------
-    spec : MapSpec
-        To begin with.
-    changed : callable
-        Called after every change of a control.
+    It begins with a spec; `changed` is called after every change of a control.
     """
 
     def __init__(self, spec: MapSpec, changed: Callable[[], None]) -> None:
@@ -176,11 +171,7 @@ class _AxisChoice:
 
     def layout(self) -> list[Any]:
         """Return the controls."""
-        return [
-            self.parameter,
-            pair(self.start, self.stop),
-            self.count,
-        ]
+        return [self.parameter, pair(self.start, self.stop), self.count]
 
     def watch(self, chosen: Callable[[], None], edited: Callable[..., None]) -> None:
         """Call one function for another parameter, the other for another range."""

@@ -23,8 +23,7 @@ from vsep_app.figures.backends import holoviews
 from vsep_app.figures.map_elements import CONTOURS, EXPLANATIONS
 from vsep_app.figures.map_file import map_html
 from vsep_app.figures.map_view import MapView
-from vsep_app.pages import PAGES
-from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.base import PageBase, PageContext, page_frame
 from vsep_app.pages.separability.form import SeparabilityForm
 from vsep_app.pages.separability.session import (
     Progress,
@@ -34,13 +33,15 @@ from vsep_app.pages.separability.session import (
 )
 from vsep_app.pages.separability.url import read_map_spec, write_map_spec
 from vsep_app.views.style import Axis, empty_figure
+from vsep_app.widgets.fields import tool_field
 from vsep_app.widgets.layout import (
     card,
     download_button,
-    main_part,
+    html_pane,
     progress_bar,
     stack,
-    stylesheet,
+    status_html,
+    status_pane,
     toolbar,
 )
 from vsep_app.widgets.location import read_query
@@ -48,23 +49,18 @@ from vsep_app.widgets.location import read_query
 _LOG = logging.getLogger(__name__)
 _Result = TypeVar("_Result")
 
-TITLE = PAGES["separability"].title
 LOOK_PERIOD_S = 0.5
 # Pages that show the same spec share its map.
 cached_map = lru_cache(maxsize=16)(analytic_map)
 
 
-class SeparabilityPage:
-    """One user's page of separability maps.
+class SeparabilityPage(PageBase):
+    """One user's page of separability maps."""
 
-    Parameters
-    ----------
-    visit : PageContext
-        The browser that opened it.
-    """
+    address = "separability"
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
+        super().__init__(context)
         self.spec, layer, self._errors = read_map_spec(context.query)
         self.form = SeparabilityForm(self.spec, self._changed)
         self.session = SeparabilitySession(self.spec, shared_map_cache())
@@ -75,40 +71,26 @@ class SeparabilityPage:
         self._seen: tuple[Any, ...] = ()
         self._told = ""
         self._call = asyncio.Event()
-        self.layer = pmu.Select(
-            label="Layer",
-            options={one.label: name for name, one in LAYERS.items()},
-            value=layer,
-            size="small",
-            width=330,
-            margin=(7, 4, 0, 4),
-        )
+        layers = {one.label: name for name, one in LAYERS.items()}
+        self.layer = tool_field(pmu.Select, "Layer", "", options=layers, value=layer, width=330)
         self.layer.param.watch(lambda _: self._changed(), "value")
         self.bar = progress_bar()
-        self.progress = pn.pane.HTML(
-            "", margin=(15, 10), min_width=190, stylesheets=[stylesheet("study")]
-        )
-        self.status = pn.pane.HTML(_status_html("loading"), margin=(0, 12))
-        self.status.styles = {"color": "white"}
+        self.progress = html_pane("study", margin=(15, 10), min_width=190, sizing_mode=None)
+        self.status = status_pane("loading")
         self.explained = pn.pane.HTML("", sizing_mode="stretch_width", margin=(4, 10, 8, 10))
         self.table = download_button("Table", "separability.csv", self._table, "All cells as CSV.")
-        self.document = download_button(
-            "HTML",
-            "separability.html",
-            self._document,
-            "All layers in a file that opens from disk.",
-        )
+        text = "All layers in a file that opens from disk."
+        self.document = download_button("HTML", "separability.html", self._document, text)
 
     def page(self) -> Any:
         """Return the whole page."""
         top = toolbar(self.layer, self.bar, self.progress, self.table, self.document)
         return page_frame(
-            here="separability",
-            title=TITLE,
-            description="When can object and interference be told apart? Maps over two parameters.",
-            status=self.status,
+            self.address,
+            "When can object and interference be told apart? Maps over two parameters.",
+            self.status,
             sidebar=self.form.layout(),
-            main=main_part(TITLE, top, stack(self.card, self.explained)),
+            main=[top, stack(self.card, self.explained)],
         )
 
     def start(self) -> None:
@@ -121,11 +103,6 @@ class SeparabilityPage:
         """Cancel the trials; the page is closed."""
         self._context.background.close()
         self.session.stop()
-
-    def notify_error(self, sentence: str) -> None:
-        """Notify the user of what cannot be done."""
-        if pn.state.notifications is not None:
-            pn.state.notifications.error(sentence, duration=8000)
 
     def _changed(self) -> None:
         """Take what the controls ask; an invalid spec is reported and not computed."""
@@ -182,7 +159,7 @@ class SeparabilityPage:
             done, total = len(snapshot.cell_results), snapshot.num_cells
             self.bar.value = int(100 * done / total) if separability_map.spec.trials else 0
             self.progress.object = f'<span class="status">{progress_text(snapshot)}</span>'
-            self.status.object = _status_html(snapshot.progress.value)
+            self.status.object = status_html(snapshot.progress.value)
         if snapshot.error:
             self._tell(snapshot.error)
 
@@ -220,7 +197,3 @@ def progress_text(snapshot: Snapshot) -> str:
 
 def _compose(spec: MapSpec, snapshot: Snapshot) -> SeparabilityMap:
     return make_separability_map(spec, cached_map(spec), snapshot.cell_results)
-
-
-def _status_html(text: str) -> str:
-    return f'<strong role="status" style="font-size:13px;white-space:nowrap">{text}</strong>'

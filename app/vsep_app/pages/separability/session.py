@@ -34,24 +34,12 @@ class Progress(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """How far the trials of a map are.
+    """How far the trials of a map are."""
 
-    Attributes
-    ----------
-    spec : MapSpec
-        Which one.
-    cell_results : mapping
-        By cell.
-    progress : Progress
-        What they are doing.
-    error : str
-        Why they ended, if they are broken.
-    """
-
-    spec: MapSpec
-    cell_results: Mapping[Cell, CellResult]
-    progress: Progress
-    error: str = ""
+    spec: MapSpec  #: Which one.
+    cell_results: Mapping[Cell, CellResult]  #: By cell.
+    progress: Progress  #: What they are doing.
+    error: str = ""  #: Why they ended, if they are broken.
 
     @property
     def num_cells(self) -> int:
@@ -74,12 +62,8 @@ def turns() -> threading.BoundedSemaphore:
 class SeparabilitySession:
     """The trials behind one page.
 
-    Parameters
-    ----------
-    spec : MapSpec
-        The first one; `ask` starts its trials.
-    cache : MapCache
-        What is known already, and where cell results go.
+    `ask` starts those of the first spec; `cache` holds what is known already, and cell results go
+    there.
     """
 
     def __init__(self, spec: MapSpec, cache: MapCache) -> None:

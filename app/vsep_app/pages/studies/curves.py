@@ -8,13 +8,11 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-import panel as pn
-
 from vsep.studies.panels import AnyPanel, BoxPanel, Series
 from vsep_app.figures.study_elements import panel_shape
 from vsep_app.figures.study_figure import draw_panel, update_panel
 from vsep_app.figures.study_style import DASHES, colour, marker, width
-from vsep_app.widgets.layout import card, stack, stylesheet
+from vsep_app.widgets.layout import card, html_pane, stack
 
 # Black has no contrast with the dark page.
 _SCREEN_COLOURS = {"#000000": "#8C8C8C"}
@@ -31,19 +29,14 @@ _SHAPES = {
     "square_pin": '<path d="M8 2Q11 4 14 2Q12 5 14 8Q11 6 8 8Q10 5 8 2Z"/>',
     "triangle_pin": '<path d="M11 1Q11.5 5 14.5 8Q11 6.5 7.5 8Q10.5 5 11 1Z"/>',
 }
-_MARKS = {
-    "crosses": '<path d="M8 2L14 8M8 8L14 2"/>',
-    "stems": '<circle cx="11" cy="5" r="3.5"/>',
-}
+_MARKS = {"crosses": '<path d="M8 2L14 8M8 8L14 2"/>', "stems": '<circle cx="11" cy="5" r="3.5"/>'}
 
 
 class StudyCurves:
     """The panels of one title, in up to two columns."""
 
     def __init__(self) -> None:
-        self.key = pn.pane.HTML(
-            "", margin=(2, 8), sizing_mode="stretch_width", stylesheets=[stylesheet("study")]
-        )
+        self.key = html_pane("study", margin=(2, 8), sizing_mode="stretch_width")
         self.grid = stack(_hint())
         self._shapes: list[tuple[Any, ...]] = []
         self._places: list[Any] = []
@@ -69,24 +62,19 @@ class StudyCurves:
 
 
 def _hint() -> Any:
-    return pn.pane.HTML(
+    return html_pane(
+        "study",
         '<p class="empty">Choose a study and press Run. Curves and their intervals grow as trials '
         "finish; a click on a single trial opens it in the live view.</p>",
         sizing_mode="stretch_width",
-        stylesheets=[stylesheet("study")],
     )
 
 
 def _place(panel: AnyPanel) -> Any:
     """Return a framed panel below its note."""
     place = card(_screen_figure(panel), weight=1)
-    note = pn.pane.HTML(
-        _note_html(panel),
-        margin=(2, 8, 0, 8),
-        height=14,
-        sizing_mode="stretch_width",
-        stylesheets=[stylesheet("study")],
-    )
+    look = {"margin": (2, 8, 0, 8), "height": 14, "sizing_mode": "stretch_width"}
+    note = html_pane("study", _note_html(panel), **look)
     place.insert(0, note)
     return place
 

@@ -14,7 +14,7 @@ from vsep.errors import InputError
 from vsep.parameters import PARAMETERS
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.study import Study, TrialSettings
-from vsep_app.widgets.fields import field, number_field, pair
+from vsep_app.widgets.fields import field, file_field, number_field, pair
 from vsep_app.widgets.layout import heading, number_or_nothing, small_text
 
 _FIRST_REALIZATIONS = 50
@@ -28,12 +28,8 @@ _MAX_SEED = 2**53 - 1
 class StudyForm:
     """The side bar of the study page.
 
-    Parameters
-    ----------
-    load : callable
-        Takes name and content of a file of rows that the user chose.
-    own_folder : bool
-        Whether the user may choose the folder of the rows.
+    `load` takes name and content of a file of rows that the user chose; with `own_folder` the user
+    may choose the folder of the rows.
     """
 
     def __init__(self, load: Callable[[str, bytes], Awaitable[None]], *, own_folder: bool) -> None:
@@ -50,13 +46,8 @@ class StudyForm:
         self.methods = _choice("Methods", "Each sees the same scenes and noise.")
         self._make_trials()
         self._make_work(own_folder=own_folder)
-        self.upload = field(
-            pmu.FileInput,
-            "Open rows (.jsonl)",
-            "Look at what `vsep study run` or this page wrote, and go on with it.",
-            accept=".jsonl",
-            variant="outlined",
-        )
+        text = "Look at what `vsep study run` or this page wrote, and go on with it."
+        self.upload = file_field("Open rows (.jsonl)", text, ".jsonl")
         self.upload.param.watch(self._uploaded, "value")
         self.study_name.param.watch(self._study_chosen, "value")
         self._study_chosen()
@@ -140,10 +131,7 @@ class StudyForm:
     def study(self) -> Study:
         """Return the study that is asked for.
 
-        Raises
-        ------
-        InputError
-            If nothing is chosen or a number is missing.
+        Raises `InputError` if nothing is chosen or a number is missing.
         """
         if not self.panels.value:
             raise InputError("No panel is chosen; choose at least one.")
@@ -193,10 +181,7 @@ class StudyForm:
     def path(self, temporary: Path) -> Path:
         """Return the file of the rows, one for each study and its settings.
 
-        Raises
-        ------
-        InputError
-            If the chosen folder is not there.
+        Raises `InputError` if the chosen folder is not there.
         """
         chosen = self.folder.value.strip() if self.folder.visible else ""
         folder = Path(chosen).expanduser() if chosen else temporary

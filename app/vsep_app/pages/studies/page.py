@@ -32,18 +32,17 @@ from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
 from vsep_app.figures.backends import holoviews
-from vsep_app.pages import PAGES
-from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.base import PageBase, PageContext, page_frame
 from vsep_app.pages.studies.curves import StudyCurves
 from vsep_app.pages.studies.form import StudyForm
 from vsep_app.pages.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
 from vsep_app.pages.studies.session import StudySession, StudySnapshot
 from vsep_app.pages.studies.transport import StudyTransport
-from vsep_app.widgets.layout import main_part, panel, stack, stylesheet
+from vsep_app.widgets.fields import tool_field
+from vsep_app.widgets.layout import panel, stack, stylesheet
 
 _LOG = logging.getLogger(__name__)
 
-TITLE = PAGES["studies"].title
 MIN_PERIOD_S = 1.0
 # Making panels of many rows must not take more than this share of the server's time.
 MAX_SHARE = 0.25
@@ -68,18 +67,13 @@ class StudyPicture:
     dots: Dots
 
 
-class StudyPage:
-    """One user's page of studies.
+class StudyPage(PageBase):
+    """One user's page of studies."""
 
-    Parameters
-    ----------
-    visit : PageContext
-        The browser that opened it.
-    """
+    address = "studies"
 
     def __init__(self, context: PageContext) -> None:
-        self._post, self._most_studies = context.post, context.most_studies
-        self._background = context.background
+        super().__init__(context)
         self._folder = tempfile.TemporaryDirectory(prefix="vsep-studies-")
         # Rows that are opened get a folder of their own: they must not mix with those made here.
         self._home = Path(self._folder.name)
@@ -92,23 +86,12 @@ class StudyPage:
         self.curves, self.scatter = StudyCurves(), StudyScatter()
         self.transport = StudyTransport(run=self._run, halt=self._halt, rows=self._rows)
         self.transport.figure.param.watch(self._figure_chosen, "value")
-        select = {"size": "small", "margin": (7, 4, 0, 4)}
-        self.panel = pmu.Select(
-            label="Trials of panel",
-            options=[],
-            description="Every dot below is one trial of this part of the figure.",
-            width=140,
-            visible=False,
-            **select,
-        )
-        self.value = pmu.Select(
-            label="Value",
-            options=list(FRAME_VALUES),
-            value="false alarms",
-            description="What the dots show of a trial: objects missed or invented, or errors.",
-            width=230,
-            **select,
-        )
+        text = "Every dot below is one trial of this part of the figure."
+        look = {"options": [], "width": 140, "visible": False}
+        self.panel = tool_field(pmu.Select, "Trials of panel", text, **look)
+        text = "What the dots show of a trial: objects missed or invented, or errors."
+        look = {"options": list(FRAME_VALUES), "value": "false alarms", "width": 230}
+        self.value = tool_field(pmu.Select, "Value", text, **look)
 
     def page(self) -> Any:
         """Return the whole page."""
@@ -128,22 +111,21 @@ class StudyPage:
         )
         body = stack(left, right, row=True, sheet="body")
         return page_frame(
-            here="studies",
-            title=TITLE,
-            description="Monte-Carlo studies of vsep, growing as their trials finish.",
-            status=self.transport.status,
+            self.address,
+            "Monte-Carlo studies of vsep, growing as their trials finish.",
+            self.transport.status,
             sidebar=self.form.layout(),
-            main=main_part(TITLE, self.transport.layout(), body),
+            main=[self.transport.layout(), body],
         )
 
     def start(self) -> None:
         """Begin to look for new rows; called when the page has been drawn."""
-        self._background.begin(self._follow())
+        self._context.background.begin(self._follow())
 
     def close(self) -> None:
         """Stop the study and forget the temporary folder; the page is gone."""
         self._closed = True
-        self._background.close()
+        self._context.background.close()
         if self.session is not None:
             self.session.stop()
         threading.Thread(target=_clean_up, args=(self.session, self._folder), daemon=True).start()
@@ -162,11 +144,6 @@ class StudyPage:
         except (InputError, OSError) as error:
             self.notify_error(str(error))
 
-    def notify_error(self, sentence: str) -> None:
-        """Notify the user of what cannot be done."""
-        if pn.state.notifications is not None:
-            pn.state.notifications.error(sentence, duration=8000)
-
     async def _run(self, _: Any) -> None:
         """Start what the form asks for, or go on with it."""
         try:
@@ -176,7 +153,7 @@ class StudyPage:
             return
         if session is None:
             return
-        if self._most_studies is not None and _num_running() >= self._most_studies:
+        if self._context.most_studies is not None and _num_running() >= self._context.most_studies:
             self.notify_error("Another study runs on this server; start yours when it has ended.")
             return
         session.start()
@@ -184,7 +161,7 @@ class StudyPage:
 
     async def _open(self, study: Study, path: Path) -> StudySession | None:
         """Make the session of a study and its file, and show it; None if another one runs."""
-        workers = self.form.workers.value if self._most_studies is None else 1
+        workers = self.form.workers.value if self._context.most_studies is None else 1
         session = await _in_thread(partial(StudySession, study, path, workers=workers))
         if self._closed or self._is_busy():
             return None
@@ -220,7 +197,7 @@ class StudyPage:
                 sentence = f"The rows cannot be drawn ({type(error).__name__}: {error})."
                 if sentence != self._told:
                     _LOG.error("the panels of a study failed", exc_info=error)
-                    self._post(partial(self.notify_error, sentence))
+                    self._context.post(partial(self.notify_error, sentence))
                 self._told = sentence
             spent = time.monotonic() - started
             await asyncio.sleep(max(MIN_PERIOD_S, spent / MAX_SHARE))
@@ -237,7 +214,7 @@ class StudyPage:
             picture = await _in_thread(compose, snapshot.rows, choice)
         if session is self.session:
             self._seen = seen
-            self._post(partial(self._show, snapshot, picture))
+            self._context.post(partial(self._show, snapshot, picture))
 
     def _show(self, snapshot: StudySnapshot, picture: StudyPicture | None) -> None:
         """Show how far the study is; called with the document locked."""
@@ -290,10 +267,8 @@ async def _in_thread(function: Callable[..., _Result], *arguments: Any) -> _Resu
 def _keep_rows(path: Path, content: bytes, name: str) -> Study:
     """Write rows that were uploaded into a file and return their study.
 
-    Raises
-    ------
-    InputError
-        If they are no rows of a study, or cannot be drawn; it says so under the user's name.
+    Raises `InputError` if they are no rows of a study, or cannot be drawn; it says so under the
+    user's name.
     """
     path.write_bytes(content)
     try:

@@ -9,7 +9,6 @@ from html import escape
 from typing import Any
 from urllib.parse import quote
 
-import panel as pn
 from bokeh.models import ColumnDataSource, CustomJS, HoverTool, TapTool
 
 from vsep.studies.axes import x_label
@@ -22,10 +21,9 @@ from vsep_app.figures.study_elements import Mark, overlay, points
 from vsep_app.figures.study_style import colour, marker
 from vsep_app.model.trial_link import TRIAL_KEY, trial_link
 from vsep_app.views.style import dress, empty_figure
-from vsep_app.widgets.layout import card, stylesheet
+from vsep_app.widgets.layout import card, html_pane
 
 NUM_WORST = 12
-_COLUMNS = ("x", "y", "level", "point", "realization", "link")
 # A tap reports every method that has a dot there; only the first one is opened.
 _OPEN = """
 const source = cb_data.source
@@ -89,9 +87,7 @@ class StudyScatter:
         self._drawn: tuple[ScatterChoice, tuple[str, ...]] | None = None
         self._sources: dict[str, ColumnDataSource] = {}
         self.card = card(empty_figure(), weight=11)
-        self.worst = pn.pane.HTML(
-            worst_html([]), sizing_mode="stretch_both", stylesheets=[stylesheet("study")]
-        )
+        self.worst = html_pane("study", worst_html([]))
 
     def show(self, dots: Dots) -> None:
         """Show dots; those that are there stay."""
@@ -159,20 +155,14 @@ def _columns(method: str, dots: Dots, start: int) -> dict[str, Any]:
     place = list(dots.by_method).index(method) - 0.5 * (len(dots.by_method) - 1)
     levels = found.x[start:]
     beside = levels * 1.06**place if dots.choice.log_x else levels + 0.7 * place
-    return dict(
-        zip(
-            _COLUMNS,
-            (
-                beside,
-                found.y[start:],
-                levels,
-                [row["point_index"] for row in rows],
-                [row["realization"] for row in rows],
-                [trial_link(row) for row in rows],
-            ),
-            strict=True,
-        )
-    )
+    return {
+        "x": beside,
+        "y": found.y[start:],
+        "level": levels,
+        "point": [row["point_index"] for row in rows],
+        "realization": [row["realization"] for row in rows],
+        "link": [trial_link(row) for row in rows],
+    }
 
 
 def worst_rows(dots: Dots) -> list[tuple[float, Row]]:

@@ -35,48 +35,21 @@ class StudyPhase(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class StudySnapshot:
-    """How far a study is.
+    """How far a study is."""
 
-    Attributes
-    ----------
-    phase : StudyPhase
-        What it is doing.
-    rows : tuple of dict
-        All rows so far, in the order in which they came.
-    num_rows : int
-        How many there will be.
-    num_failed : int
-        How many have no result.
-    left_s : float or None
-        Time left at the pace of this run; None while that cannot be said.
-    error : str
-        Why it ended, if it is broken.
-    """
-
-    phase: StudyPhase
-    rows: tuple[Row, ...]
-    num_rows: int
-    num_failed: int
+    phase: StudyPhase  #: What it is doing.
+    rows: tuple[Row, ...]  #: All rows so far, in the order in which they came.
+    num_rows: int  #: How many there will be.
+    num_failed: int  #: How many have no result.
+    #: Time left at the pace of this run; None while that cannot be said.
     left_s: float | None = None
-    error: str = ""
+    error: str = ""  #: Why it ended, if it is broken.
 
 
 class StudySession:
-    """One study and its file.
+    """One study, the file of its rows, and the number of local processes.
 
-    Parameters
-    ----------
-    study : Study
-        What to run.
-    path : Path
-        Where the rows are and go.
-    workers : int
-        Local processes.
-
-    Raises
-    ------
-    InputError
-        If the file holds something else.
+    Raises `InputError` if the file holds something else.
     """
 
     def __init__(self, study: Study, path: Path, *, workers: int = 1) -> None:

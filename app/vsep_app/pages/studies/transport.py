@@ -3,48 +3,33 @@
 from collections.abc import Callable
 from typing import Any
 
-import panel as pn
 import panel_material_ui as pmu
 
 from vsep_app.pages.studies.session import StudyPhase, StudySnapshot
-from vsep_app.widgets.layout import download_button, progress_bar, stylesheet, toolbar
-
-_BUTTON = {"size": "small", "margin": (9, 3)}
+from vsep_app.widgets.fields import tool_button, tool_field
+from vsep_app.widgets.layout import (
+    download_button,
+    html_pane,
+    progress_bar,
+    status_html,
+    status_pane,
+    toolbar,
+)
 
 
 class StudyTransport:
     """The row above the curves, and the status in the header.
 
-    Parameters
-    ----------
-    run, halt : callable
-        What the buttons do.
-    rows : callable
-        Returns the file to download.
+    The buttons call `run` and `halt`; `rows` returns the file to download.
     """
 
     def __init__(
-        self,
-        *,
-        run: Callable[[Any], Any],
-        halt: Callable[[Any], Any],
-        rows: Callable[[], Any],
+        self, *, run: Callable[[Any], Any], halt: Callable[[Any], Any], rows: Callable[[], Any]
     ) -> None:
-        self.run = pmu.Button(
-            label="Run",
-            icon="play_arrow",
-            variant="contained",
-            description="Run: start, or go on where the rows end.",
-            **_BUTTON,
-        )
-        self.halt = pmu.Button(
-            label="Stop",
-            icon="stop",
-            variant="outlined",
-            disabled=True,
-            description="Stop: keep all rows; trials at work are made again later.",
-            **_BUTTON,
-        )
+        text = "Run: start, or go on where the rows end."
+        self.run = tool_button("Run", "play_arrow", text, variant="contained")
+        text = "Stop: keep all rows; trials at work are made again later."
+        self.halt = tool_button("Stop", "stop", text, disabled=True)
         self.download = download_button(
             "Rows", "rows.jsonl", rows, "Download the rows so far, as the command line writes them."
         )
@@ -52,21 +37,10 @@ class StudyTransport:
         self.run.on_click(run)
         self.halt.on_click(halt)
         self.bar = progress_bar()
-        self.progress = pn.pane.HTML(
-            "", margin=(15, 10), min_width=210, stylesheets=[stylesheet("study")]
-        )
-        self.status = pn.pane.HTML(
-            _status_html(StudyPhase.STOPPED), margin=(0, 12), styles={"color": "white"}
-        )
-        self.figure = pmu.Select(
-            label="Figure",
-            options=[],
-            description="Which figure of the study is shown, once it has rows.",
-            size="small",
-            width=360,
-            visible=False,
-            margin=(7, 4, 0, 4),
-        )
+        self.progress = html_pane("study", margin=(15, 10), min_width=210, sizing_mode=None)
+        self.status = status_pane(StudyPhase.STOPPED.value)
+        text = "Which figure of the study is shown, once it has rows."
+        self.figure = tool_field(pmu.Select, "Figure", text, options=[], width=360, visible=False)
 
     def layout(self) -> Any:
         """Return the row."""
@@ -87,12 +61,8 @@ class StudyTransport:
         self.download.disabled = not snapshot.rows
         self.bar.value = int(100 * len(snapshot.rows) / snapshot.num_rows)
         self.progress.object = f'<span class="status">{progress_text(snapshot)}</span>'
-        self.status.object = _status_html(snapshot.phase)
+        self.status.object = status_html(snapshot.phase.value)
         return busy
-
-
-def _status_html(phase: StudyPhase) -> str:
-    return f'<strong role="status">{phase.value}</strong>'
 
 
 def progress_text(snapshot: StudySnapshot) -> str:

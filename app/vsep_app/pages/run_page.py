@@ -1,0 +1,141 @@
+"""Pages of runs: settings, session and loop, the frame that is loaded, and how a run begins."""
+
+import io
+from abc import abstractmethod
+from typing import Any, Generic
+
+import param
+from bokeh.models import ColumnDataSource, CustomJS
+
+from vsep.errors import InputError
+from vsep.files.frame import Frame, read_frame
+from vsep_app.jobs.run_loop import FrameLoop, OpeningT, PictureSink, PictureT, PlanT, RunCallbacks
+from vsep_app.jobs.run_session import RunSession, StepT
+from vsep_app.model.settings import LOADED_FRAME, Settings
+from vsep_app.pages.base import PageBase, PageContext
+from vsep_app.teaching.experiment import Experiment
+from vsep_app.widgets.controls import Controls
+from vsep_app.widgets.location import SharedIteration
+
+_SAY_SO = """
+requestAnimationFrame(() => setTimeout(() => {
+  drawn.data = {number: [drawn.data.number[0] + 1]}
+}, 0))
+"""
+
+
+class RunPage(PageBase, Generic[PlanT, OpeningT, StepT, PictureT]):
+    """A page that shows a run as it goes on, of the settings that its controls set."""
+
+    session: RunSession[PlanT, OpeningT, StepT]
+    loop: FrameLoop[PlanT, OpeningT, StepT, PictureT]
+
+    def __init__(self, context: PageContext, settings: Settings) -> None:
+        super().__init__(context)
+        self.settings = settings
+
+    @abstractmethod
+    def show(self, picture: PictureT) -> None:
+        """Draw a picture on all views; called with the document locked."""
+
+    @abstractmethod
+    def _restart(self) -> Any:
+        """Begin a run of what is chosen now."""
+
+    def _make_loop(self, callbacks: RunCallbacks[PlanT, OpeningT, StepT, PictureT]) -> None:
+        context = self._context
+        self.session = RunSession(callbacks.thin, callbacks.bare, most_kept=context.most_kept)
+        sink = PictureSink(
+            post=context.post,
+            show=self.show,
+            notify_error=self._failed,
+            speed=lambda: float(self.settings.speed),
+            watched=context.watched,
+        )
+        self.loop = FrameLoop(
+            self.session, callbacks, sink, context.pool, context.commons, context.background
+        )
+
+    def _view(self) -> tuple[Any, ...]:
+        """Return how the user wants to see the run."""
+        return self.settings.ramp, self.settings.fast_time, self.settings.antenna
+
+    def _acknowledge(self, source: ColumnDataSource) -> None:
+        """Let the browser say when it has drawn what a source brings with every picture."""
+        self._drawn = ColumnDataSource({"number": [0]}, name="drawn")
+        self._drawn.on_change("data", self._was_drawn)
+        source.js_on_change("data", CustomJS(args={"drawn": self._drawn}, code=_SAY_SO))
+
+    def _was_drawn(self, attr: str, old: Any, new: Any) -> None:
+        del attr, old, new
+        self.loop.acknowledged()
+
+    def close(self) -> None:
+        """Stop the run for good: the browser has left."""
+        self.loop.close()
+
+    def _failed(self, sentence: str) -> None:
+        """Say what cannot be computed; called with the document locked."""
+        self.notify_error(sentence)
+
+    def _ramp_selected(self, ramp: int) -> None:
+        self.settings.ramp = ramp
+
+
+class ScenePage(RunPage[PlanT, OpeningT, StepT, PictureT]):
+    """A page of runs of a preset or of a frame that is loaded."""
+
+    controls: Controls
+
+    def __init__(self, context: PageContext, settings: Settings) -> None:
+        super().__init__(context, settings)
+        self._frame: Frame | None = None
+        self._errors: list[str] = []
+        self._stop_at: int | None = None
+        self._shared_iteration = SharedIteration()
+
+    def _begin(self) -> None:
+        """Begin the first run, up to the iteration that the address names."""
+        for error in self._errors:
+            self.notify_error(error)
+        self.loop.start()
+        self._restart()
+        if self._stop_at is not None:
+            self.session.run_to(self._stop_at)
+
+    def load(self, name: str, content: bytes) -> None:
+        """Take a frame file; a bad one becomes a notification and nothing else changes."""
+        try:
+            frame = read_frame(io.BytesIO(content), name=name)
+        except InputError as error:
+            self.notify_error(str(error))
+            return
+        self._take_frame(frame)
+        self._loaded(name, content)
+        if self.settings.preset == LOADED_FRAME:
+            self._restart()
+        else:
+            self.settings.choose_preset(LOADED_FRAME)
+
+    def _loaded(self, name: str, content: bytes) -> None:
+        """Take note of the file that the frame is from."""
+
+    def _take_frame(self, frame: Frame) -> None:
+        """Suit the controls to a frame, without a run for each of them."""
+        self._frame = frame
+        brought = frame.anti_aliasing_filter
+        with param.parameterized.discard_events(self.settings):
+            self.controls.fit_frame(
+                frame.radar.sample_rate_hz,
+                measured=brought is not None and brought.kind == "measured",
+            )
+
+    def take_experiment(self, experiment: Experiment) -> None:
+        """Set all controls as an experiment wants them and begin a run."""
+        number = self.session.run_number
+        self._set(experiment)
+        if self.session.run_number == number:
+            self._restart()
+
+    def _set(self, experiment: Experiment) -> None:
+        self.settings.param.update(**experiment.settings())
