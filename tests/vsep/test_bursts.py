@@ -126,10 +126,7 @@ def test_delayed_path_crosses_later_in_the_convolution():
     sequence = interferer_sequence("simulation-2-b")
     late = interferer_sequence("simulation-2-b", time_offset_s=delay)
     delayed = convolved_bursts(
-        RADAR,
-        Interferer(sequence=sequence, channel=paths((delay,))),
-        FILTER,
-        with_edges=False,
+        RADAR, Interferer(sequence=sequence, channel=paths((delay,))), FILTER, with_edges=False
     )
     moved = convolved_bursts(RADAR, direct(late), FILTER, with_edges=False)
     assert error_db(delayed, moved * np.exp(-1j * np.pi * slope * delay**2)) <= -90.0

@@ -5,11 +5,7 @@ import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
 from vsep.inference.bursts.channel import channel_posterior
-from vsep.inference.bursts.chirp_refinement import (
-    ChannelCosts,
-    place_chirps,
-    refine_chirps,
-)
+from vsep.inference.bursts.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
 from vsep.kernels.channel import Channel
 from vsep.kernels.gauss_newton import RIDGE, newton_step
 from vsep.kernels.ramps import FlatRamps

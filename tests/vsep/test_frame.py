@@ -307,8 +307,7 @@ def test_pickled_objects_are_never_loaded(broken: Callable[..., str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "key",
-    ["received", "sample_rate_hz", "slope_hz_per_s", "start_frequency_hz", "ramp_period_s"],
+    "key", ["received", "sample_rate_hz", "slope_hz_per_s", "start_frequency_hz", "ramp_period_s"]
 )
 def test_a_missing_array_is_named(broken: Callable[..., str], key: str) -> None:
     assert key in broken(**{key: None})

@@ -86,9 +86,7 @@ def test_a_line_has_the_keys_of_the_contract(small_radar: ChirpSequence) -> None
     assert line["seconds"] == 0.125
 
 
-def test_an_object_is_given_in_normalised_and_in_physical_units(
-    small_radar: ChirpSequence,
-) -> None:
+def test_an_object_is_given_in_normalised_and_in_physical_units(small_radar: ChirpSequence) -> None:
     entry = result_line("a", example_solution(small_radar.shape, [0.2]), small_radar)["objects"][0]
     assert entry["beat"] == 0.2
     assert entry["doppler"] == 0.25

@@ -44,9 +44,7 @@ class Calibration:
 
 
 def calibrate(
-    recordings: Sequence[ComplexArray],
-    sample_rate_hz: float,
-    slope_hz_per_s: float | None = None,
+    recordings: Sequence[ComplexArray], sample_rate_hz: float, slope_hz_per_s: float | None = None
 ) -> Calibration:
     """Estimate the complex response of a receiver from the bursts of recordings.
 

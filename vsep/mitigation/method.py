@@ -63,10 +63,7 @@ class Mitigation(Protocol):
 
 
 def iterate_mitigation(
-    method: Mitigation,
-    received: FrameArray,
-    mask: BoolArray,
-    state: MitigationState | None = None,
+    method: Mitigation, received: FrameArray, mask: BoolArray, state: MitigationState | None = None
 ) -> Iterator[MitigationState]:
     """Yield the state after every step, until the method terminates.
 

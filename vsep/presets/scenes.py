@@ -177,11 +177,7 @@ def simulate_preset(
     require_range("frame_number", frame_number, 0, 1_000_000)
     scene_seed, *noise_seeds = sequence.spawn(2 + frame_number)
     drawn = preset(
-        name,
-        snr_db=snr_db,
-        sir_db=sir_db,
-        rng=np.random.default_rng(scene_seed),
-        **options,
+        name, snr_db=snr_db, sir_db=sir_db, rng=np.random.default_rng(scene_seed), **options
     )
     used = drawn.anti_aliasing_filter if anti_aliasing_filter is None else anti_aliasing_filter
     objects = moved_paths(drawn.radar, drawn.scene.objects, frame_number * CYCLE_S)

@@ -14,11 +14,7 @@ from vsep.errors import InputError
 from vsep.recordings.settings import RecordingSettings
 
 AXES: Final = ("frames", "transmitters", "antennas", "ramps", "samples", "iq")
-_USUAL: Final = {
-    1: ("samples",),
-    2: ("ramps", "samples"),
-    3: ("antennas", "ramps", "samples"),
-}
+_USUAL: Final = {1: ("samples",), 2: ("ramps", "samples"), 3: ("antennas", "ramps", "samples")}
 
 
 def arranged(path: str, array: NDArray[Any], settings: RecordingSettings) -> NDArray[Any]:

@@ -131,10 +131,7 @@ def _difference_of_rare(differences: FloatArray) -> Interval:
     more = poisson_interval(int(np.sum(np.maximum(differences, 0.0))), count)
     fewer = poisson_interval(int(np.sum(np.maximum(-differences, 0.0))), count)
     return replace(
-        more,
-        value=more.value - fewer.value,
-        low=more.low - fewer.high,
-        high=more.high - fewer.low,
+        more, value=more.value - fewer.value, low=more.low - fewer.high, high=more.high - fewer.low
     )
 
 

@@ -114,11 +114,7 @@ def simulate_trial(trial: Trial) -> TrialScenario:
         **options,
     )
     _, clean = simulate_preset(
-        name,
-        snr_db=point.snr_db,
-        sir_db=point.sir_db,
-        seed=trial.seed_sequence,
-        **no_bursts,
+        name, snr_db=point.snr_db, sir_db=point.sir_db, seed=trial.seed_sequence, **no_bursts
     )
     if point.num_interferers == 2:
         scenario, interfered = _with_second_interferer(name, scenario, trial)
@@ -211,11 +207,7 @@ def _with_second_interferer(
         shifts_s.append(-side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s)
     more = tuple(
         Interferer(
-            sequence=interferer_sequence(
-                name,
-                slope_hz_per_s=slope,
-                burst_shift_s=wanted_s,
-            ),
+            sequence=interferer_sequence(name, slope_hz_per_s=slope, burst_shift_s=wanted_s),
             channel=other.channel,
         )
         for wanted_s in shifts_s
