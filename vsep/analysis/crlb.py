@@ -31,17 +31,10 @@ _UNOBSERVABLE = 1e-9
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class DispersionBound:
-    """Smallest standard deviations that an unbiased estimator can have.
+    """Smallest standard deviations that an unbiased estimator can have."""
 
-    Attributes
-    ----------
-    beats : (L,) float
-        Cycles per sample.
-    dopplers : (L,) float
-        Cycles per ramp; infinite for a single ramp, where Doppler is not observable.
-    """
-
-    beats: FloatArray
+    beats: FloatArray  #: (L,) cycles per sample
+    #: (L,) cycles per ramp; infinite for a single ramp, where Doppler is not observable
     dopplers: FloatArray
 
     @property

@@ -39,21 +39,11 @@ CHANCE = 1e-2  # timings expected to fit as many bursts by chance
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Crossings:
-    """When bursts cross zero intermediate frequency.
+    """When bursts cross zero intermediate frequency."""
 
-    Parameters
-    ----------
-    ramps : (B,) int
-        The victim's ramps i.
-    samples : (B,) float
-        Crossing times t in samples after the ramp's first.
-    slopes_hz_per_s : (B,) float
-        Slope of the interferer less that of the victim.
-    """
-
-    ramps: IntArray
-    samples: FloatArray
-    slopes_hz_per_s: FloatArray
+    ramps: IntArray  #: (B,) the victim's ramps i
+    samples: FloatArray  #: (B,) crossing times t in samples after the ramp's first
+    slopes_hz_per_s: FloatArray  #: (B,) slope of the interferer less that of the victim
 
     def __post_init__(self) -> None:
         """Freeze the arrays; they must be of one length and finite."""

@@ -30,26 +30,15 @@ _SEED = 20_210_531
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Interval:
-    """A measured figure with its confidence interval.
+    """A measured figure with its confidence interval."""
 
-    Attributes
-    ----------
-    value, low, high : float
-        The figure and the interval's ends; NaN if there was nothing to measure.
-    level : float
-        Confidence, 0.95 for 95 %.
-    method : str
-        How the interval was made; "none" if there is none.
-    num_samples : int
-        How many realisations went in.
-    """
-
+    #: the figure and the interval's ends; NaN if there was nothing to measure
     value: float
     low: float
     high: float
-    level: float
-    method: IntervalMethod
-    num_samples: int
+    level: float  #: confidence, 0.95 for 95 %
+    method: IntervalMethod  #: how the interval was made; "none" if there is none
+    num_samples: int  #: how many realisations went in
 
 
 def mean(samples: FloatArray) -> FloatArray:

@@ -32,43 +32,21 @@ MAX_SHARE = 0.7  # of a ramp's samples that may lie in windows: objects are fill
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Crossing:
-    """Where a chirp crosses zero frequency.
+    """Where a chirp crosses zero frequency."""
 
-    Attributes
-    ----------
-    ramp : int
-        In which ramp.
-    sample : float
-        At which of its samples.
-    slope_hz_per_s : float
-        Slope difference as the search found it.
-    """
-
-    ramp: int
-    sample: float
-    slope_hz_per_s: float
+    ramp: int  #: in which ramp
+    sample: float  #: at which of its samples
+    slope_hz_per_s: float  #: slope difference as the search found it
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class BurstWindow:
-    """The samples around one burst, without objects.
+    """The samples around one burst, without objects."""
 
-    Attributes
-    ----------
-    ramp : int
-        Where it was cut out.
-    crossing : float
-        Sample of the ramp at which the burst crosses zero frequency, roughly.
-    first : int
-        Sample of the ramp at which the window begins.
-    signals : (A, M) complex
-        One row an antenna.
-    """
-
-    ramp: int
-    crossing: float
-    first: int
-    signals: ComplexArray
+    ramp: int  #: where it was cut out
+    crossing: float  #: sample of the ramp at which the burst crosses zero frequency, roughly
+    first: int  #: sample of the ramp at which the window begins
+    signals: ComplexArray  #: (A, M) one row an antenna
 
     def of_antenna(self, antenna: int) -> "BurstWindow":
         """Return the burst as one antenna received it."""

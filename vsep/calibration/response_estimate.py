@@ -31,18 +31,10 @@ RIDGE = 1e-3
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ResponseEstimate:
-    """A response and what it makes of the bursts that it comes from.
+    """A response and what it makes of the bursts that it comes from."""
 
-    Attributes
-    ----------
-    response : ReceiverResponse
-        Of every antenna.
-    fits : tuple of BurstFit
-        One for every window.
-    """
-
-    response: ReceiverResponse
-    fits: tuple[BurstFit, ...]
+    response: ReceiverResponse  #: of every antenna
+    fits: tuple[BurstFit, ...]  #: one for every window
 
 
 def grid_for(windows: Sequence[BurstWindow], sample_rate_hz: float) -> LineGrid:

@@ -19,24 +19,12 @@ _COLUMNS = ("file", "interferer", "ramp", "crossing_sample", "predicted_sample",
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class FrameTimings:
-    """The interferers of one frame.
+    """The interferers of one frame."""
 
-    Parameters
-    ----------
-    file : str
-        The frame.
-    crossings : Crossings
-        All bursts that a separation found.
-    timings : tuple of InterfererTiming
-        Those of the interferers.
-    parallel_ramps : tuple of int
-        Ramps with a tone that others lack.
-    """
-
-    file: str
-    crossings: Crossings
-    timings: tuple[InterfererTiming, ...]
-    parallel_ramps: tuple[int, ...]
+    file: str  #: the frame
+    crossings: Crossings  #: all bursts that a separation found
+    timings: tuple[InterfererTiming, ...]  #: those of the interferers
+    parallel_ramps: tuple[int, ...]  #: ramps with a tone that others lack
 
 
 def read_timings(path: str) -> Iterator[FrameTimings]:

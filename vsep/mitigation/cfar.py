@@ -25,18 +25,6 @@ Statistic: TypeAlias = Literal["cell-averaging", "ordered-statistic"]
 class Cfar:
     """A detector.
 
-    Parameters
-    ----------
-    false_alarm_rate : float
-        Probability that a cell of noise alone is detected.
-    guard, training : tuple of int
-        Cells on either side, one number an axis of the spectrum. Training cells lie outside the
-        guard cells; a spectrum's axis of length one has neither.
-    statistic : str
-        "cell-averaging" or "ordered-statistic".
-    rank_share : float
-        Which order statistic, as a share of the training cells.
-
     Examples
     --------
     >>> power = np.ones(32)
@@ -46,11 +34,13 @@ class Cfar:
     array([7])
     """
 
-    false_alarm_rate: float = 1e-4
+    false_alarm_rate: float = 1e-4  #: probability that a cell of noise alone is detected
+    #: cells on either side, one number an axis of the spectrum. Training cells lie outside the
+    #: guard cells; a spectrum's axis of length one has neither.
     guard: tuple[int, ...] = (2, 2)
     training: tuple[int, ...] = (4, 8)
-    statistic: Statistic = "cell-averaging"
-    rank_share: float = 0.75
+    statistic: Statistic = "cell-averaging"  #: "cell-averaging" or "ordered-statistic"
+    rank_share: float = 0.75  #: which order statistic, as a share of the training cells
 
     def __post_init__(self) -> None:
         """Check the settings."""

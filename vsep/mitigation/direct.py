@@ -15,18 +15,11 @@ Repair: TypeAlias = Callable[[FrameArray, BoolArray], FrameArray]
 
 @dataclass(frozen=True, slots=True)
 class DirectMitigation:
-    """A method of one step.
+    """A method of one step."""
 
-    Parameters
-    ----------
-    name : str
-        The name a user calls it by.
-    repair : callable
-        Takes the (P, N) frame and the mask of interfered samples, at least one of them clean;
-        returns the cleaned frame. A function of a module, so that the method can be pickled.
-    """
-
-    name: str
+    name: str  #: the name a user calls it by
+    #: takes the (P, N) frame and the mask of interfered samples, at least one of them clean;
+    #: returns the cleaned frame. A function of a module, so that the method can be pickled.
     repair: Repair
 
     def init(self, received: FrameArray, mask: BoolArray) -> MitigationState:

@@ -40,21 +40,11 @@ class Layers:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MorphologicalComponents:
-    """Morphological component analysis of a frame.
+    """Morphological component analysis of a frame."""
 
-    Parameters
-    ----------
-    name : str
-        The name a user calls it by.
-    num_axes : {1, 2}
-        Axes of the object layer: the ramp alone, or the frame.
-    iterations : int
-        Number of thresholds.
-    """
-
-    name: str = "mca"
-    num_axes: int = 1
-    iterations: int = ITERATIONS
+    name: str = "mca"  #: the name a user calls it by
+    num_axes: int = 1  #: axes of the object layer: the ramp alone, or the frame
+    iterations: int = ITERATIONS  #: number of thresholds
 
     def __post_init__(self) -> None:
         """Check the settings."""

@@ -81,15 +81,6 @@ AXES: dict[str, Parameter] = {
 class Axis:
     """An axis of a map: equally spaced values of one parameter.
 
-    Parameters
-    ----------
-    name : str
-        One of `AXES`.
-    start, stop : float
-        First and last value, in SI units.
-    count : int
-        Number of values, 2 to `MAX_VALUES`.
-
     Raises
     ------
     InputError
@@ -101,10 +92,11 @@ class Axis:
     array([-10.,   0.,  10.])
     """
 
-    name: str
+    name: str  #: one of `AXES`
+    #: first and last value, in SI units
     start: float
     stop: float
-    count: int
+    count: int  #: number of values, 2 to `MAX_VALUES`
 
     def __post_init__(self) -> None:
         """Check name, ends and number of values."""

@@ -37,22 +37,12 @@ class PairLayers:
 
     They are of B interferers with S numbers of ramps, and of numbers of objects at D delays of the
     first one.
-
-    Attributes
-    ----------
-    whole_db : array
-        (27) as a ratio of norms over all objects.
-    weakest_db : array
-        (27) object by object, the smallest ratio.
-    coherence : array
-        Cosine of the smallest principal angle between span Phi and span U Psi.
-    bound_loss_db : array
-        Mean bound on the variance of beat and Doppler frequency, interference unknown over known.
     """
 
-    whole_db: FloatArray
-    weakest_db: FloatArray
-    coherence: FloatArray
+    whole_db: FloatArray  #: (27) as a ratio of norms over all objects
+    weakest_db: FloatArray  #: (27) object by object, the smallest ratio
+    coherence: FloatArray  #: cosine of the smallest principal angle between span Phi and span U Psi
+    #: mean bound on the variance of beat and Doppler frequency, interference unknown over known
     bound_loss_db: FloatArray
 
 

@@ -19,36 +19,18 @@ Window: TypeAlias = Literal["hann", "rectangular"]
 
 
 class DelaySpectrum(NamedTuple):
-    """Power over the beat frequency.
+    """Power over the beat frequency."""
 
-    Parameters
-    ----------
-    beats : (M,) float
-        Ascending, in cycles per sample.
-    power : (..., M) float
-        Linear; the leading axes are those of the signal.
-    """
-
-    beats: FloatArray
-    power: FloatArray
+    beats: FloatArray  #: (M,) ascending, in cycles per sample
+    power: FloatArray  #: (..., M) linear; the leading axes are those of the signal
 
 
 class RangeDopplerMap(NamedTuple):
-    """Power over Doppler and beat frequency.
+    """Power over Doppler and beat frequency."""
 
-    Parameters
-    ----------
-    dopplers : (Mp,) float
-        Ascending, in cycles per ramp.
-    beats : (Mn,) float
-        Ascending, in cycles per sample.
-    power : (Mp, Mn) float
-        Linear.
-    """
-
-    dopplers: FloatArray
-    beats: FloatArray
-    power: FloatArray
+    dopplers: FloatArray  #: (Mp,) ascending, in cycles per ramp
+    beats: FloatArray  #: (Mn,) ascending, in cycles per sample
+    power: FloatArray  #: (Mp, Mn) linear
 
 
 def delay_spectrum(

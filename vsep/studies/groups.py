@@ -22,24 +22,13 @@ DETECTION_CELLS = 0.5
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Group:
-    """Rows of one method at one point, and of two others on the same realisations.
+    """Rows of one method at one point, and of two others on the same realisations."""
 
-    Attributes
-    ----------
-    rows : tuple of dict
-        Finished rows, by realisation.
-    references : tuple of dict or None
-        The reference's row of the same realisation, where there is one.
-    masked : tuple of dict or None
-        The same of the masked estimator.
-    num_failed : int
-        Rows without results.
-    """
-
-    rows: tuple[Row, ...]
+    rows: tuple[Row, ...]  #: finished rows, by realisation
+    #: the reference's row of the same realisation, where there is one
     references: tuple[Row | None, ...]
-    masked: tuple[Row | None, ...]
-    num_failed: int
+    masked: tuple[Row | None, ...]  #: the same of the masked estimator
+    num_failed: int  #: rows without results
 
     def column(self, name: str) -> FloatArray:
         """(n,) one number a row; NaN where there is none."""

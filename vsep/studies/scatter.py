@@ -17,21 +17,11 @@ from vsep.studies.trial import DONE, Row
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Scatter:
-    """One dot a row.
+    """One dot a row."""
 
-    Attributes
-    ----------
-    x : (n,) float
-        The point's parameter.
-    y : (n,) float
-        The frame's own value.
-    rows : tuple of dict
-        The rows themselves, see `vsep.studies.rows.trial_of_row`.
-    """
-
-    x: FloatArray
-    y: FloatArray
-    rows: tuple[Row, ...]
+    x: FloatArray  #: (n,) the point's parameter
+    y: FloatArray  #: (n,) the frame's own value
+    rows: tuple[Row, ...]  #: the rows themselves, see `vsep.studies.rows.trial_of_row`
 
 
 def _mean_error(row: Row) -> float:

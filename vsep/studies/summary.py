@@ -19,31 +19,16 @@ _SIGNIFICANT_DIGITS = 6
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Measure:
-    """One figure of one method at one point.
+    """One figure of one method at one point."""
 
-    Attributes
-    ----------
-    study : str
-        Name of the study.
-    point_index : int
-        Which point of it.
-    point : mapping
-        Its parameters by name.
-    method, metric : str
-        What was measured of which method.
-    interval : Interval
-        The figure, its interval, how that was made, and of how many realisations.
-    versions : tuple of str
-        Those of this package that made the rows.
-    """
-
-    study: str
-    point_index: int
-    point: Mapping[str, Any]
+    study: str  #: name of the study
+    point_index: int  #: which point of it
+    point: Mapping[str, Any]  #: its parameters by name
+    #: what was measured of which method
     method: str
     metric: str
-    interval: Interval
-    versions: tuple[str, ...]
+    interval: Interval  #: the figure, its interval, how that was made, and of how many realisations
+    versions: tuple[str, ...]  #: those of this package that made the rows
 
     def as_row(self) -> dict[str, Any]:
         """Return the figure as a flat dictionary."""

@@ -32,24 +32,14 @@ _CROSSING_SHIFTS = (0.15, 0.35)  # in ramps
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class TrialScenario:
-    """What the methods of a trial are compared on.
+    """What the methods of a trial are compared on."""
 
-    Attributes
-    ----------
-    preset : str
-        Which scene of Table I, or the noise scene's name.
-    scenario : Scenario
-        Radar, scene and the *true* filter.
-    model : SignalModel
-        What the estimators assume: a raised cosine with the roll-off of the preset's, and the
-        point's cut-off frequency give or take its mismatch.
-    interfered, clean : Observation
-        The frame with and without interference, on the same objects and noise.
-    """
-
-    preset: str
-    scenario: Scenario
+    preset: str  #: which scene of Table I, or the noise scene's name
+    scenario: Scenario  #: radar, scene and the *true* filter
+    #: what the estimators assume: a raised cosine with the roll-off of the preset's, and the
+    #: point's cut-off frequency give or take its mismatch
     model: SignalModel
+    #: the frame with and without interference, on the same objects and noise
     interfered: Observation
     clean: Observation
 

@@ -37,33 +37,16 @@ _RUNAWAY = 100.0
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SparseMemory:
-    """What the next step needs beside the cleaned frame.
+    """What the next step needs beside the cleaned frame."""
 
-    Parameters
-    ----------
-    operator : SensingOperator
-        A of the frame's mask.
-    measured : complex
-        Windowed clean samples, scaled to unit power, in the operator's form.
-    scale : float
-        The factor that was divided out.
-    window : (P, N) float
-        The window.
-    solution : SolverState
-        Where the solver stands.
-    termination : Termination
-        Verdict on the solver; what may follow its end is the debiasing step.
-    debiased : bool
-        Whether that step is done.
-    """
-
-    operator: SensingOperator
-    measured: Samples
-    scale: float
-    window: RealSamples
-    solution: SolverState
+    operator: SensingOperator  #: A of the frame's mask
+    measured: Samples  #: windowed clean samples, scaled to unit power, in the operator's form
+    scale: float  #: the factor that was divided out
+    window: RealSamples  #: (P, N) the window
+    solution: SolverState  #: where the solver stands
+    #: verdict on the solver; what may follow its end is the debiasing step
     termination: Termination = Termination.RUNNING
-    debiased: bool = False
+    debiased: bool = False  #: whether that step is done
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -79,37 +62,22 @@ class SparseMemory:
 class SparseMitigation:
     """A sparse solver behind the interface of mitigation methods.
 
-    Parameters
-    ----------
-    name : str
-        The name a user calls it by.
-    solver : Solver
-        One of the solvers of this package.
-    domain : str
-        "masked-2d" or "explicit-1d"; the iterates are the same.
-    window : str
-        "hann" or "rectangular", in both dimensions.
-    tolerance : float
-        A run has settled when the spectrum changes by less than this share of its norm. At 1e-2
-        iterative soft thresholding would stop some 10 dB too early.
-    max_iterations : int
-        At most this many iterations.
-    debias : bool
-        Whether a last step fits the cells found by least squares, which undoes what a threshold
-        took from them.
-
     Raises
     ------
     InputError
         If a setting is out of its range.
     """
 
-    name: str
-    solver: Solver
-    domain: Domain = "masked-2d"
-    window: Window = "hann"
+    name: str  #: the name a user calls it by
+    solver: Solver  #: one of the solvers of this package
+    domain: Domain = "masked-2d"  #: "masked-2d" or "explicit-1d"; the iterates are the same
+    window: Window = "hann"  #: "hann" or "rectangular", in both dimensions
+    #: A run has settled when the spectrum changes by less than this share of its norm. At 1e-2
+    #: iterative soft thresholding would stop some 10 dB too early.
     tolerance: float = 1e-3
-    max_iterations: int = 300
+    max_iterations: int = 300  #: at most this many iterations
+    #: whether a last step fits the cells found by least squares, which undoes what a threshold took
+    #: from them
     debias: bool = False
 
     def __post_init__(self) -> None:

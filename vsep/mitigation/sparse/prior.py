@@ -24,18 +24,10 @@ _MIN_SPREAD = 0.25  # sigma over mu: a cell seen once has no empirical spread at
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SeenFrame:
-    """What one past frame says about its cells.
+    """What one past frame says about its cells."""
 
-    Parameters
-    ----------
-    magnitude : (P, N) float
-        Of the windowed range-Doppler spectrum.
-    peaks : (P, N) bool
-        Where CA-CFAR found a peak.
-    """
-
-    magnitude: FloatArray
-    peaks: BoolArray
+    magnitude: FloatArray  #: (P, N) of the windowed range-Doppler spectrum
+    peaks: BoolArray  #: (P, N) where CA-CFAR found a peak
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -12,18 +12,10 @@ Source: TypeAlias = Literal["recovered", "original"]
 
 
 class SequenceStep(NamedTuple):
-    """One frame of a sequence.
+    """One frame of a sequence."""
 
-    Parameters
-    ----------
-    state : MitigationState
-        The last state of the frame's run.
-    history : tuple of SeenFrame
-        What the run knew of earlier frames.
-    """
-
-    state: MitigationState
-    history: tuple[SeenFrame, ...]
+    state: MitigationState  #: the last state of the frame's run
+    history: tuple[SeenFrame, ...]  #: what the run knew of earlier frames
 
 
 def mitigate_sequence(
