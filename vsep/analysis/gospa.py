@@ -87,10 +87,6 @@ def gospa(
     order : float
         p, at least 1.
 
-    Returns
-    -------
-    Gospa
-
     Raises
     ------
     InputError

@@ -63,10 +63,6 @@ def frame_errors(
     cutoff, order : float
         Of GOSPA, the cut-off in resolution cells.
 
-    Returns
-    -------
-    FrameErrors
-
     Examples
     --------
     >>> import numpy as np

@@ -30,10 +30,7 @@ class FrameTimings:
 def read_timings(path: str) -> Iterator[FrameTimings]:
     """Fit the timings of every frame of a file of results; frames with an error are left out.
 
-    Raises
-    ------
-    InputError
-        In one sentence, if a line is no result line.
+    Raises `InputError` if a line is no result line.
     """
     try:
         with open(path, encoding="utf-8") as lines:

@@ -63,10 +63,6 @@ class Cfar:
         power : (M,) or (Mp, Mn) float
             A spectrum, linear.
 
-        Returns
-        -------
-        bool, of the same shape
-
         Raises
         ------
         InputError

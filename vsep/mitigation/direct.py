@@ -25,10 +25,7 @@ class DirectMitigation:
     def init(self, received: FrameArray, mask: BoolArray) -> MitigationState:
         """State before the step: the received frame itself.
 
-        Raises
-        ------
-        InputError
-            If no sample is clean.
+        Raises `InputError` if no sample is clean.
         """
         require_clean(mask)
         return MitigationState(iteration=0, cleaned=received)

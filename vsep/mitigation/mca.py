@@ -54,10 +54,7 @@ class MorphologicalComponents:
     def init(self, received: FrameArray, mask: BoolArray) -> MitigationState:
         """State before the first step: both layers empty.
 
-        Raises
-        ------
-        InputError
-            If no sample is clean.
+        Raises `InputError` if no sample is clean.
         """
         require_clean(mask)
         windowed = received * self._window(received)

@@ -223,10 +223,6 @@ def interferer_sequence(
         P_I, with a ramp period so near the victim's that every ramp meets one of the victim's; its
         crossing moves by at most 0.6 us from ramp to ramp, as the slopes of Table I are.
 
-    Returns
-    -------
-    InterfererSequence
-
     Raises
     ------
     InputError

@@ -25,10 +25,7 @@ def arranged(path: str, array: NDArray[Any], settings: RecordingSettings) -> NDA
     (ramps, antennas, samples) array
         The ramps of all transmitters in turn.
 
-    Raises
-    ------
-    InputError
-        If the names do not fit the array, or its lengths not the settings.
+    Raises `InputError` if the names do not fit the array, or its lengths not the settings.
     """
     names = _names(path, array, settings)
     if "iq" in names:
@@ -61,10 +58,7 @@ def virtual_antennas(ramps: NDArray[Any], num_transmitters: int) -> NDArray[Any]
     (antennas, ramps, samples) array
         Transmitter by transmitter, contiguous.
 
-    Raises
-    ------
-    InputError
-        If the ramps are no whole number of turns.
+    Raises `InputError` if the ramps are no whole number of turns.
 
     Examples
     --------
@@ -90,10 +84,7 @@ def complex_at_half_rate(samples: NDArray[Any]) -> ComplexArray:
     own, is a complex signal of half the rate whose noise is white. A cosine of amplitude one
     becomes a line of magnitude one at its positive frequency.
 
-    Raises
-    ------
-    InputError
-        If the number of samples is odd.
+    Raises `InputError` if the number of samples is odd.
     """
     count = samples.shape[-1]
     if count % 2:

@@ -113,10 +113,7 @@ NEEDED_SETTINGS: Final = tuple(
 def read_settings(path: str) -> RecordingSettings:
     """Read a settings file, JSON or YAML by its suffix.
 
-    Raises
-    ------
-    InputError
-        In one sentence, whatever is wrong with the file or a value.
+    Raises `InputError` whatever is wrong with the file or a value.
     """
     stored = settings_values(path, _read_text(path))
     try:
@@ -160,10 +157,8 @@ def settings_values(name: str, text: str) -> dict[Any, Any]:
 def parse_settings(stored: Mapping[Any, Any]) -> RecordingSettings:
     """Make settings of names and values as a file holds them.
 
-    Raises
-    ------
-    InputError
-        If a name is unknown or missing, or a value of another kind or outside of its range.
+    Raises `InputError` if a name is unknown or missing, or a value of another kind or outside of
+    its range.
 
     Examples
     --------

@@ -19,10 +19,7 @@ from vsep.recordings.settings import RecordingSettings
 def read_stored_array(path: str, settings: RecordingSettings) -> NDArray[Any]:
     """Read the array of a recording, as it is stored.
 
-    Raises
-    ------
-    InputError
-        In one sentence, whatever is wrong with the file.
+    Raises `InputError` whatever is wrong with the file.
     """
     array = _READERS[settings.format](path, settings.key)
     if array.dtype.kind not in "iufc":

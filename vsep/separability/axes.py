@@ -131,10 +131,7 @@ class Axis:
 def parse_axis(text: str) -> Axis:
     """Read an axis such as ``sir_db=-40:40:33``; a name may lack its unit.
 
-    Raises
-    ------
-    InputError
-        If it does not read so, or a value is not allowed.
+    Raises `InputError` if it does not read so, or a value is not allowed.
 
     Examples
     --------
@@ -157,10 +154,7 @@ def parse_axis(text: str) -> Axis:
 def parse_value(text: str) -> tuple[str, float]:
     """Read a fixed value such as ``snr_db=40``; a name may lack its unit.
 
-    Raises
-    ------
-    InputError
-        If it does not read so, or the value is not allowed.
+    Raises `InputError` if it does not read so, or the value is not allowed.
     """
     name, _, number = text.partition("=")
     try:
@@ -175,10 +169,7 @@ def parse_value(text: str) -> tuple[str, float]:
 def full_name(name: str) -> str:
     """Return the name of a parameter, its unit added if it lacks.
 
-    Raises
-    ------
-    InputError
-        If there is none of that name.
+    Raises `InputError` if there is none of that name.
     """
     found = [known for known in AXES if known == name or _without_unit(known) == name]
     return require_known(found[0] if found else name)

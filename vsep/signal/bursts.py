@@ -164,10 +164,7 @@ def multiplicative_bursts(
 ) -> ComplexArray:
     """Interference of one interferer by (7) with (39) and (41), (P, N).
 
-    Raises
-    ------
-    InputError
-        If both radars have the same slope.
+    Raises `InputError` if both radars have the same slope.
     """
     sequence = interferer.sequence
     if sequence.slope_hz_per_s == radar.slope_hz_per_s:

@@ -46,10 +46,7 @@ class ModifiedResponse(ABC):
     ) -> ComplexArray:
         """Return the modified response Gbar(f; Delta k) of (40)-(41); the arguments broadcast.
 
-        Raises
-        ------
-        InputError
-            If a slope difference is zero.
+        Raises `InputError` if a slope difference is zero.
         """
         return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
 

@@ -79,10 +79,7 @@ class ReceiverResponse:
     def filter_of(self, antenna: int) -> MeasuredFilter:
         """Return the filter that an estimator assumes for one antenna.
 
-        Raises
-        ------
-        InputError
-            If there is no such antenna.
+        Raises `InputError` if there is no such antenna.
         """
         if not 0 <= antenna < self.num_antennas:
             raise InputError(

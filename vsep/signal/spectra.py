@@ -92,10 +92,6 @@ def range_doppler_map(
     zero_padding, window, lowest_beat
         As for `delay_spectrum`; the Doppler axis runs from -1/2.
 
-    Returns
-    -------
-    RangeDopplerMap
-
     Raises
     ------
     InputError

@@ -148,10 +148,7 @@ def study_of_rows(rows: Sequence[Row], path: str | Path) -> Study:
 def require_same_study(rows: Iterable[Row], study: Study, path: str | Path) -> None:
     """Refuse to mix rows of other settings into one file: a figure would average over both.
 
-    Raises
-    ------
-    InputError
-        If a row of this study has another seed, schedule, GOSPA or point.
+    Raises `InputError` if a row of this study has another seed, schedule, GOSPA or point.
     """
     settings = study.settings
     expected = {

@@ -150,10 +150,7 @@ class Study:
     def trial(self, point_index: int, realization: int) -> Trial:
         """Return one trial, whether or not it is among those to run.
 
-        Raises
-        ------
-        InputError
-            If there is no such point, or the realisation is negative.
+        Raises `InputError` if there is no such point, or the realisation is negative.
         """
         require_range("point", point_index, 0, len(self.points) - 1)
         require_range("realization", realization, 0, 2**32 - 1)
@@ -176,10 +173,7 @@ def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
     tuple of int
         Ascending, each once.
 
-    Raises
-    ------
-    InputError
-        If a part is neither a panel nor an index of a point.
+    Raises `InputError` if a part is neither a panel nor an index of a point.
     """
     panels = {point.panel for point in points}
     chosen: set[int] = set()

@@ -73,10 +73,6 @@ def simulate_trial(trial: Trial) -> TrialScenario:
         Its randomness is `Trial.seed_sequence` alone: the first child draws the scene, the second
         the noise, as `vsep.simulate_preset` does, the third a second interferer.
 
-    Returns
-    -------
-    TrialScenario
-
     Raises
     ------
     InputError

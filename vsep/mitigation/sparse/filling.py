@@ -92,10 +92,7 @@ class SparseMitigation:
     def init(self, received: FrameArray, mask: BoolArray) -> MitigationState:
         """State before the first step: the gaps are zero.
 
-        Raises
-        ------
-        InputError
-            If no sample is clean, or the explicit matrix would not fit into memory.
+        Raises `InputError` if no sample is clean, or the explicit matrix would not fit into memory.
         """
         require_clean(mask)
         if not np.any(mask):
