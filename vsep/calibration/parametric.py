@@ -55,14 +55,8 @@ def fit_parametric(
 ) -> ParametricResponse:
     """Fit cut-offs, gains and delays to all antennas together, by least squares.
 
-    Parameters
-    ----------
-    response : ReceiverResponse
-        As measured.
-    sample_rate_hz : float
-        Sets the band that is fitted.
-    free_bend : bool
-        Whether the slope difference is in question.
+    `response`: as measured; `sample_rate_hz`: sets the band that is fitted; `free_bend`: whether
+    the slope difference is in question.
     """
     inside = np.abs(response.frequency_hz) <= FITTED_BAND * sample_rate_hz
     frequency_hz = response.frequency_hz[inside]

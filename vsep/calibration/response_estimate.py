@@ -49,19 +49,9 @@ def estimate_response(
 ) -> ResponseEstimate:
     """Estimate the response from bursts.
 
-    Parameters
-    ----------
-    windows : sequence of BurstWindow
-        All of the same number of antennas; of one recording or several.
-    sample_rate_hz : float
-        f_s.
-    slope_hz_per_s : float
-        Slope difference Delta k, interferer less victim, in the paper's sign.
-
-    Raises
-    ------
-    InputError
-        If there are too few bursts, or they have no common part.
+    `windows`: all of the same number of antennas; of one recording or several; `sample_rate_hz`:
+    f_s; `slope_hz_per_s`: slope difference Delta k, interferer less victim, in the paper's sign.
+    Raises `InputError` if there are too few bursts, or they have no common part.
     """
     if len(windows) < MIN_BURSTS:
         raise InputError(

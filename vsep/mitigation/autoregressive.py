@@ -41,19 +41,8 @@ def autoregressive(order: int = ORDER) -> DirectMitigation:
 def fit_coefficients(received: FrameArray, mask: BoolArray, order: int) -> ComplexArray:
     """Fit one model to every stretch of ``order + 1`` clean samples, forwards and backwards.
 
-    Parameters
-    ----------
-    received : (P, N) complex
-        The frame.
-    mask : (P, N) bool
-        True where a sample is not to be used.
-    order : int
-        Less than N.
-
-    Returns
-    -------
-    (order,) complex
-        Coefficients c_1 ...; zero where no stretch is long enough.
+    `received` (P, N): the frame; `mask` (P, N): True where a sample is not to be used; `order`:
+    less than N. Returns (order,): coefficients c_1 ...; zero where no stretch is long enough.
     """
     windows = sliding_window_view(np.where(mask, 0.0, received), order + 1, axis=1)
     clean = ~sliding_window_view(mask, order + 1, axis=1).any(axis=2)

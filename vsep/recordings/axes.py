@@ -20,12 +20,9 @@ _USUAL: Final = {1: ("samples",), 2: ("ramps", "samples"), 3: ("antennas", "ramp
 def arranged(path: str, array: NDArray[Any], settings: RecordingSettings) -> NDArray[Any]:
     """Choose a frame of a stored array and put its axes in order.
 
-    Returns
-    -------
-    (ramps, antennas, samples) array
-        The ramps of all transmitters in turn.
-
     Raises `InputError` if the names do not fit the array, or its lengths not the settings.
+
+    Returns (ramps, antennas, samples) array: the ramps of all transmitters in turn.
     """
     names = _names(path, array, settings)
     if "iq" in names:
@@ -53,12 +50,9 @@ def arranged(path: str, array: NDArray[Any], settings: RecordingSettings) -> NDA
 def virtual_antennas(ramps: NDArray[Any], num_transmitters: int) -> NDArray[Any]:
     """Split ramps that transmitters sent in turn, (ramps, antennas, samples).
 
-    Returns
-    -------
-    (antennas, ramps, samples) array
-        Transmitter by transmitter, contiguous.
-
     Raises `InputError` if the ramps are no whole number of turns.
+
+    Returns (antennas, ramps, samples) array: transmitter by transmitter, contiguous.
 
     Examples
     --------

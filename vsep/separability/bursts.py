@@ -55,14 +55,8 @@ class BurstRows:
 def make_bursts(radar: ChirpSequence, channel: Channel, interferers: Interferers) -> BurstRows:
     """Make the bursts of interferers with common paths, (12) with (39) and (41).
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    channel : Channel
-        Paths from every interferer to the victim.
-    interferers : Interferers
-        Who makes them.
+    `radar`: the victim; `channel`: paths from every interferer to the victim; `interferers`: who
+    makes them.
     """
     sequences, counts = interferers.sequences, interferers.ramp_counts
     common = overlapping_passages(radar, sequences[0])

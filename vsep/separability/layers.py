@@ -55,23 +55,9 @@ def pair_layers(
 ) -> PairLayers:
     """Evaluate all layers for interferers times sets of objects.
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    channel : Channel
-        Paths from every interferer to the victim.
-    interferers : Interferers
-        Who makes bursts, with how many ramps.
-    table : ObjectTable
-        Lines of all objects.
-    counts : sequence of int
-        Numbers of objects.
-
-    Returns
-    -------
-    PairLayers
-        NaN for an interferer without bursts; an infinite loss where the bound is.
+    `radar`: the victim; `channel`: paths from every interferer to the victim; `interferers`: who
+    makes bursts, with how many ramps; `table`: lines of all objects; `counts`: numbers of objects.
+    An interferer without bursts has NaN; the loss is infinite where the bound is.
     """
     columns = table.num_kinds * table.num_lines
     row = (channel.num_paths + 2) * (columns + radar.num_samples)

@@ -47,14 +47,8 @@ class ObjectTable:
 def make_table(radar: ChirpSequence, objects: Channel, delays_s: Sequence[float]) -> ObjectTable:
     """Make the table of a scene's objects.
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    objects : Channel
-        As many as the fullest cell has.
-    delays_s : sequence of float
-        Delays of the first object; its own if there is none.
+    `radar`: the victim; `objects`: as many as the fullest cell has; `delays_s`: delays of the first
+    object; its own if there is none.
     """
     others = np.arange(1, objects.num_paths)
     moved = np.array(delays_s if len(delays_s) else objects.delays_s[:1], dtype=np.float64)

@@ -64,12 +64,8 @@ class Products:
 def make_products(columns: ComplexArray | FloatArray, num_others: int) -> Products:
     """Multiply columns with each other.
 
-    Parameters
-    ----------
-    columns : (B, R, C, U) array
-        R coordinates of the C kinds of columns of all lines: the others, then the last one.
-    num_others : int
-        F.
+    `columns` (B, R, C, U): R coordinates of the C kinds of columns of all lines: the others, then
+    the last one; `num_others`: F.
     """
     num_keys, num_rows, num_kinds, _ = columns.shape
     others = columns[..., :num_others].reshape(num_keys, num_rows, -1)

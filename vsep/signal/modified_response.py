@@ -8,6 +8,9 @@ with its impulse response g. The result is the chirp times
 
 taken along the chirp's course f = Delta f_0 + Delta k t. Because K solves a Schrodinger equation,
 dGbar/d(Delta k) = -(j / 4 pi) d^2 Gbar/df^2: one jet in the frequency holds every derivative.
+
+Frequencies in Hz and slope differences Delta k in Hz/s are arrays that broadcast; results have the
+broadcast shape. A slope difference of zero raises `InputError`.
 """
 
 from abc import ABC, abstractmethod
@@ -44,10 +47,7 @@ class ModifiedResponse(ABC):
     def modified_response(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ComplexArray:
-        """Return the modified response Gbar(f; Delta k) of (40)-(41); the arguments broadcast.
-
-        Raises `InputError` if a slope difference is zero.
-        """
+        """Return the modified response Gbar(f; Delta k) of (40)-(41); the arguments broadcast."""
         return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
 
 
@@ -59,22 +59,7 @@ def raised_cosine_jet(
     Times the kernel K every part of the response is a quadratic phase, see
     `vsep.kernels.fresnel.raised_cosine_terms`.
 
-    Parameters
-    ----------
-    frequency_hz, slope_hz_per_s : float arrays that broadcast
-        Where to evaluate, and the slope difference Delta k, not zero.
-    inner_hz, outer_hz : float
-        End of the flat part and of the taper, inner < outer.
-
-    Returns
-    -------
-    ResponseJet
-        Arrays of the broadcast shape.
-
-    Raises
-    ------
-    InputError
-        If a slope difference is zero.
+    `inner_hz` and `outer_hz`: end of the flat part and of the taper, inner < outer.
     """
     slope = nonparallel(slope_hz_per_s)
     frequency = np.asarray(frequency_hz, dtype=np.float64)
@@ -99,22 +84,7 @@ def pole_jet(
     W(a), the integral of exp(a t + j pi Delta k t^2) with a = pole - j 2 pi f. Integration by parts
     gives the derivatives, W' = (-1 - a W) / (j 2 pi Delta k), W'' = -(W + a W') / (j 2 pi Delta k).
 
-    Parameters
-    ----------
-    frequency_hz, slope_hz_per_s : float arrays that broadcast
-        Where to evaluate, and the slope difference Delta k, not zero.
-    poles, residues : (K,) complex
-        Poles in rad/s, left of the imaginary axis, and residues in rad/s.
-
-    Returns
-    -------
-    ResponseJet
-        Arrays of the broadcast shape.
-
-    Raises
-    ------
-    InputError
-        If a slope difference is zero.
+    `poles` (K,): in rad/s, left of the imaginary axis; `residues` (K,): in rad/s.
     """
     slope = nonparallel(slope_hz_per_s)
     curvature = 2j * np.pi * slope
@@ -152,23 +122,7 @@ def spline_jet(
 ) -> ResponseJet:
     """Evaluate the modified response of a complex cubic spline of finite support.
 
-    Parameters
-    ----------
-    frequency_hz, slope_hz_per_s : float arrays that broadcast
-        Where to evaluate, and the slope difference Delta k, not zero.
-    knots_hz : (M,) float
-    jumps : (M,) complex
-        Of the spline's third derivative at the knots, 1/Hz^3.
-
-    Returns
-    -------
-    ResponseJet
-        Arrays of the broadcast shape.
-
-    Raises
-    ------
-    InputError
-        If a slope difference is zero.
+    `jumps` (M,): of the spline's third derivative at the knots (M,), 1/Hz^3.
     """
     slope = nonparallel(slope_hz_per_s)
     frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)
@@ -181,21 +135,7 @@ def bspline_responses(
 ) -> ComplexArray:
     """Evaluate the modified responses of all cubic B-splines on a grid of knots.
 
-    Parameters
-    ----------
-    frequency_hz, slope_hz_per_s : float arrays that broadcast
-        Where to evaluate, and the slope difference Delta k, not zero.
-    knots_hz : (M,) float
-        Equidistant, ascending.
-
-    Returns
-    -------
-    (..., M - 4) complex
-
-    Raises
-    ------
-    InputError
-        If a slope difference is zero.
+    `knots_hz` (M,): equidistant, ascending. Returns (..., M - 4).
     """
     slope = nonparallel(slope_hz_per_s)
     frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)

@@ -18,17 +18,8 @@ _NUM_QUANTILES = 199
 def box_panels(grouped: Mapping[GroupKey, Group], spec: BoxSpec) -> list[BoxPanel]:
     """Return boxes of error, misses and false alarms at one point.
 
-    Parameters
-    ----------
-    grouped : mapping
-        Of `vsep.studies.summary.groups`.
-    spec : BoxSpec
-        Which point, and the title.
-
-    Returns
-    -------
-    list of BoxPanel
-        Three, or none if the point has no rows.
+    `grouped`: of `vsep.studies.summary.groups`; `spec`: which point, and the title. Returns three,
+    or none if the point has no rows.
     """
     chosen = [
         (method, group)
@@ -87,17 +78,8 @@ def _box(role: str, values: FloatArray) -> Box:
 def quantile_panels(grouped: Mapping[GroupKey, Group], spec: QuantileSpec) -> list[FigurePanel]:
     """Q-Q plot of errors over their reported standard deviation against the normal law.
 
-    Parameters
-    ----------
-    grouped : mapping
-        Of `vsep.studies.summary.groups`.
-    spec : QuantileSpec
-        Whose points are pooled, and the title.
-
-    Returns
-    -------
-    list of FigurePanel
-        One, or none if there is no error.
+    `grouped`: of `vsep.studies.summary.groups`; `spec`: whose points are pooled, and the title.
+    Returns one, or none if there is no error.
     """
     ratios: dict[str, list[FloatArray]] = {}
     for (_, _, method), group in grouped.items():

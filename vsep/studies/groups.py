@@ -88,16 +88,8 @@ def _partners(rows: Sequence[Row], others: Mapping[int, Row]) -> tuple[Row | Non
 def single_object_errors(rows: Sequence[Row | None], *, exact: bool = False) -> FloatArray:
     """Signed beat errors of single objects that were detected, NaN where they were not.
 
-    Parameters
-    ----------
-    rows : sequence of dict or None
-        Frames of one object.
-    exact : bool
-        Count only frames with the right number of objects, as the paper does.
-
-    Returns
-    -------
-    (n,) float
+    `rows`: frames of one object; `exact`: count only frames with the right number of objects, as
+    the paper does. Returns (n,).
     """
     return np.array([_single_object_error(row, exact) for row in rows], dtype=np.float64)
 

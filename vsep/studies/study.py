@@ -168,12 +168,9 @@ class Study:
 def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
     """Read a selection such as ``"3b,0,40-51"``: panels, indices and ranges of indices.
 
-    Returns
-    -------
-    tuple of int
-        Ascending, each once.
-
     Raises `InputError` if a part is neither a panel nor an index of a point.
+
+    Returns ascending, each once.
     """
     panels = {point.panel for point in points}
     chosen: set[int] = set()

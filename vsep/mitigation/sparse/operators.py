@@ -200,19 +200,9 @@ class ExplicitMatrix:
 def make_operator(domain: str, interfered: BoolArray, precision: Any) -> SensingOperator:
     """Return the operator of a mask.
 
-    Parameters
-    ----------
-    domain : str
-        One of `DOMAINS`.
-    interfered : (P, N) bool
-        True where a sample is interfered.
-    precision : dtype
-        complex64 or complex128.
-
-    Raises
-    ------
-    InputError
-        If the domain is unknown or the explicit matrix would not fit.
+    `domain`: one of `DOMAINS`; `interfered` (P, N): True where a sample is interfered; `precision`:
+    complex64 or complex128. Raises `InputError` if the domain is unknown or the explicit matrix
+    would not fit.
     """
     require_domain(domain)
     if domain == "masked-2d":

@@ -123,14 +123,8 @@ def with_prior(
 ) -> SparseMitigation:
     """Make iterative thresholding with a prior from past frames; without any it is `solver` alone.
 
-    Parameters
-    ----------
-    name, solver, domain, debias
-        As of `SparseMitigation`.
-    prior : PriorModel
-        The model.
-    history : tuple of SeenFrame
-        What it has seen.
+    `name`, `solver`, `domain`, `debias` as of `SparseMitigation`; `prior`: the model; `history`:
+    what it has seen.
     """
     solver = replace(solver, relief=prior.relief(history))
     return SparseMitigation(name=name, solver=solver, domain=domain, debias=debias)
