@@ -4,16 +4,9 @@ import numpy as np
 import pylops
 import pytest
 
-from tests.vsep.sparse_bench import sparse_problem
+from tests.vsep.sparse_bench import advanced, sparse_problem
 from vsep.mitigation.sparse.greedy import Cosamp, Omp
 from vsep.mitigation.sparse.operators import DOMAINS, ExplicitMatrix, MaskedFft, make_operator
-
-
-def advanced(solver, operator, measured, iterations):
-    state = solver.init(operator, measured)
-    for _ in range(iterations):
-        state = solver.step(operator, measured, state)
-    return state
 
 
 @pytest.mark.parametrize("domain", DOMAINS)

@@ -116,15 +116,8 @@ def test_a_frame_without_objects_has_an_empty_list(small_radar: ChirpSequence) -
     assert line["objects"] == []
 
 
-def test_a_single_ramp_has_no_doppler_deviation() -> None:
-    radar = ChirpSequence(
-        start_frequency_hz=79e9,
-        slope_hz_per_s=1e13,
-        sample_rate_hz=5.1e6,
-        ramp_period_s=25e-6,
-        num_samples=32,
-        num_ramps=1,
-    )
+def test_a_single_ramp_has_no_doppler_deviation(small_radar: ChirpSequence) -> None:
+    radar = replace(small_radar, num_ramps=1)
     text = as_json(result_line("a", example_solution((1, 32), [0.1]), radar))
     assert json.loads(text)["objects"][0]["doppler_std"] is None
 
