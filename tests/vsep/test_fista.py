@@ -4,7 +4,7 @@ import numpy as np
 import pylops
 import pytest
 
-from tests.vsep.sparse_bench import advanced, sparse_problem
+from tests.vsep.sparse_bench import advanced, pylops_matrix, sparse_problem
 from vsep.mitigation.sparse.fista import Fista, objective
 from vsep.mitigation.sparse.operators import ExplicitMatrix, MaskedFft
 
@@ -23,10 +23,9 @@ def test_the_objective_is_that_of_pylops_after_100_iterations(problem):
     measured = operator.measured(frame)
     spectrum = advanced(Fista(penalty=PENALTY), operator, measured, 100).spectrum
     matrix = ExplicitMatrix(mask, np.complex128)
-    columns = np.array([matrix.forward(unit) for unit in np.eye(mask.size)]).T
     # PyLops minimises ||y - A x||^2 + eps ||x||_1, twice our objective for eps = 2 nu.
     theirs, _, _ = pylops.optimization.sparsity.fista(
-        pylops.MatrixMult(columns, dtype="complex128"),
+        pylops_matrix(matrix),
         frame[~mask],
         niter=100,
         eps=2.0 * PENALTY,

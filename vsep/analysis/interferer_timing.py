@@ -94,26 +94,15 @@ class Crossings:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class InterfererTiming:
-    """One interferer as the victim sees it.
+    """One interferer as the victim sees it."""
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    drift, step, first : float
-        In samples, see the module.
-    crossings : Crossings
-        The bursts that lie on it.
-    chirps : (B,) int
-        Their integers j.
-    """
-
-    radar: ChirpSequence
+    radar: ChirpSequence  #: the victim
+    #: in samples, see the module
     drift: float
     step: float
     first: float
-    crossings: Crossings
-    chirps: IntArray
+    crossings: Crossings  #: the bursts that lie on it
+    chirps: IntArray  #: (B,) their integers j
 
     @property
     def slope_hz_per_s(self) -> float:

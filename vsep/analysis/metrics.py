@@ -54,12 +54,8 @@ def frame_errors(
 
     Parameters
     ----------
-    true : (L, 2) float
-        Normalised beat and Doppler frequencies.
-    found : (K, 2) float
-        The same of the estimates.
-    shape : tuple of int
-        (P, N), which sets the resolution cell.
+    true, found, shape
+        As for `cell_distances`; the shape sets the resolution cell.
     cutoff, order : float
         Of GOSPA, the cut-off in resolution cells.
 

@@ -26,21 +26,11 @@ SLOPE_ROUNDS = 3  # corrections of a slope difference that was not given; two se
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Calibration:
-    """What recordings tell about a receiver.
+    """What recordings tell about a receiver."""
 
-    Attributes
-    ----------
-    estimate : ResponseEstimate
-        The response, and how it fits every burst.
-    windows : tuple of BurstWindow
-        The bursts.
-    parametric : ParametricResponse
-        Stand-in of the response.
-    """
-
-    estimate: ResponseEstimate
-    windows: tuple[BurstWindow, ...]
-    parametric: ParametricResponse
+    estimate: ResponseEstimate  #: the response, and how it fits every burst
+    windows: tuple[BurstWindow, ...]  #: the bursts
+    parametric: ParametricResponse  #: stand-in of the response
 
 
 def calibrate(

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from vsep._typing import BoolArray, frozen
 from vsep.inference.core.progress import Termination
-from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
+from vsep.mitigation.entry import MitigationEntry, time_domain_entry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 
 Repair: TypeAlias = Callable[[FrameArray, BoolArray], FrameArray]
@@ -47,6 +47,4 @@ def direct_entry(
 ) -> MitigationEntry:
     """Return the record of a method of one step without settings."""
     factory = partial(DirectMitigation, name=name, repair=repair)
-    return MitigationEntry(
-        name=name, label=label, help=help, factory=factory, group=TIME_DOMAIN, position=position
-    )
+    return time_domain_entry(name, label, position, help, factory)

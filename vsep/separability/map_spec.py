@@ -29,23 +29,6 @@ MAX_TRIALS = 1000
 class MapSpec:
     """Specification of a map; equal ones have equal maps.
 
-    Parameters
-    ----------
-    x, y : Axis
-        Of two different parameters.
-    scene : str
-        One of `PRESET_NAMES`: radar, objects and paths.
-    fixed : tuple of (str, float)
-        Values of parameters that are on no axis; the scene's own by default.
-    method : str
-        Name of `vsep.studies.methods`: the estimator or mitigation method.
-    trials : int
-        Realisations a cell.
-    settings : TrialSettings
-        Seed and schedule; GOSPA decides what is missed.
-    false_alarm_rate : float, optional
-        Sets the object threshold; the estimator's own by default.
-
     Raises
     ------
     InputError
@@ -59,13 +42,18 @@ class MapSpec:
     (40.0, 60.0)
     """
 
+    #: of two different parameters
     x: Axis
     y: Axis
-    scene: str = DEFAULT_PRESET
+    scene: str = DEFAULT_PRESET  #: one of `PRESET_NAMES`: radar, objects and paths
+    #: values of parameters that are on no axis; the scene's own by default
     fixed: tuple[tuple[str, float], ...] = ()
+    #: name of `vsep.studies.methods`: the estimator or mitigation method
     method: str = "factorised"
-    trials: int = 5
+    trials: int = 5  #: realisations a cell
+    #: seed and schedule; GOSPA decides what is missed
     settings: TrialSettings = field(default_factory=TrialSettings)
+    #: sets the object threshold; the estimator's own by default
     false_alarm_rate: float | None = None
 
     def __post_init__(self) -> None:

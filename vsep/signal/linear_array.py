@@ -19,18 +19,10 @@ from vsep.signal.scene import Scene
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class UniformLinearArray:
-    """Equally spaced receive antennas of one transmitter.
+    """Equally spaced receive antennas of one transmitter."""
 
-    Parameters
-    ----------
-    num_antennas : int
-        A.
-    spacing_wavelengths : float
-        d; up to half a wavelength every direction is told apart.
-    """
-
-    num_antennas: int
-    spacing_wavelengths: float = 0.5
+    num_antennas: int  #: A
+    spacing_wavelengths: float = 0.5  #: d; up to half a wavelength every direction is told apart
 
     def __post_init__(self) -> None:
         """Check number and spacing."""

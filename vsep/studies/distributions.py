@@ -49,28 +49,20 @@ def _values(group: Group, metric: str) -> FloatArray:
 
 def _box(role: str, values: FloatArray) -> Box:
     defined = values[np.isfinite(values)]
-    if len(defined) == 0:
-        nothing = float("nan")
-        return Box(
-            role=role,
-            low=nothing,
-            first=nothing,
-            middle=nothing,
-            third=nothing,
-            high=nothing,
-            outliers=(),
-        )
-    first, middle, third = np.quantile(defined, [0.25, 0.5, 0.75])
-    reach = 1.5 * (third - first)
-    inside = defined[(defined >= first - reach) & (defined <= third + reach)]
-    outside = defined[(defined < first - reach) | (defined > third + reach)]
+    low = first = middle = third = high = np.nan
+    outside = defined
+    if len(defined):
+        first, middle, third = np.quantile(defined, [0.25, 0.5, 0.75])
+        reach = 1.5 * (third - first)
+        within = (defined >= first - reach) & (defined <= third + reach)
+        low, high, outside = defined[within].min(), defined[within].max(), defined[~within]
     return Box(
         role=role,
-        low=float(inside.min()),
+        low=float(low),
         first=float(first),
         middle=float(middle),
         third=float(third),
-        high=float(inside.max()),
+        high=float(high),
         outliers=tuple(sorted(outside.tolist())),
     )
 

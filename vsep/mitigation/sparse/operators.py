@@ -132,17 +132,7 @@ class MaskedFft:
 class ExplicitMatrix:
     """A as a (q, PN) matrix on the stacked frame, (11): the reference.
 
-    Parameters
-    ----------
-    interfered : (P, N) bool
-        True where a sample is interfered.
-    precision : dtype
-        complex64 or complex128.
-
-    Raises
-    ------
-    InputError
-        If the matrix would not fit into memory.
+    Arguments are those of `MaskedFft`. Raises `InputError` if the matrix would not fit into memory.
     """
 
     def __init__(self, interfered: BoolArray, precision: Any) -> None:

@@ -83,7 +83,6 @@ def soft_threshold(values: Samples, threshold: float | RealSamples) -> Samples:
 
     Examples
     --------
-    >>> import numpy as np
     >>> soft_threshold(np.array([3.0 + 4.0j, 0.5j]), 1.0)
     array([2.4+3.2j, 0. +0.j ])
     """
@@ -99,7 +98,6 @@ def hard_threshold(values: Samples, threshold: float | RealSamples) -> Samples:
 
     Examples
     --------
-    >>> import numpy as np
     >>> hard_threshold(np.array([3.0 + 4.0j, 0.5j]), 1.0)
     array([3.+4.j, 0.+0.j])
     """
