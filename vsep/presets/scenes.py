@@ -84,10 +84,6 @@ def preset(
         Delay of the first object, within the radar's unambiguous interval. A burst lies around
         delay zero, as far as the cut-off frequency over the victim's slope.
 
-    Returns
-    -------
-    Scenario
-
     Raises
     ------
     InputError

@@ -43,10 +43,7 @@ _TEXTS = ("format", "sign", "samples", "key", "axes")
 class RecordingSettings:
     """What must be known to make a frame of a recording.
 
-    Raises
-    ------
-    InputError
-        If a value is outside of its range.
+    Raises `InputError` if a value is outside of its range.
     """
 
     format: str  #: one of `FORMATS`

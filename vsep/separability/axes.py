@@ -81,10 +81,7 @@ AXES: dict[str, Parameter] = {
 class Axis:
     """An axis of a map: equally spaced values of one parameter.
 
-    Raises
-    ------
-    InputError
-        If the name is unknown or a value not allowed.
+    Raises `InputError` if the name is unknown or a value not allowed.
 
     Examples
     --------

@@ -29,10 +29,7 @@ MAX_TRIALS = 1000
 class MapSpec:
     """Specification of a map; equal ones have equal maps.
 
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value not allowed.
+    Raises `InputError` if a name is unknown or a value not allowed.
 
     Examples
     --------

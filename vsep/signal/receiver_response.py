@@ -19,10 +19,7 @@ from vsep.signal.measured_filter import MeasuredFilter
 class ReceiverResponse:
     """Sampled complex response of every antenna of a receiver, in the paper's sign.
 
-    Raises
-    ------
-    InputError
-        If the arrays do not fit together or cannot be a filter.
+    Raises `InputError` if the arrays do not fit together or cannot be a filter.
 
     Examples
     --------

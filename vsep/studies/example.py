@@ -90,12 +90,12 @@ def _delay(
         beats, power = delay_spectrum(signal)
         series.append(_series(name, radar.range_from_beat(beats), power, _line_kind(name)))
     share = 1.0 / radar.num_ramps
-    for name, lines, weights, kind in (
-        ("true object", truth.beats, truth.amplitudes, "crosses"),
-        ("estimated object", state.objects.beats, state.objects.amplitudes, "stems"),
-    ):
-        power = share * np.abs(weights) ** 2
-        series.append(_series(name, radar.range_from_beat(lines), power, kind))
+    found = state.objects
+    true_m, found_m = radar.range_from_beat(truth.beats), radar.range_from_beat(found.beats)
+    series += [
+        _series("true object", true_m, share * np.abs(truth.amplitudes) ** 2, "crosses"),
+        _series("estimated object", found_m, share * np.abs(found.amplitudes) ** 2, "stems"),
+    ]
     for burst in state.bursts_in(ramp):
         lines = burst.active_bins / drawn.model.num_grid_bins
         power = np.abs(burst.amplitudes) ** 2 / radar.num_samples

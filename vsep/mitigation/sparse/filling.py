@@ -62,10 +62,7 @@ class SparseMemory:
 class SparseMitigation:
     """A sparse solver behind the interface of mitigation methods.
 
-    Raises
-    ------
-    InputError
-        If a setting is out of its range.
+    Raises `InputError` if a setting is out of its range.
     """
 
     name: str  #: the name a user calls it by

@@ -34,10 +34,7 @@ class SeenFrame:
 class PriorModel:
     """Settings of the prior model.
 
-    Raises
-    ------
-    InputError
-        If a setting is out of its range.
+    Raises `InputError` if a setting is out of its range.
     """
 
     num_frames: int = 3  #: Q, how many past frames count

@@ -95,10 +95,6 @@ def make_study(
     object_threshold_db : float, optional
         In the place of the points' own thresholds.
 
-    Returns
-    -------
-    Study
-
     Raises
     ------
     InputError
