@@ -89,10 +89,7 @@ def bootstrap_interval(
     defined = defined[np.isfinite(defined)]
     count = len(defined)
     if count < 2:
-        value = float(statistic(defined)) if count else math.nan
-        return Interval(
-            value=value, low=math.nan, high=math.nan, level=level, method="none", num_samples=count
-        )
+        return _without_ends(float(statistic(defined)) if count else math.nan, level, count)
     estimates = np.concatenate([statistic(defined[chosen]) for chosen in _resamples(count)])
     low, high = np.quantile(estimates, [0.5 * (1.0 - level), 0.5 * (1.0 + level)])
     return Interval(
@@ -103,6 +100,11 @@ def bootstrap_interval(
         method="bootstrap percentile",
         num_samples=count,
     )
+
+
+def _without_ends(value: float, level: float, count: int) -> Interval:
+    ends = {"low": math.nan, "high": math.nan}
+    return Interval(value=value, level=level, method="none", num_samples=count, **ends)
 
 
 def _resamples(count: int) -> Iterable[IndexArray]:
@@ -148,9 +150,7 @@ def binomial_interval(successes: int, trials: int, *, level: float = DEFAULT_LEV
     if not 0 <= successes <= trials:
         raise InputError(f"successes is {successes}; it must lie between 0 and {trials}.")
     if trials == 0:
-        return Interval(
-            value=math.nan, low=math.nan, high=math.nan, level=level, method="none", num_samples=0
-        )
+        return _without_ends(math.nan, level, 0)
     tail = 0.5 * (1.0 - level)
     failures = trials - successes
     low = 0.0 if successes == 0 else float(betaincinv(successes, failures + 1, tail))

@@ -15,7 +15,7 @@ from scipy import ndimage
 from scipy.optimize import brentq
 
 from vsep._typing import BoolArray, FloatArray, IntArray
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 
 Statistic: TypeAlias = Literal["cell-averaging", "ordered-statistic"]
@@ -46,9 +46,7 @@ class Cfar:
         """Check the settings."""
         require_range("false_alarm_rate", self.false_alarm_rate, 1e-15, 0.5)
         require_range("rank_share", self.rank_share, 0.0, 1.0)
-        if self.statistic not in get_args(Statistic):
-            allowed = " or ".join(get_args(Statistic))
-            raise InputError(f"statistic is {self.statistic!r}; it must be {allowed}.")
+        require_choice("statistic", self.statistic, get_args(Statistic))
         if len(self.guard) != len(self.training) or min(*self.guard, *self.training) < 0:
             raise InputError(
                 f"guard is {self.guard} and training {self.training}; both must have one number "

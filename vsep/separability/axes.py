@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 from vsep.parameters import PARAMETERS, Parameter
 from vsep.presets.channels import MAX_OBJECTS
@@ -174,8 +174,7 @@ def full_name(name: str) -> str:
 
 def require_known(name: str) -> str:
     """Return the name of a parameter; `InputError` if there is none of that name."""
-    if name not in AXES:
-        raise InputError(f"The parameter is {name!r}; it must be one of {', '.join(AXES)}.")
+    require_choice("The parameter", name, AXES)
     return name
 
 

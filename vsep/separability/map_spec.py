@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 from vsep.presets.registry import DEFAULT_PRESET, PRESET_NAMES, simulated_preset
 from vsep.separability.axes import Axis, require_allowed, require_known
@@ -55,9 +55,7 @@ class MapSpec:
 
     def __post_init__(self) -> None:
         """Check names and values; the fixed ones get an order."""
-        if self.scene not in PRESET_NAMES:
-            allowed = ", ".join(PRESET_NAMES)
-            raise InputError(f"The scene is {self.scene!r}; it must be one of {allowed}.")
+        require_choice("The scene", self.scene, PRESET_NAMES)
         if self.x.name == self.y.name:
             raise InputError(f"Both axes are {self.x.name}; they must differ.")
         for name, value in self.fixed:

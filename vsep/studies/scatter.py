@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep.errors import InputError
+from vsep._validation import require_choice
 from vsep.studies.axes import x_value
 from vsep.studies.groups import number
 from vsep.studies.trial import DONE, Row
@@ -61,8 +61,7 @@ def scatter(rows: Iterable[Row], value: str, *, panel: str, method: str, x: str)
     InputError
         If the value is unknown.
     """
-    if value not in FRAME_VALUES:
-        raise InputError(f"value is {value!r}; it must be one of {', '.join(FRAME_VALUES)}.")
+    require_choice("value", value, FRAME_VALUES)
     chosen = [
         row
         for row in rows

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.errors import InputError
 from vsep.inference.core.schedule import schedule_by_name
@@ -53,14 +53,8 @@ class Point:
 
     def __post_init__(self) -> None:
         """Check the names and the counts; the simulator and the estimators check the rest."""
-        if self.scene not in SCENES:
-            allowed = ", ".join(SCENES)
-            raise InputError(f"scene is {self.scene!r}; it must be one of {allowed}.")
-        if self.interference_model not in INTERFERENCE_MODELS:
-            allowed = ", ".join(INTERFERENCE_MODELS)
-            raise InputError(
-                f"interference_model is {self.interference_model!r}; it must be one of {allowed}."
-            )
+        require_choice("scene", self.scene, SCENES)
+        require_choice("interference_model", self.interference_model, INTERFERENCE_MODELS)
         require_range("num_interferers", self.num_interferers, 1, 2)
         require_range("num_second_crossings", self.num_second_crossings, 1, self.num_interferers)
         require_range("butterworth_order", self.butterworth_order, 0, 16)

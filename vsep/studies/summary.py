@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from vsep._validation import require_choice
 from vsep.analysis.intervals import Interval
-from vsep.errors import InputError
 from vsep.studies.groups import groups
 from vsep.studies.measures import METRICS
 from vsep.studies.trial import Row
@@ -71,8 +71,7 @@ def summarise(rows: Iterable[Row], metrics: Iterable[str] | None = None) -> list
     """
     names = tuple(METRICS) if metrics is None else tuple(metrics)
     for name in names:
-        if name not in METRICS:
-            raise InputError(f"metric is {name!r}; it must be one of {', '.join(METRICS)}.")
+        require_choice("metric", name, METRICS)
     measures = []
     for (study, index, method), group in groups(rows).items():
         for name in names if group.rows else ():

@@ -14,18 +14,17 @@ import numpy as np
 from scipy.fft import fft2
 
 from vsep._typing import BoolArray, FloatArray, frozen
-from vsep._validation import require_range
-from vsep.errors import InputError
+from vsep._validation import require_choice, require_range
 from vsep.inference.core.progress import Termination
 from vsep.mitigation.entry import COMPRESSIVE_SENSING, MitigationEntry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.sparse.operators import (
+    DOMAINS,
     Domain,
     RealSamples,
     Samples,
     SensingOperator,
     make_operator,
-    require_domain,
 )
 from vsep.mitigation.sparse.solver import Solver, SolverState, freeze_arrays
 from vsep.mitigation.sparse.support import least_squares
@@ -79,10 +78,8 @@ class SparseMitigation:
 
     def __post_init__(self) -> None:
         """Check the settings that are not checked elsewhere."""
-        require_domain(self.domain)
-        if self.window not in get_args(Window):
-            allowed = " or ".join(get_args(Window))
-            raise InputError(f"window is {self.window!r}; it must be {allowed}.")
+        require_choice("The domain", self.domain, DOMAINS)
+        require_choice("window", self.window, get_args(Window))
         require_range("tolerance", self.tolerance, 1e-12, 1.0)
         require_range("max_iterations", self.max_iterations, 1, 1_000_000)
 

@@ -20,6 +20,7 @@ from scipy.fft import fft2, ifft2
 from scipy.linalg import dft
 
 from vsep._typing import BoolArray, ComplexArray, IntArray, frozen
+from vsep._validation import require_choice
 from vsep.errors import InputError
 
 # Single or double precision; what comes out is of the precision that went in.
@@ -194,13 +195,7 @@ def make_operator(domain: str, interfered: BoolArray, precision: Any) -> Sensing
     complex64 or complex128. Raises `InputError` if the domain is unknown or the explicit matrix
     would not fit.
     """
-    require_domain(domain)
+    require_choice("The domain", domain, DOMAINS)
     if domain == "masked-2d":
         return MaskedFft(interfered, precision)
     return ExplicitMatrix(interfered, precision)
-
-
-def require_domain(domain: str) -> None:
-    """Raise `InputError` unless the domain is one of `DOMAINS`."""
-    if domain not in DOMAINS:
-        raise InputError(f"The domain is {domain!r}; it must be one of {', '.join(DOMAINS)}.")

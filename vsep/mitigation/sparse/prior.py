@@ -12,7 +12,7 @@ import numpy as np
 from scipy.fft import fft2, ifft2
 
 from vsep._typing import BoolArray, FloatArray, frozen
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 from vsep.mitigation.cfar import Cfar
 from vsep.mitigation.method import FrameArray
@@ -60,9 +60,7 @@ class PriorModel:
         require_range("num_frames", self.num_frames, 1, 1000)
         require_range("largest", self.largest, 0.0, 1.0)
         require_range("smallest reach", min(self.reach), 0, 1000)
-        if self.reading not in get_args(Reading):
-            allowed = " or ".join(get_args(Reading))
-            raise InputError(f"reading is {self.reading!r}; it must be {allowed}.")
+        require_choice("reading", self.reading, get_args(Reading))
         if self.divisor == 0.0:
             raise InputError("divisor is 0; it must not be zero.")
 
