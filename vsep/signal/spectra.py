@@ -134,14 +134,15 @@ def _line_spectrum(
     require_range("lowest_beat", lowest, -1.0, 0.0, "cycles per sample")
     num_samples = signal.shape[-1]
     num_bins = int(zero_padding) * num_samples
-    weights = _window(num_samples, window)
+    weights = window_weights(num_samples, window)
     scaled = signal * (weights * (np.sqrt(num_samples) / weights.sum()))
     spectrum = ifft(scaled, n=num_bins, axis=-1, norm="forward")
     bins = np.arange(num_bins) + int(np.ceil(lowest * num_bins))
     return bins / num_bins, spectrum[..., bins % num_bins]
 
 
-def _window(num_samples: int, window: Window) -> FloatArray:
+def window_weights(num_samples: int, window: Window) -> FloatArray:
+    """(N,) weights of a window by its name; `InputError` if there is none of that name."""
     if window == "rectangular":
         return np.ones(num_samples)
     if window == "hann":

@@ -13,7 +13,7 @@ from typing import Any, cast, get_args
 import numpy as np
 from scipy.fft import fft2
 
-from vsep._typing import BoolArray, FloatArray, frozen
+from vsep._typing import BoolArray, frozen
 from vsep._validation import require_choice, require_range
 from vsep.inference.core.progress import Termination
 from vsep.mitigation.entry import COMPRESSIVE_SENSING, MitigationEntry
@@ -28,7 +28,7 @@ from vsep.mitigation.sparse.operators import (
 )
 from vsep.mitigation.sparse.solver import Solver, SolverState, freeze_arrays
 from vsep.mitigation.sparse.support import least_squares
-from vsep.signal.spectra import Window, hann_window
+from vsep.signal.spectra import Window, window_weights
 
 # No frame has this many times the energy of its clean samples, scaled to the whole frame.
 _RUNAWAY = 100.0
@@ -91,7 +91,9 @@ class SparseMitigation:
         require_clean(mask)
         if not np.any(mask):
             return MitigationState(iteration=0, cleaned=received, change=0.0)
-        window = _weights(received.shape, self.window).astype(received.real.dtype)
+        window = np.outer(*(window_weights(count, self.window) for count in received.shape)).astype(
+            received.real.dtype
+        )
         scale = _level(window * received, mask)
         operator = make_operator(self.domain, mask, received.dtype)
         measured = operator.measured((window * received) * (1.0 / scale))
@@ -143,12 +145,6 @@ class SparseMitigation:
         if waiting and memory.termination is not Termination.NONFINITE:
             return Termination.RUNNING
         return memory.termination
-
-
-def _weights(shape: tuple[int, ...], window: Window) -> FloatArray:
-    if window == "rectangular":
-        return np.ones(shape)
-    return np.outer(hann_window(shape[0]), hann_window(shape[1]))
 
 
 def _level(frame: FrameArray, mask: BoolArray) -> float:
