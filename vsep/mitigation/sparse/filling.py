@@ -91,9 +91,8 @@ class SparseMitigation:
         require_clean(mask)
         if not np.any(mask):
             return MitigationState(iteration=0, cleaned=received, change=0.0)
-        window = np.outer(*(window_weights(count, self.window) for count in received.shape)).astype(
-            received.real.dtype
-        )
+        slow, fast = (window_weights(count, self.window) for count in received.shape)
+        window = np.outer(slow, fast).astype(received.real.dtype)
         scale = _level(window * received, mask)
         operator = make_operator(self.domain, mask, received.dtype)
         measured = operator.measured((window * received) * (1.0 / scale))
