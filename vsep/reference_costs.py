@@ -308,13 +308,13 @@ def refine_jointly(
     gradient, step = gauss_newton_step(objects, derivatives, frame.ravel(), noise_precision)
     if gradient @ step < 2.0 * NO_GAIN:
         return points
-    moves = np.zeros((count, 2))
-    moves[:, :axes] = step.reshape(axes, count).T
-    moves *= min(1.0, MAX_STEP_CELLS / np.max(np.abs(moves) * sizes))
+    steps = np.zeros((count, 2))
+    steps[:, :axes] = step.reshape(axes, count).T
+    steps *= min(1.0, MAX_STEP_CELLS / np.max(np.abs(steps) * sizes))
 
-    def cost(moves: FloatArray) -> float:
-        moved = Dictionary(object_atoms(points + moves, frame.shape), objects.precisions)
+    def cost(steps: FloatArray) -> float:
+        moved = Dictionary(object_atoms(points + steps, frame.shape), objects.precisions)
         return log_evidence(moved, frame.ravel(), noise_precision)
 
-    found = first_that_gains(cost, moves, 3)
+    found = first_that_gains(cost, steps, 3)
     return points if found is None else points + found

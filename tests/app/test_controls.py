@@ -28,7 +28,7 @@ def _release(widget, value):
 
 def test_a_slider_sets_its_setting_on_release_only(controls):
     slider = controls.widgets["snr_db"]
-    slider.value = 40.0
+    slider._process_events({"value": 40.0})
     assert controls.settings.snr_db == 30.0
     _release(slider, 41.0)
     assert controls.settings.snr_db == 41.0

@@ -191,6 +191,53 @@ def test_no_picture_of_an_older_run_is_shown_after_a_new_one(pool):
     _play(pool, scene)
 
 
+def test_commands_from_threads_are_obeyed(pool):
+    """As Bokeh 3.10 gives them: it runs callbacks of a page in threads."""
+
+    async def scene(theatre):
+        for number in range(20):
+            await asyncio.to_thread(_start, theatre, f"plan {number}")
+        await _until(lambda: theatre.session.phase is Phase.FINISHED)
+        await _until(
+            lambda: (
+                (theatre.pictures[-1].plan, theatre.pictures[-1].iteration)
+                == ("plan 19", LAST_ITERATION)
+            )
+        )
+        await asyncio.to_thread(theatre.loop.acknowledged)
+        assert theatre.session.num_steps == LAST_ITERATION
+
+    _play(pool, scene)
+
+
+def test_a_session_takes_one_command_after_the_other():
+    session, entered, leave = RunSession(), threading.Event(), threading.Event()
+    session.restart("plan")
+    job = session.next_job()
+
+    def hold(step):
+        entered.set()
+        leave.wait(10.0)
+        return step
+
+    session.prepared(job, Opening("plan", _state(0)))
+    session.advanced(session.next_job(), _step(_state(0)))
+    session._thin = hold
+    hold.made = lambda _: False
+    outcome = session.next_job(), _step(_state(1))
+    advance = threading.Thread(target=session.advanced, args=outcome)
+    advance.start()
+    assert entered.wait(10.0)
+    restart = threading.Thread(target=session.restart, args=("another",))
+    restart.start()
+    restart.join(0.1)
+    assert restart.is_alive()
+    leave.set()
+    advance.join(10.0)
+    restart.join(10.0)
+    assert (session.num_steps, session.opening) == (0, None)
+
+
 def test_scrubbing_shows_that_iteration(pool):
     async def scene(theatre):
         _start(theatre, "plan")

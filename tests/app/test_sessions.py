@@ -1,6 +1,7 @@
 import asyncio
 import itertools
 import socket
+import threading
 import time
 from types import SimpleNamespace
 
@@ -72,9 +73,9 @@ def test_a_page_without_a_browser_has_some_time_to_come_back(
     assert page.closed == closed
 
 
-def test_pages_are_built_one_by_one_with_room_between():
+def test_pages_are_built_one_by_one_with_room_between(registry):
     async def scene():
-        door, times = Admission(), []
+        door, times = Admission(registry), []
 
         async def come():
             await door.on_session_created(None)
@@ -82,6 +83,27 @@ def test_pages_are_built_one_by_one_with_room_between():
 
         await asyncio.gather(*(come() for _ in range(3)))
         assert min(b - a for a, b in itertools.pairwise(times)) > 0.9 * PAUSE_S
+
+    _run(scene())
+
+
+def test_nobody_is_let_in_while_a_thread_builds_a_page(registry):
+    built = threading.Event()
+
+    def build(_):
+        assert built.wait(10.0)
+
+    registry._enter = build
+
+    async def scene():
+        door = Admission(registry)
+        await door.on_session_created(None)
+        building = asyncio.create_task(asyncio.to_thread(registry.enter, None))
+        waiting = asyncio.create_task(door.on_session_created(None))
+        await asyncio.sleep(3.0 * PAUSE_S)
+        assert not waiting.done()
+        built.set()
+        await asyncio.gather(building, waiting)
 
     _run(scene())
 

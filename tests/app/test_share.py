@@ -3,6 +3,7 @@ import base64
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.report.snapshot import SnapshotFile
 from vsep_app.widgets.share import MAX_FILE, Share
 
@@ -20,13 +21,18 @@ def click(make, errors):
 
     async def run():
         with ThreadPoolExecutor(1) as pool:
+            background = BackgroundTasks()
             share = Share(
-                {"html": make}.get, pool=pool, post=lambda act: act(), notify_error=errors.append
+                {"html": make}.get,
+                pool=pool,
+                post=lambda act: act(),
+                notify_error=errors.append,
+                background=background,
             )
             share._chosen({"label": "a page", "key": "html"})
             assert share.snapshot.loading is (make is not None)
-            while share._tasks:
-                await asyncio.gather(*share._tasks)
+            while background.num_running:
+                await asyncio.sleep(0.001)
             assert not share.snapshot.loading
             return share.download.source.data
 

@@ -7,7 +7,7 @@ from vsep_app.pages.studies.curves import StudyCurves
 
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
-from vsep.studies.panels import Panel, reference
+from vsep.studies.panels import FigurePanel, reference
 
 
 def of_figure_3a(rows):
@@ -69,7 +69,7 @@ def test_a_reference_that_gains_a_band_is_drawn_anew():
     shapes = []
     for low, high in ((nothing, nothing), (x - 1.0, x + 1.0)):
         series = replace(line, low=low, high=high)
-        panel = Panel(title="Fig. X", x_label="x", y_label="y", series=(series,))
+        panel = FigurePanel(title="Fig. X", x_label="x", y_label="y", series=(series,))
         plot = draw_panel(panel)
         update_panel(plot, panel)
         shapes.append(panel_shape(panel))

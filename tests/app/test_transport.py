@@ -33,8 +33,17 @@ def release(slider, value):
 def test_an_old_value_that_a_slow_browser_sends_back_does_not_hold_the_run(session, transport):
     last = session.num_steps
     transport.scrub.end = last
-    transport.scrub.value = last - 1
+    transport.scrub._process_events({"value": last - 1})
+    assert transport.scrub.value == last - 1
     assert (session.cursor, session.phase) == (last, Phase.FINISHED)
+
+
+def test_what_the_server_shows_is_no_command_of_the_user(session, transport):
+    last = session.num_steps
+    for iteration in range(last):
+        transport.show_place(iteration, last)
+        assert (session.cursor, session.phase) == (last, Phase.FINISHED)
+    assert transport.scrub.value_throttled == -1
 
 
 def test_the_same_iteration_can_be_looked_at_twice(session, transport):

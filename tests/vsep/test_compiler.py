@@ -59,3 +59,43 @@ def test_machine_code_stays_while_the_sources_do(tmp_path):
     drop_outdated(tmp_path)
     assert not kept.exists()
     assert (tmp_path / "__pycache__" / MARK).exists()
+
+
+OF_NUMBA = """
+from numba import njit
+
+@njit(cache=True)
+def {name}():
+    return {value}
+"""
+
+
+def numbas_own(folder, program):
+    """What a new process prints that has Numba's own cache."""
+    command = [sys.executable, "-c", program]
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    return subprocess.check_output(command, env=environment, cwd=folder, text=True).split()
+
+
+def test_numba_does_not_see_that_a_callee_has_changed(tmp_path):
+    """The day it does (issue 1833), `drop_outdated` is not needed."""
+    callee, caller = tmp_path / "numba_callee.py", tmp_path / "numba_caller.py"
+    callee.write_text(OF_NUMBA.format(name="callee", value="1.0"))
+    caller.write_text(
+        "from numba_callee import callee\n" + OF_NUMBA.format(name="caller", value="2.0 * callee()")
+    )
+    program = "from numba_caller import caller; print(caller())"
+    assert numbas_own(tmp_path, program) == ["2.0"]
+    callee.write_text(OF_NUMBA.format(name="callee", value="3.0"))
+    assert numbas_own(tmp_path, program) == ["2.0"]
+
+
+def test_numba_holds_the_intermediate_code_of_what_it_loads(tmp_path):
+    """The day it does no longer, `fold_intermediate_code` is not needed."""
+    (tmp_path / "numba_held.py").write_text(OF_NUMBA.format(name="held", value="1.0"))
+    program = (
+        "from numba_held import held; held(); (result,) = held.overloads.values();"
+        "print(bool(held.stats.cache_hits), result.library._shared_module is not None)"
+    )
+    numbas_own(tmp_path, program)
+    assert numbas_own(tmp_path, program) == ["True", "True"]

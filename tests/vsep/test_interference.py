@@ -160,7 +160,7 @@ def test_what_the_fit_has_not_reached_yet_starts_no_further_burst():
     assert len(work.ramps[1].chirps) == 2
 
 
-def test_literal_schedule_keeps_a_template_in_every_ramp_and_adds_one_component():
+def test_paper_schedule_keeps_a_template_in_every_ramp_and_adds_one_component():
     received, _ = frame()
     work = workspace(PAPER)
     search(work, received)
@@ -173,5 +173,5 @@ def test_literal_schedule_keeps_a_template_in_every_ramp_and_adds_one_component(
 def test_margin_lets_a_component_fall_below_the_adding_threshold():
     work = workspace()
     assert work.prune_threshold == pytest.approx(work.threshold / from_db(ROBUST.prune_margin_db))
-    literal = workspace(PAPER)
-    assert literal.prune_threshold == literal.threshold
+    paper = workspace(PAPER)
+    assert paper.prune_threshold == paper.threshold

@@ -6,8 +6,7 @@ import pytest
 from vsep.inference.objects.refinement import joint_slopes, joint_step, place_components
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.inference.objects.workspace import no_background
-from vsep.kernels import newton_ascent as climbing
-from vsep.kernels import object_cost
+from vsep.kernels import newton_ascent, object_cost
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
 from vsep.kernels.newton_ascent import NO_GAIN
@@ -50,7 +49,7 @@ def cost_jet(point, precision, residual, others, factors):
 
 def refine_point(point, precision, residual, others, factors, max_steps):
     columns = as_columns(others, factors)
-    end = climbing.ascend(point, precision, split(residual), columns, max_steps)
+    end = newton_ascent.ascend(point, precision, split(residual), columns, max_steps)
     return np.array([end.beat, end.doppler])
 
 

@@ -11,7 +11,7 @@ def test_robust_schedule_searches_early_and_keeps_looking():
     assert due == [0, 2, 4, 6, 8, 10, 12, 16, 20]
 
 
-def test_literal_schedule_searches_once():
+def test_paper_schedule_searches_once():
     assert [iteration for iteration in range(100) if PAPER.search_due(iteration)] == [0]
 
 

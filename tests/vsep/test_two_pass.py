@@ -1,4 +1,4 @@
-"""The second pass: weak bursts at the places of the lattice, and nothing else changes."""
+"""The second pass: weak bursts at the predicted places, and nothing else changes."""
 
 import json
 from dataclasses import replace

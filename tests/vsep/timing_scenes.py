@@ -1,4 +1,4 @@
-"""What a second pass with the interferer's lattice is worth: weak bursts found, and false ones.
+"""What a second pass with the interferer's timing is worth: weak bursts found, and false ones.
 
 As a script it writes the table of `assets/docs/recordings.md`:
 
@@ -104,7 +104,7 @@ def rows(num_frames):
 
 def main(folder, num_frames=12):
     """Write the table."""
-    with (Path(folder) / "lattice.csv").open("w", newline="") as stream:
+    with (Path(folder) / "interferer-timing.csv").open("w", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         head = [
             "slope_difference_hz_per_s",

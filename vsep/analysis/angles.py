@@ -20,7 +20,7 @@ CLIMB_STEPS = 5
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ObjectAngles:
-    """Where objects are, in degrees from broadside towards the last antenna."""
+    """Angles of objects in degrees from broadside towards the last antenna."""
 
     angles_deg: FloatArray  #: (L,) between -90 and 90
     stds_deg: FloatArray  #: (L,) their standard deviations; infinite at the ends of the line
@@ -58,8 +58,8 @@ def object_angles(
             f"The weights have shape {amplitudes.shape}; an angle needs those of at least 2 "
             "antennas, (objects, antennas)."
         )
-    turns = np.array([_turns(weights, spacing_wavelengths) for weights in amplitudes])
-    sines = np.clip(turns / spacing_wavelengths, -1.0, 1.0)
+    cycles = np.array([_cycles_per_antenna(weights, spacing_wavelengths) for weights in amplitudes])
+    sines = np.clip(cycles / spacing_wavelengths, -1.0, 1.0)
     power = np.sum(np.abs(amplitudes) ** 2, axis=1) / amplitudes.shape[1]
     snr = power / np.maximum(variances, np.finfo(np.float64).tiny)
     angles = np.degrees(np.arcsin(sines))
@@ -97,14 +97,14 @@ def angle_bound_deg(
     """
     require_range("num_antennas", num_antennas, 2, 1024)
     count = float(num_antennas)
-    turns = np.sqrt(6.0 / (snr * count * (count**2 - 1.0))) / (2.0 * np.pi)
+    cycles = np.sqrt(6.0 / (snr * count * (count**2 - 1.0))) / (2.0 * np.pi)
     cosine = np.cos(np.radians(angles_deg))
     at_the_end = np.abs(np.abs(angles_deg) - 90.0) < 1e-9
     slope = spacing_wavelengths * np.where(at_the_end, 1.0, cosine)
-    return np.asarray(np.where(at_the_end, np.inf, np.degrees(turns / slope)))
+    return np.asarray(np.where(at_the_end, np.inf, np.degrees(cycles / slope)))
 
 
-def _turns(weights: ComplexArray, spacing_wavelengths: float) -> float:
+def _cycles_per_antenna(weights: ComplexArray, spacing_wavelengths: float) -> float:
     """Highest point u of the periodogram of (A,) weights among those that a direction has."""
     reach = min(0.5, spacing_wavelengths)
     number = GRID_POINTS_PER_ANTENNA * len(weights) + 1

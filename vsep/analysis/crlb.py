@@ -20,7 +20,7 @@ from scipy.linalg import qr
 from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.analysis.burst_model import Burst
-from vsep.signal.atoms import line_factors
+from vsep.signal.atoms import DispersionStd, line_factors
 from vsep.signal.scene import GroundTruth
 from vsep.signal.template import SignalModel
 
@@ -30,12 +30,8 @@ _UNOBSERVABLE = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class DispersionBound:
+class DispersionBound(DispersionStd):
     """Smallest standard deviations that an unbiased estimator can have."""
-
-    beats: FloatArray  #: (L,) cycles per sample
-    #: (L,) cycles per ramp; infinite for a single ramp, where Doppler is not observable
-    dopplers: FloatArray
 
     @property
     def root_mean_crlb(self) -> float:

@@ -39,7 +39,7 @@ CHANCE = 1e-2  # timings expected to fit as many bursts by chance
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Crossings:
-    """When bursts cross zero intermediate frequency."""
+    """Crossings of zero intermediate frequency by bursts."""
 
     ramps: IntArray  #: (B,) the victim's ramps i
     samples: FloatArray  #: (B,) crossing times t in samples after the ramp's first
@@ -128,7 +128,7 @@ class InterfererTiming:
         return float(np.median(np.abs(self.residuals)))
 
     def predicted(self, margin: float = 0.0) -> Crossings:
-        """Where the timing puts bursts, whether found or not.
+        """Predicted crossings of all bursts, whether found or not.
 
         Parameters
         ----------

@@ -20,7 +20,7 @@ HALVINGS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BurstFit:
-    """What a response makes of one burst."""
+    """Least-squares fit of a response to one burst."""
 
     crossing: float  #: sample of the ramp at which the chirp crosses zero frequency
     slope_hz_per_s: float

@@ -32,7 +32,7 @@ MAX_SHARE = 0.7  # of a ramp's samples that may lie in windows: objects are fill
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Crossing:
-    """Where a chirp crosses zero frequency."""
+    """Crossing of zero frequency by a chirp."""
 
     ramp: int  #: in which ramp
     sample: float  #: at which of its samples

@@ -26,7 +26,7 @@ SLOPE_ROUNDS = 3  # corrections of a slope difference that was not given; two se
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Calibration:
-    """What recordings tell about a receiver."""
+    """Result of a calibration from recordings."""
 
     estimate: ResponseEstimate  #: the response, and how it fits every burst
     windows: tuple[BurstWindow, ...]  #: the bursts

@@ -1,8 +1,14 @@
 """Cache of compiled kernels on disk and in memory.
 
-Numba writes the code of a kernel beside its module. It misses two things: that a kernel is outdated
-when one that became part of it has changed, and that the code's intermediate form, which only the
-compilation of callers needs, takes more memory than all else of a run once LLVM has parsed it.
+All that is changed of Numba's behaviour, with the report it belongs to;
+`tests/vsep/test_compiler.py` shows that Numba as it is still needs it.
+
+- `drop_outdated`: issue 1833 (pull request 8396, open). Kept code is not outdated when a kernel
+  that became part of it has changed.
+- `fold_intermediate_code`: no report of its own; issue 3464 is about the same memory. LLVM's parsed
+  form of what was loaded, which only the compilation of callers needs, takes more than all else of
+  a run.
+- `keep_code`: sets the cache of a dispatcher, as `njit(cache=True)` does with Numba's own.
 """
 
 import hashlib
@@ -75,7 +81,7 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
     _impl_class = _LightCodeCache
 
 
-def kernel_cache(function: Callable[..., object]) -> Any:
-    """Return Numba's cache of one function's machine code, which holds little of it in memory."""
+def keep_code(machine_code: Any, function: Callable[..., object]) -> None:
+    """Keep the machine code of a function on disk, and little of it in memory."""
     make: Any = _KernelCache
-    return make(function)
+    machine_code._cache = make(function)

@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar, cast
 
 from numba import njit
 
-from vsep.kernels.code_cache import drop_outdated, kernel_cache
+from vsep.kernels.code_cache import drop_outdated, keep_code
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -30,8 +30,7 @@ OPTIONS: Final[dict[str, Any]] = {
 def compiled(function: Function) -> Function:
     """Compile a function of arrays and numbers; it must not allocate more than it returns."""
     machine_code: Any = njit(**OPTIONS)(function)
-    # In place of njit's cache=True, which would set the cache of Numba itself.
-    machine_code._cache = kernel_cache(function)
+    keep_code(machine_code, function)
     return cast(Function, machine_code)
 
 

@@ -44,7 +44,7 @@ class Columns(NamedTuple):
 
 
 class AtomJet(NamedTuple):
-    """What an atom phi has in common with the residual and the columns, and its derivatives.
+    """Inner products of an atom phi with the residual and the columns, and their derivatives.
 
     ``rows`` (6, L) are ``phi^H Phi`` and ``innovations`` (6, A) are ``phi^H (r - Phi mu)``: values,
     first (b, d) and second derivatives (bb, bd, dd). ``weighted`` (3, L) are ``C Phi^H phi``:

@@ -46,7 +46,7 @@ def newton_or_gradient_step(jet: CostJet, num_samples: int, num_ramps: int) -> t
 
 
 class AscentResult(NamedTuple):
-    """Where an ascent ended, the cost there, and the cost where it began."""
+    """Final point of an ascent, the cost there, and the cost at its start."""
 
     beat: float
     doppler: float

@@ -3,10 +3,28 @@
 An atom is a Kronecker product, so it is kept as its two factors: nothing of size PN x L is made.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.line_spectra import fill_lines
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class DispersionStd:
+    """Standard deviations of the objects' frequencies.
+
+    Attributes
+    ----------
+    beats : (L,) float
+        Cycles per sample.
+    dopplers : (L,) float
+        Cycles per ramp; infinite for a single ramp, where Doppler is not observable.
+    """
+
+    beats: FloatArray
+    dopplers: FloatArray
 
 
 def line_factors(frequencies: FloatArray, length: int) -> ComplexArray:

@@ -34,7 +34,7 @@ _MAX_CUTOFF_HZ = 1e12
 
 
 class AntiAliasingFilter(Protocol):
-    """What the simulator and the estimators ask of a filter."""
+    """Protocol of a filter for the simulator and the estimators."""
 
     @property
     def kind(self) -> FilterKind:

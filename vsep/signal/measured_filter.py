@@ -75,7 +75,7 @@ class MeasuredFilter(ModifiedResponse):
         )
 
     def __repr__(self) -> str:
-        """Say how many samples there are and where."""
+        """Describe number and range of the samples."""
         low, high = self._frequency_hz[[0, -1]]
         return f"MeasuredFilter({len(self._samples)} samples from {low:g} to {high:g} Hz)"
 

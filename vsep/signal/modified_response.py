@@ -9,8 +9,8 @@ with its impulse response g. The result is the chirp times
 taken along the chirp's course f = Delta f_0 + Delta k t. Because K solves a Schrodinger equation,
 dGbar/d(Delta k) = -(j / 4 pi) d^2 Gbar/df^2: one jet in the frequency holds every derivative.
 
-Frequencies in Hz and slope differences Delta k in Hz/s are arrays that broadcast; results have the
-broadcast shape. A slope difference of zero raises `InputError`.
+The functions take frequencies and slope differences Delta k that broadcast, in Hz and Hz/s, return
+arrays of the broadcast shape and raise `InputError` if a slope difference is zero.
 """
 
 from abc import ABC, abstractmethod
@@ -59,7 +59,10 @@ def raised_cosine_jet(
     Times the kernel K every part of the response is a quadratic phase, see
     `vsep.kernels.fresnel.raised_cosine_terms`.
 
-    `inner_hz` and `outer_hz`: end of the flat part and of the taper, inner < outer.
+    Parameters
+    ----------
+    inner_hz, outer_hz : float
+        End of the flat part and of the taper, inner < outer.
     """
     slope = nonparallel(slope_hz_per_s)
     frequency = np.asarray(frequency_hz, dtype=np.float64)
@@ -84,7 +87,10 @@ def pole_jet(
     W(a), the integral of exp(a t + j pi Delta k t^2) with a = pole - j 2 pi f. Integration by parts
     gives the derivatives, W' = (-1 - a W) / (j 2 pi Delta k), W'' = -(W + a W') / (j 2 pi Delta k).
 
-    `poles` (K,): in rad/s, left of the imaginary axis; `residues` (K,): in rad/s.
+    Parameters
+    ----------
+    poles, residues : (K,) complex
+        Poles in rad/s, left of the imaginary axis, and residues in rad/s.
     """
     slope = nonparallel(slope_hz_per_s)
     curvature = 2j * np.pi * slope
@@ -122,7 +128,11 @@ def spline_jet(
 ) -> ResponseJet:
     """Evaluate the modified response of a complex cubic spline of finite support.
 
-    `jumps` (M,): of the spline's third derivative at the knots (M,), 1/Hz^3.
+    Parameters
+    ----------
+    knots_hz : (M,) float
+    jumps : (M,) complex
+        Of the spline's third derivative at the knots, 1/Hz^3.
     """
     slope = nonparallel(slope_hz_per_s)
     frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)
@@ -135,7 +145,14 @@ def bspline_responses(
 ) -> ComplexArray:
     """Evaluate the modified responses of all cubic B-splines on a grid of knots.
 
-    `knots_hz` (M,): equidistant, ascending. Returns (..., M - 4).
+    Parameters
+    ----------
+    knots_hz : (M,) float
+        Equidistant, ascending.
+
+    Returns
+    -------
+    (..., M - 4) complex
     """
     slope = nonparallel(slope_hz_per_s)
     frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)

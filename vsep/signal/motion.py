@@ -14,7 +14,7 @@ CYCLE_S = 0.05
 
 
 def moved_paths(radar: ChirpSequence, channel: Channel, elapsed_s: float) -> Channel:
-    """Where the paths of an object channel are after some time, at constant velocity.
+    """Paths of an object channel after some time, at constant velocity.
 
     With the velocity v the Doppler frequency is 2 v f_0 / c and the delay grows by 2 v / c a
     second: by nu / f_0. The phase turns on as it does within a frame, by exp(-j 2 pi nu t).

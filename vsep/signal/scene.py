@@ -95,7 +95,7 @@ class TrueBurst:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class GroundTruth:
-    """What the simulator put into a frame; no estimator ever receives it.
+    """Ground truth of a simulated frame; no estimator ever receives it.
 
     Parameters
     ----------

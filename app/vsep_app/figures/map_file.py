@@ -42,26 +42,14 @@ def write_map(separability_map: SeparabilityMap, out: Path) -> None:
     if suffix == ".html":
         out.write_text(map_html(separability_map), encoding="utf-8")
         return
-    names = shown_layers(separability_map)
-    columns = _COLUMNS if len(names) > _COLUMNS else _COLUMNS // 2
-    rows = [names[start : start + columns] for start in range(0, len(names), columns)]
-    titles = [describe(separability_map.spec), *[""] * (len(rows) - 1)]
-    write_static(
-        [
-            (
-                title,
-                [
-                    Place(
-                        map_overlay(separability_map, name, "matplotlib"), title=LAYERS[name].label
-                    )
-                    for name in own
-                ],
-            )
-            for title, own in zip(titles, rows, strict=True)
-        ],
-        out,
-        panel_inches=_PANEL_INCHES,
-    )
+    places = [
+        Place(map_overlay(separability_map, name, "matplotlib"), title=LAYERS[name].label)
+        for name in shown_layers(separability_map)
+    ]
+    columns = _COLUMNS if len(places) > _COLUMNS else _COLUMNS // 2
+    rows = [("", places[start : start + columns]) for start in range(0, len(places), columns)]
+    rows[0] = describe(separability_map.spec), rows[0][1]
+    write_static(rows, out, panel_inches=_PANEL_INCHES)
 
 
 def map_html(separability_map: SeparabilityMap) -> str:

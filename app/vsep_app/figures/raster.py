@@ -14,7 +14,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
 
 def write_raster(frame: FrameTimings, out: Path) -> None:
-    """Draw bursts, lattices and residuals.
+    """Draw bursts, fitted crossing times and residuals.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ def write_raster(frame: FrameTimings, out: Path) -> None:
         median = f"median {timing.median_residual:.2g}"
         residuals.plot(timing.crossings.ramps, timing.residuals, ".", color=colour, label=median)
     raster.set_ylabel("crossing [samples]")
-    raster.set_title(f"{frame.file}: bursts and the lattices of their radars", loc="left")
-    residuals.set_ylabel("off the lattice [samples]")
+    raster.set_title(f"{frame.file}: bursts and the timing of their radars", loc="left")
+    residuals.set_ylabel("residual [samples]")
     residuals.set_xlabel("ramp")
     residuals.axhline(0.0, color="0.6", linewidth=0.8)
     for axes in (raster, residuals):

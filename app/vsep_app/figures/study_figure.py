@@ -115,14 +115,10 @@ def write_panels(panels: Sequence[AnyPanel], out: Path) -> None:
     OSError
         If the file cannot be written.
     """
-    rows = [
-        (
-            title,
-            [
-                Place(panel_overlay(panel, "matplotlib"), note=panel.note, log_y=panel.log_y)
-                for panel in own
-            ],
-        )
-        for title, own in by_title(panels)
-    ]
+    rows = [(title, [_place(panel) for panel in own]) for title, own in by_title(panels)]
     write_static(rows, out, panel_inches=_PANEL_INCHES)
+
+
+def _place(panel: AnyPanel) -> Place:
+    overlay = panel_overlay(panel, "matplotlib")
+    return Place(overlay, note=panel.note, log_y=panel.log_y)

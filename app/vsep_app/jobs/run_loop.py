@@ -7,7 +7,8 @@ Two tasks on the event loop. One takes the session's jobs to the pool, at the pa
 other makes a picture whenever something changed, of whatever is newest by then, and hands it to the
 document; at most two pictures are on their way until the browser says that it has drawn them, so
 that a slow browser never falls behind. Nothing else is queued: a new run replaces whatever is under
-way.
+way. Callbacks of the page may come from any thread; what they change of the tasks is changed on the
+event loop.
 """
 
 import asyncio
@@ -22,6 +23,7 @@ from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
 from vsep.errors import InputError
+from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.run_session import AnyStep, Job, JobKind, Opening, RunSession, Snapshot
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.jobs.weak_memo import Once
@@ -111,7 +113,7 @@ class PictureSink(Generic[PictureT]):
 
 
 class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
-    """Drives one session; all methods are called on the event loop."""
+    """Drives one session; its methods may be called from any thread."""
 
     def __init__(
         self,
@@ -120,53 +122,57 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
         sink: PictureSink[PictureT],
         pool: Executor,
         commons: SharedResources | None = None,
+        background: BackgroundTasks | None = None,
     ) -> None:
         self.session = session
         self.shown = 0
         self._callbacks, self._sink, self._pool = callbacks, sink, pool
         self._commons = commons or SharedResources()
+        self._background = background or BackgroundTasks()
         self._command = asyncio.Event()
         self._changed = asyncio.Event()
         self._drawn = asyncio.Event()
         self._hurry = asyncio.Event()
         self._in_flight = 0
         self._arrivals: deque[float] = deque(maxlen=256)
-        self._tasks: list[asyncio.Task[None]] = []
 
     @property
     def rate(self) -> float:
         """Iterations per second over the last two seconds."""
-        now = time.monotonic()
-        while self._arrivals and now - self._arrivals[0] > RATE_WINDOW_S:
-            self._arrivals.popleft()
-        if len(self._arrivals) < 2:
+        since = time.monotonic() - RATE_WINDOW_S
+        arrivals = [at for at in tuple(self._arrivals) if at >= since]
+        if len(arrivals) < 2:
             return 0.0
-        return (len(self._arrivals) - 1) / max(self._arrivals[-1] - self._arrivals[0], 1e-3)
+        return (len(arrivals) - 1) / max(arrivals[-1] - arrivals[0], 1e-3)
 
     def start(self) -> None:
         """Begin to work; the session may have a plan already."""
-        loop = asyncio.get_running_loop()
-        self._tasks = [loop.create_task(self._work()), loop.create_task(self._draw())]
+        self._background.begin(self._work())
+        self._background.begin(self._draw())
 
     def close(self) -> None:
         """Stop for good."""
-        for task in self._tasks:
-            task.cancel()
-        self._tasks = []
+        self._background.close()
 
     def wake(self) -> None:
         """Look at the session again: the user commanded something."""
+        self._background.call(self._look_again)
+
+    def redraw(self) -> None:
+        """Make the picture again: a view setting changed."""
+        self._background.call(self._changed.set)
+
+    def acknowledged(self) -> None:
+        """Take note that the browser has drawn a picture."""
+        self._background.call(self._landed)
+
+    def _look_again(self) -> None:
         self._arrivals.clear()
         self._command.set()
         self._changed.set()
         self._hurry.set()
 
-    def redraw(self) -> None:
-        """Make the picture again: a view setting changed."""
-        self._changed.set()
-
-    def acknowledged(self) -> None:
-        """Take note that the browser has drawn a picture."""
+    def _landed(self) -> None:
         self._in_flight = max(0, self._in_flight - 1)
         self._drawn.set()
 

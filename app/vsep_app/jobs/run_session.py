@@ -4,13 +4,16 @@
 time and takes its outcome back under the number of the run that asked for it; an outcome of an
 older run is dropped. All steps of a run are kept, so that stepping back and scrubbing only move a
 cursor, and running on from an earlier iteration first shows the steps that are there. Of a very
-long run some are kept without what it takes to show them.
+long run some are kept without what it takes to show them. Commands and outcomes may come from
+different threads: each is taken whole before the next.
 """
 
 import enum
+import functools
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar
 
 from vsep.inference.core.progress import Termination
 from vsep_app.jobs.weak_memo import Once
@@ -61,6 +64,22 @@ class AnyStep(Protocol):
 OpeningT = TypeVar("OpeningT", bound=Opening)
 StepT = TypeVar("StepT", bound=AnyStep)
 PlanT = TypeVar("PlanT")
+_Options = ParamSpec("_Options")
+_Result = TypeVar("_Result")
+_Self = TypeVar("_Self", bound="RunSession[Any, Any, Any]")
+
+
+def _whole(
+    method: Callable[Concatenate[_Self, _Options], _Result],
+) -> Callable[Concatenate[_Self, _Options], _Result]:
+    """Let a method of a session run to its end before another thread's call begins."""
+
+    @functools.wraps(method)
+    def call(session: _Self, /, *arguments: _Options.args, **named: _Options.kwargs) -> _Result:
+        with session.lock:
+            return method(session, *arguments, **named)
+
+    return call
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,6 +145,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         *,
         most_kept: int = MAX_KEPT,
     ) -> None:
+        self.lock = threading.RLock()
         self._thin, self._bare = thin, bare
         self.most_kept = most_kept
         self._stride, self._hidden = 1, set[int]()
@@ -151,18 +171,22 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
     @property
     def termination(self) -> Termination:
         """Termination at the cursor."""
-        return self._steps[self.cursor - 1].termination if self.cursor else Termination.RUNNING
+        with self.lock:
+            return self._steps[self.cursor - 1].termination if self.cursor else Termination.RUNNING
 
+    @_whole
     def restart(self, plan: PlanT) -> None:
         """Begin a new run of `plan` at once; whatever is under way becomes stale."""
         self._plan = plan
         self._opening = None
         self._begin(Phase.RUNNING)
 
+    @_whole
     def reset(self) -> None:
         """Go back to iteration 0 of the same scene and forget the steps."""
         self._begin(Phase.IDLE)
 
+    @_whole
     def run(self) -> None:
         """Go on from the cursor, unless the run has ended there."""
         self._single_step = False
@@ -170,6 +194,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         if not self._ended():
             self.phase = Phase.RUNNING
 
+    @_whole
     def run_to(self, iteration: int) -> None:
         """Go on to an iteration and pause there; the run may end before."""
         if iteration <= self.cursor:
@@ -178,18 +203,21 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
             self.run()
             self._stop_at = iteration
 
+    @_whole
     def pause(self) -> None:
         """Stop after the step that is under way."""
         self._single_step = False
         if self.phase is Phase.RUNNING:
             self._settle()
 
+    @_whole
     def step(self) -> None:
         """Go on by one iteration."""
         if not self._ended():
             self.phase = Phase.PAUSED
             self._single_step = True
 
+    @_whole
     def step_back(self) -> None:
         """Show the iteration before the one shown."""
         before = self.cursor - 1
@@ -197,6 +225,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
             before -= 1
         self.scrub(before)
 
+    @_whole
     def scrub(self, iteration: int) -> None:
         """Show any iteration so far, or the next one that is kept; 0 is before the first one."""
         self._single_step = False
@@ -205,6 +234,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
             self.cursor += 1
         self._settle()
 
+    @_whole
     def next_job(self) -> Job[PlanT, OpeningT] | None:
         """Return the work to be done next, None when there is nothing to do."""
         if self._plan is None:
@@ -225,6 +255,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
             is_exact=not (self._thin and self._steps and self._thin.made(self._steps[-1])),
         )
 
+    @_whole
     def prepared(self, job: Job[PlanT, OpeningT], opening: OpeningT) -> bool:
         """Take a prepared run; return False if it is stale."""
         if job.run_number != self.run_number:
@@ -232,6 +263,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self._opening = opening
         return True
 
+    @_whole
     def advanced(self, job: Job[PlanT, OpeningT], step: StepT) -> bool:
         """Take a computed step; return False if it is stale.
 
@@ -249,6 +281,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self._hide_some()
         return True
 
+    @_whole
     def replayed(self, job: Job[PlanT, OpeningT]) -> bool:
         """Show the next of the steps that are there; return False if the job is stale."""
         if job.run_number != self.run_number or self.cursor >= len(self._steps):
@@ -256,6 +289,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self._move_on()
         return True
 
+    @_whole
     def failed(self, job: Job[PlanT, OpeningT]) -> bool:
         """Take note that a job failed: no run can be prepared, or it stops where it is."""
         if job.run_number != self.run_number:
@@ -268,6 +302,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
             self.phase = Phase.PAUSED
         return True
 
+    @_whole
     def snapshot(self) -> Snapshot[OpeningT, StepT] | None:
         """Return what a view needs, None until the run is prepared."""
         if self._opening is None:

@@ -53,7 +53,7 @@ class RateLimiter:
     def rate(self) -> float:
         """Pictures a second, of all sessions, lately."""
         since = time.monotonic() - RATE_WINDOW_S
-        return sum(at > since for at in self._drawn_at) / RATE_WINDOW_S
+        return sum(at > since for at in tuple(self._drawn_at)) / RATE_WINDOW_S
 
 
 @dataclass

@@ -80,7 +80,7 @@ def _parse(parameter: Any, value: Any) -> Any:
     """Return a value the parameter accepts; everything else is a ValueError."""
     try:
         if isinstance(value, str) and not isinstance(parameter, param.Selector):
-            value = json.loads(value)
+            value = json.loads(value.lower() if isinstance(parameter, param.Boolean) else value)
         if value is None and parameter.allow_None:
             return None
         if isinstance(parameter, param.Number):

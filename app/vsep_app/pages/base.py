@@ -10,10 +10,11 @@ import panel_material_ui as pmu
 from bokeh.models import CustomJS
 from panel.util.parameters import edit_readonly
 
+from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.pages import PAGES
-from vsep_app.server.connection import write_styles_once
+from vsep_app.server.patches import write_styles_once
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.layout import stylesheet, theme
@@ -40,7 +41,7 @@ class PageContext:
     query : dict
         Decoded query of the page's address.
     post : callable
-        Runs a function on the event loop with the document locked.
+        Runs a function on the event loop with the document locked; may be called from any thread.
     watched : callable
         Whether the browser is still connected.
     own_folder : bool
@@ -49,6 +50,8 @@ class PageContext:
         Guided experiments to choose from.
     commons : SharedResources
         What all sessions share.
+    background : BackgroundTasks
+        Coroutines of the page; they end when it closes.
     most_kept : int
         So many iterations of a run can be shown.
     most_studies : int or None
@@ -62,6 +65,7 @@ class PageContext:
     own_folder: bool = True
     experiments: Sequence[Experiment] = field(default_factory=shipped_experiments)
     commons: SharedResources = field(default_factory=SharedResources)
+    background: BackgroundTasks = field(default_factory=BackgroundTasks)
     most_kept: int = MAX_KEPT
     most_studies: int | None = None
 

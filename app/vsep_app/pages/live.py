@@ -107,6 +107,7 @@ class Dashboard:
             ),
             context.pool,
             context.commons,
+            context.background,
         )
         self._pace, self._most_kept = context.commons.pace, context.most_kept
         self.transport = Transport(self.settings, self.session, self.loop.wake)
@@ -115,6 +116,7 @@ class Dashboard:
             pool=context.pool,
             post=context.post,
             notify_error=self.notify_error,
+            background=context.background,
         )
         self.settings.param.watch(self._scene_changed, list(PLAN_NAMES))
         self.settings.param.watch(self._view_changed, list(VIEW_NAMES))
@@ -240,7 +242,6 @@ requestAnimationFrame(() => setTimeout(() => { drawn.data = {number: [number]} }
 
     def close(self) -> None:
         """Stop the run for good: the browser has left."""
-        self.share.close()
         self.loop.close()
 
     def load(self, name: str, content: bytes) -> None:

@@ -104,9 +104,9 @@ def of_link(url: str) -> ReportSpec:
         If something in the link cannot be used.
     """
     query = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
-    trial, rest, errors = trial_of_query(query)
-    values, more = parse_query(rest)
-    iteration, last = parse_iteration(rest)
+    trial, scene, errors = trial_of_query(query)
+    values, more = parse_query(scene)
+    iteration, last = parse_iteration(scene)
     wrong = [*errors, *more, *last]
     if wrong:
         raise InputError(wrong[0])

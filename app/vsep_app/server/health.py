@@ -28,7 +28,11 @@ class HealthHandler(RequestHandler):
 
 def figures(registry: SessionRegistry) -> dict[str, Any]:
     """Return what a server is doing: pages, jobs, memory in MB, pictures a second."""
-    guests, pool, commons = registry.guests.values(), shared_pool().figures(), registry.commons
+    guests, pool, commons = (
+        tuple(registry.guests.values()),
+        shared_pool().figures(),
+        registry.commons,
+    )
     return {
         "pages": len(guests),
         "pages_watched": sum(session.watched() for session in guests),

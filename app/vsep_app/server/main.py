@@ -2,18 +2,20 @@
 
 import asyncio
 import logging
+import secrets
 import socket
 from pathlib import Path
 from typing import Any
 
 import panel as pn
+from panel.io.application import build_applications
+from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
 from vsep.errors import InputError
 from vsep_app.pages import PAGES
-from vsep_app.server.connection import connect_promptly
 from vsep_app.server.health import HealthHandler
-from vsep_app.server.model_defaults import remember_defaults
+from vsep_app.server.patches import COMPONENT_ROUTE, remember_defaults, replace_handlers
 from vsep_app.server.sessions import (
     ABSENCE_MS,
     Admission,
@@ -55,31 +57,41 @@ def make_server(
         raise InputError(f"port is {port}; it must lie between 0 and 65535.")
     guided = _all_experiments(experiments)
     _require_free(port, address)
-    connect_promptly()
+    replace_handlers()
     remember_defaults()
     everywhere = address in ("0.0.0.0", "::")
     origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
+    loop: Any = IOLoop.current()
     # Only who sits at this machine may choose where on its disk rows go.
     registry = SessionRegistry(
-        rules or ServerLimits(), own_folder=address in LOOPBACK, experiments=guided
+        rules or ServerLimits(),
+        own_folder=address in LOOPBACK,
+        experiments=guided,
+        loop=loop.asyncio_loop,
     )
-    server = pn.serve(
+    applications = build_applications(
         {page.route: registry.builder(page.load()) for page in PAGES.values()},
+        title={page.route: page.title for page in PAGES.values()},
+    )
+    door = Admission(registry)
+    for application in applications.values():
+        application.add(door)
+    server = pn.serve(
+        applications,
         port=port,
         address=address,
         show=show,
         start=False,
-        title={page.route: page.title for page in PAGES.values()},
+        loop=loop,
         websocket_origin=origins if port else "*",
         check_unused_sessions=CHECK_SESSIONS_MS,
         unused_session_lifetime=ABSENCE_MS,
-        extra_patterns=[("/health", HealthHandler, {"registry": registry})],
+        secret_key=secrets.token_urlsafe(32),
+        sign_sessions=True,
+        extra_patterns=[("/health", HealthHandler, {"registry": registry}), COMPONENT_ROUTE],
     )
-    door = Admission()
-    for context in server._tornado._applications.values():
-        context.application.add(door)
     server.registry = registry
-    server.io_loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
+    loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
     return server
 
 

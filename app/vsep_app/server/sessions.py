@@ -2,6 +2,7 @@
 
 import asyncio
 import socket
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,10 +12,12 @@ from typing import Any
 import panel as pn
 from bokeh.application.handlers.handler import Handler
 from bokeh.models import CustomJS
+from panel.io.state import set_curdoc
 
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Step
 from vsep.inference.core.state import SeparationState
+from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.pool import ClientQueue, WorkerPool
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
@@ -27,6 +30,7 @@ from vsep_app.pages.compare.picture import MethodView
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.recording.tasks import RecordingOpening
 from vsep_app.teaching.experiment import Experiment
+from vsep_app.widgets.location import read_query
 
 # A page whose browser is gone may come back within this time.
 ABSENCE_MS = 4000
@@ -35,6 +39,16 @@ PAUSE_S = 0.1
 # A page that is still loading takes a place, too.
 LOADING_S = 15.0
 RETRY_S = 20
+# A page whose connection is lost is opened again, at its address, once the server can be reached.
+# Bokeh's own way (`pn.config.reconnect`) leaves it empty: what a page has of functions cannot be
+# read back into it.
+_OPEN_AGAIN = """
+const open_again = () => {
+  fetch("health", {cache: "no-store"}).then(
+    () => location.reload(), () => setTimeout(open_again, 1000))
+}
+setTimeout(open_again, 1000)
+"""
 KEPT = (
     StaticPicture,
     Comparison,
@@ -107,13 +121,22 @@ class SessionRegistry:
         Whether visitors sit at this machine and may choose where on its disk rows go.
     experiments : sequence of Experiment
         Guided experiments to choose from.
+    loop : asyncio.AbstractEventLoop or None
+        The event loop of the server; None takes the one that runs when it is first needed.
     """
 
     def __init__(
-        self, rules: ServerLimits, *, own_folder: bool, experiments: Sequence[Experiment] = ()
+        self,
+        rules: ServerLimits,
+        *,
+        own_folder: bool,
+        experiments: Sequence[Experiment] = (),
+        loop: asyncio.AbstractEventLoop | None = None,
     ) -> None:
         self.rules, self._own_folder = rules, own_folder
-        self._experiments = experiments
+        self._experiments, self._loop = experiments, loop
+        self._background = BackgroundTasks(loop)
+        self._building = threading.Lock()
         self.commons = SharedResources()
         self.guests: dict[PageBase, Session] = {}
         self.num_refused = self.num_opened = 0
@@ -123,8 +146,14 @@ class SessionRegistry:
         """Pages that are looked at or still loading."""
         now = time.monotonic()
         return sum(
-            session.watched() or now - session.since < LOADING_S for session in self.guests.values()
+            session.watched() or now - session.since < LOADING_S
+            for session in tuple(self.guests.values())
         )
+
+    @property
+    def is_building(self) -> bool:
+        """Whether a page is being built."""
+        return self._building.locked()
 
     def builder(self, page_class: Callable[[PageContext], PageBase]) -> Callable[[], Any]:
         """Return what the server calls for every visitor; it takes nothing but a function."""
@@ -136,6 +165,10 @@ class SessionRegistry:
 
     def enter(self, page_class: Callable[[PageContext], PageBase]) -> Any:
         """Make a page for a visitor, or a kind word if there is no place."""
+        with self._building:
+            return self._enter(page_class)
+
+    def _enter(self, page_class: Callable[[PageContext], PageBase]) -> Any:
         pn.extension(notifications=True, respect_explicit_sizing=True)
         document: Any = pn.state.curdoc
         if _has_gone(document.session_context):
@@ -144,26 +177,28 @@ class SessionRegistry:
         if most is not None and self.num_places_taken >= most:
             self.num_refused += 1
             return _no_place(document, most)
-        location = pn.state.location
         queue, watched = shared_pool().queue(), partial(_watched, document)
+        post = partial(_post, document)
         page = page_class(
             PageContext(
                 pool=queue,
-                query=dict(location.query_params) if location is not None else {},
-                post=document.add_next_tick_callback,
+                query=read_query(),
+                post=post,
                 watched=watched,
                 own_folder=self._own_folder,
                 experiments=self._experiments,
                 commons=self.commons,
+                background=BackgroundTasks(self._loop),
                 most_kept=self.rules.most_kept,
                 most_studies=self.rules.most_studies,
             )
         )
         self.num_opened += 1
         self.guests[page] = Session(page=page, queue=queue, watched=watched, since=time.monotonic())
-        pn.state.onload(page.start)
+        pn.state.onload(partial(post, page.start))
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
+        document.js_on_event("connection_lost", CustomJS(code=_OPEN_AGAIN))
         return page.page()
 
     def leave(self, page: PageBase) -> None:
@@ -180,9 +215,10 @@ class SessionRegistry:
 
     def _lost(self, page: PageBase, _: Any) -> None:
         """Give a page some time to come back."""
-        asyncio.get_running_loop().call_later(ABSENCE_MS / 1000.0, self._leave_unwatched, page)
+        self._background.begin(self._leave_unwatched(page))
 
-    def _leave_unwatched(self, page: PageBase) -> None:
+    async def _leave_unwatched(self, page: PageBase) -> None:
+        await asyncio.sleep(ABSENCE_MS / 1000.0)
         session = self.guests.get(page)
         if session is not None and not session.watched():
             self.leave(page)
@@ -191,11 +227,12 @@ class SessionRegistry:
 class Admission(Handler):
     """Lets pages be built one after the other, with time between for those that are open.
 
-    Building a page takes the server most of a second in which it does nothing else.
+    Building a page takes most of a second, in which the server does little else.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, registry: SessionRegistry) -> None:
         super().__init__()
+        self._registry = registry
         self._one_by_one = asyncio.Lock()
         self._last = 0.0
 
@@ -206,9 +243,22 @@ class Admission(Handler):
         """Wait until it is the visitor's turn; the page is built right afterwards."""
         del session_context
         async with self._one_by_one:
-            while time.monotonic() - self._last < PAUSE_S:
+            while self._registry.is_building or time.monotonic() - self._last < PAUSE_S:
                 await asyncio.sleep(PAUSE_S)
             self._last = time.monotonic()
+
+
+def _post(document: Any, function: Callable[[], None]) -> None:
+    """Run a function on the event loop with the document locked; Bokeh takes a thread for others.
+
+    What is drawn so waits in the one queue whose length the pace of pictures follows.
+    """
+
+    async def run() -> None:
+        with set_curdoc(document):
+            function()
+
+    document.add_next_tick_callback(run)
 
 
 def _leave(registry: SessionRegistry, page: PageBase, context: Any) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from typing import Any
-from urllib.parse import urlencode
+from urllib.parse import parse_qsl, urlencode
 
 import panel as pn
 
@@ -11,11 +11,17 @@ from vsep_app.model.settings import Settings
 from vsep_app.model.url import ITERATION_KEY, QUERY_NAMES, parse_query
 
 
+def read_query() -> dict[str, str]:
+    """Return the query of the address of this session's page, as it stands there."""
+    location = pn.state.location
+    return {} if location is None else dict(parse_qsl(location.search[1:]))
+
+
 def set_query(key: str, value: str | None) -> None:
     """Set one value in the address of this session's page, None takes it out."""
     location = pn.state.location
     if location is not None:
-        query = {name: held for name, held in location.query_params.items() if name != key}
+        query = {name: held for name, held in read_query().items() if name != key}
         added = {} if value is None else {key: value}
         location.search = "?" + urlencode({**query, **added})
 

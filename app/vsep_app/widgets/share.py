@@ -1,7 +1,7 @@
 """Share buttons of the live view: snapshot as a file, link to what is shown."""
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import partial
 from typing import Any
@@ -10,6 +10,7 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep.errors import InputError
+from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.report.snapshot import KINDS, SnapshotFile
 from vsep_app.widgets.download import Download
 from vsep_app.widgets.layout import ICON_ONLY
@@ -53,6 +54,8 @@ class Share:
         Runs a function with the document locked.
     notify_error : callable
         Notifies the user of a sentence; called with the document locked.
+    background : BackgroundTasks
+        The coroutines of the page.
     """
 
     def __init__(
@@ -62,10 +65,10 @@ class Share:
         pool: Executor,
         post: Callable[[Callable[[], None]], Any],
         notify_error: Callable[[str], None],
+        background: BackgroundTasks,
     ) -> None:
         self._make, self._pool, self._post = make, pool, post
-        self._complain = notify_error
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._complain, self._background = notify_error, background
         self.snapshot = pmu.MenuButton(
             label="Snapshot",
             icon="photo_camera",
@@ -89,31 +92,21 @@ class Share:
         """Return both buttons."""
         return pn.Row(self.snapshot, self.link, margin=0, align="center")
 
-    def close(self) -> None:
-        """Stop for good: the browser has left."""
-        for task in self._tasks:
-            task.cancel()
-
     def _chosen(self, item: Any) -> None:
         make = self._make(item["key"])
         if make is None:
             self._complain("There is no run yet; wait for its first picture.")
             return
         self.snapshot.loading = True
-        self._begin(self._deliver(make))
+        self._background.begin(self._deliver(make))
 
     def _copied(self, *_: Any) -> None:
         self.link.label = _LINK_COPIED
-        self._begin(self._offer_again())
+        self._background.begin(self._offer_again())
 
     async def _offer_again(self) -> None:
         await asyncio.sleep(_SAID_FOR_S)
         self._post(partial(self.link.param.update, label=_LINK))
-
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
 
     async def _deliver(self, make: Callable[[], SnapshotFile]) -> None:
         try:

@@ -44,6 +44,7 @@ class RunTransport:
         self, settings: Settings, session: RunSession[Any, Any, Any], wake: Callable[[], None]
     ) -> None:
         self._settings, self._session, self._wake = settings, session, wake
+        self._is_placing = False
         self.status = pn.pane.HTML("", margin=(0, 12), styles={"color": "white"})
         self.buttons = {name: self._button(name, *rest) for name, *rest in _BUTTONS}
         self.scrub = pmu.IntSlider(
@@ -60,7 +61,8 @@ class RunTransport:
         )
         self._forget_the_committed()
         # Not "value": a slow browser sends back values that the run has moved on from, and one of
-        # them would hold the run.
+        # them would hold the run. Since Panel 1.10 (pull request 8712) "value_throttled" follows
+        # what the server sets, too: that is no command of the user.
         self.scrub.param.watch(self._scrubbed, "value_throttled")
         self.speed = pmu.IntSlider(
             label=Settings.param.speed.label,
@@ -77,7 +79,10 @@ class RunTransport:
 
     def show_place(self, iteration: int, num_iterations: int) -> None:
         """Show which iteration is drawn, of how many."""
+        self._is_placing = True
         self.scrub.param.update(end=max(num_iterations, 1), value=min(iteration, num_iterations))
+        self._is_placing = False
+        self._forget_the_committed()
 
     def refresh_buttons(self) -> None:
         """Offer what the session can do."""
@@ -102,7 +107,7 @@ class RunTransport:
         self._wake()
 
     def _scrubbed(self, event: Any) -> None:
-        if event.new == _NOTHING_COMMITTED:
+        if self._is_placing or event.new == _NOTHING_COMMITTED:
             return
         self._forget_the_committed()
         if event.new != self._session.cursor:
@@ -111,8 +116,9 @@ class RunTransport:
 
     def _forget_the_committed(self) -> None:
         """Let the browser commit any iteration: it reports changes only."""
-        with param.edit_constant(self.scrub):
-            self.scrub.value_throttled = _NOTHING_COMMITTED
+        if self.scrub.value_throttled != _NOTHING_COMMITTED:
+            with param.edit_constant(self.scrub):
+                self.scrub.value_throttled = _NOTHING_COMMITTED
 
     def _speed_set(self, event: Any) -> None:
         if event.new is not None:

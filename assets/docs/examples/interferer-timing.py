@@ -9,8 +9,8 @@ must have sent bursts that were too weak to be found. See
 import numpy as np
 
 import vsep
-from vsep.files.results import result_line
-from vsep.files.timing_lines import fitted_timings
+from vsep.analysis.interferer_timing import fit_interferer_timings
+from vsep.two_pass import crossings_of
 
 radar = vsep.ChirpSequence(
     start_frequency_hz=77e9,
@@ -46,7 +46,7 @@ observation = vsep.simulate(
 
 model = vsep.SignalModel.of_radar(radar, receiver)
 solution = vsep.run(vsep.FactorisedSeparator(model=model), observation.received)
-(timing,) = fitted_timings(result_line("frame", solution, radar))
+(timing,) = fit_interferer_timings(crossings_of(solution.state.bursts, radar), radar)
 print(
     f"{len(timing.chirps)} bursts: slope {timing.slope_hz_per_s / 1e12:.4f} MHz/µs, a chirp every "
     f"{timing.ramp_period_s * 1e6:.4f} µs, residual {timing.median_residual:.3f} samples"

@@ -1,7 +1,9 @@
 """What the tests of all pages do with the browser."""
 
+import json
 import re
 import shutil
+import threading
 import time
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
@@ -99,12 +101,14 @@ class Tab:
 
 
 def whole_address(query):
-    """Return the query that states all settings of a shorter one."""
+    """Return the query that states all settings of a shorter one, as the page itself writes it."""
     values, errors = parse_query(dict(parse_qsl(query.removeprefix("?"))))
     assert errors == []
     settings = Settings(**values)
     stated = {key: getattr(settings, name) for name, key in QUERY_NAMES.items()}
-    return "?" + urlencode({key: "null" if v is None else v for key, v in stated.items()})
+    texts = {key: v if isinstance(v, str) else json.dumps(v) for key, v in stated.items()}
+    # What is not set has no word in an address.
+    return "?" + urlencode({key: text for key, text in texts.items() if text != "null"})
 
 
 class Dashboard:
@@ -144,12 +148,17 @@ class Dashboard:
 
     def set_address(self, query):
         """Let the page's own session take settings, as if its controls had set them."""
+        taken = threading.Event()
 
         def take():
             pn.state.location.search = query
+            taken.set()
 
-        document = self.server.get_sessions(f"/{self.ROUTE}")[-1].document
+        root = self.page.evaluate("Bokeh.documents[0].roots()[0].id")
+        documents = [each.document for each in self.server.get_sessions(f"/{self.ROUTE}")]
+        (document,) = [each for each in documents if each.get_model_by_id(root) is not None]
         document.add_next_tick_callback(take)
+        self.until(taken.is_set, "the session has taken the settings")
 
     def rests_at(self, query):
         """Whether this is what the page shows, run to its end."""

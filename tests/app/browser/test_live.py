@@ -260,6 +260,23 @@ def test_a_frame_file_is_separated(dashboard, tmp_path, frame_arrays):
 
 def test_what_cannot_be_simulated_is_told_and_the_session_goes_on(dashboard):
     dashboard.open("?slope=10.0")
-    dashboard.page.get_by_text("slope").last.wait_for(timeout=PATIENCE_MS)
+    dashboard.until_told("that of the victim")
     dashboard.press("Interferer slope", "ArrowLeft")
     dashboard.until_status("converged")
+
+
+def test_a_page_whose_connection_broke_opens_again_as_it_was(dashboard, app_server):
+    dashboard.open("?preset=simulation-1&speed=7").until_status("converged")
+    dashboard.page.evaluate("window.before_the_break = true")
+
+    def cut():
+        for client in tuple(app_server._tornado._clients):
+            client._socket.ws_connection.stream.close()
+
+    app_server.io_loop.add_callback(cut)
+    dashboard.page.wait_for_function("!window.before_the_break", timeout=PATIENCE_MS)
+    dashboard.until(
+        lambda: dashboard.page.locator("[role=status]").count() == 1, "the page is there"
+    )
+    dashboard.until_status("converged")
+    assert "speed=7" in dashboard.page.url

@@ -105,7 +105,8 @@ def test_files_of_nonsense_are_told_in_a_sentence(recording, raw_capture):
     recording.until_told("which is no whole number of ramps")
     handover = recording.button("Open in live view")
     recording.until(handover.is_disabled, "what cannot be read is not handed over")
-    assert "Traceback" not in recording.page.content()
+    # Counted: pytest would spend minutes on the differences of two texts of megabytes.
+    assert recording.page.content().count("Traceback") == 0
 
 
 @pytest.mark.parametrize("width", [1280, 1024])

@@ -34,7 +34,7 @@ MIN_THRESHOLD = 4.0  # linear; below it a channel component does not stay either
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ExpectedBursts:
-    """Where bursts are expected.
+    """Places of expected bursts.
 
     Parameters
     ----------

@@ -159,7 +159,7 @@ class BurstSearch:
         return np.asarray(np.array(near) & strong)
 
     def _verdict(self, found: ChirpCandidates, number: int, score: float) -> EventKind | None:
-        """Tell what a search means for a burst; None if it stays as it is.
+        """Return what a search means for a burst; None if it stays as it is.
 
         A chirp fitted with many components need not be the best with one: only one that explains
         more than the whole burst shows that the burst is wrong.

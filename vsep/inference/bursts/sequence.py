@@ -31,7 +31,7 @@ class FlatBursts(NamedTuple):
 
 
 class BurstSequence(Sequence[BurstComponents]):
-    """What a step leaves of the bursts; a record of a burst is made when it is first asked for.
+    """Bursts after a step; a record of a burst is made when it is first asked for.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from vsep.signal.template import SignalModel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RampBursts:
-    """What one ramp holds, for looking at: its B bursts, their K columns and posterior.
+    """Content of one ramp, read only: its B bursts, their K columns and posterior.
 
     Column i belongs to the chirp ``owners[i]`` and the grid bin ``bins[i]``; ``signals`` (B, N) is
     what the columns of each chirp add up to.
@@ -146,7 +146,7 @@ class BurstTable:
             yield places[places < first[1:]]
 
     def take_posterior(self, fit: FlatPosterior) -> None:
-        """Take over posteriors of all ramps."""
+        """Store the posteriors of all ramps."""
         self.covariances, self.variances, self.amplitudes = fit[:3]
         self.traces, self.log_determinants, self.signals = fit[3:]
 

@@ -180,7 +180,7 @@ class InterferenceWorkspace:
         self.table.take_posterior(fit)
 
     def correct(self, correction: FilterCorrection) -> None:
-        """Take over a correction of the filter; all templates follow, posteriors do not yet."""
+        """Set the correction of the filter and update all templates; posteriors follow later."""
         self._take_correction(correction)
         chirps = self.table.chirps
         self.table.chirps = place_chirps(chirps.start_frequency, chirps.slope, self.model)
@@ -262,7 +262,7 @@ class InterferenceWorkspace:
         table.set_columns(revision.owners[kept], revision.bins[kept], revision.precisions[kept])
 
     def _record_revision(self, revision: Revision) -> None:
-        """Tell of every column that came, and of every one that went."""
+        """Record an event for every added and every pruned column."""
         changes = (~revision.kept | (revision.added_ratios > 0.0)).nonzero()[0]
         if len(changes) == 0:
             return

@@ -12,7 +12,7 @@ from vsep.inference.core.state import ObjectComponents, SeparationState
 
 
 class EventKind(enum.Enum):
-    """What can happen to a component or a burst in one step."""
+    """Kinds of changes of a component or a burst in one step."""
 
     OBJECT_ADDED = "object added"
     OBJECT_PRUNED = "object pruned"

@@ -36,7 +36,7 @@ class PlacedComponents:
 
     @property
     def columns(self) -> Columns:
-        """What the kernels take of all columns."""
+        """All columns and their posterior in the form of the kernels."""
         active = self.active
         weights = active.amplitudes if active.amplitudes.ndim == 2 else active.amplitudes[:, None]
         return Columns(*self.factors, active.covariance, weights, active.noise_precision)

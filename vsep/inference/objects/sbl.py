@@ -62,7 +62,7 @@ class ActiveSet:
 
     @classmethod
     def fitted(cls, fit: Posterior, precisions: FloatArray, noise_precision: float) -> "ActiveSet":
-        """Take over a posterior that a kernel has computed.
+        """Make the set from a posterior that a kernel has computed.
 
         Raises
         ------

@@ -7,30 +7,12 @@ times their weights. The interference enters through lambda only: not knowing it
 by about 0.01 % where bursts are short.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, pinvh
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.state import ObjectComponents
-from vsep.signal.atoms import gram, gram_between, line_factors, moved_atoms
-
-
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class DispersionStd:
-    """Standard deviations of the objects' frequencies.
-
-    Attributes
-    ----------
-    beats : (L,) float
-        Cycles per sample.
-    dopplers : (L,) float
-        Cycles per ramp; infinite for a single ramp, where Doppler is not observable.
-    """
-
-    beats: FloatArray
-    dopplers: FloatArray
+from vsep.signal.atoms import DispersionStd, gram, gram_between, line_factors, moved_atoms
 
 
 def fisher_information(

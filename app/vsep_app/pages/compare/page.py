@@ -103,6 +103,7 @@ class ComparePage:
             ),
             context.pool,
             context.commons,
+            context.background,
         )
         self.transport = CompareTransport(
             self.settings,

@@ -1,7 +1,7 @@
 """The page of recorded data: what a dropped file is, its frame at once, and its separation."""
 
 import asyncio
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -77,7 +77,6 @@ class RecordingPage:
         self._rate_hz = 0.0
         self._offered_ramp = 0
         self._opening: RecordingOpening | None = None
-        self._tasks: set[asyncio.Task[None]] = set()
         self.controls = Controls(self.settings, lambda *_: None)
         self.form = RecordingForm(
             self.controls,
@@ -112,6 +111,7 @@ class RecordingPage:
             ),
             context.pool,
             context.commons,
+            context.background,
         )
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self._download, self._link = Download(), Link(self.form.live)
@@ -142,8 +142,6 @@ class RecordingPage:
 
     def close(self) -> None:
         """Stop for good and remove the files: the browser has left."""
-        for task in self._tasks:
-            task.cancel()
         self.loop.close()
         self._files.close()
 
@@ -348,12 +346,7 @@ class RecordingPage:
                 return
             self._context.post(partial(use, name, content))
 
-        self._begin(make())
-
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self._context.background.begin(make())
 
     def _save(self, name: str, content: bytes) -> None:
         if len(content) > MAX_FILE:

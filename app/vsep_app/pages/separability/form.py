@@ -89,7 +89,7 @@ class SeparabilityForm:
     def spec(self) -> MapSpec:
         """Return what is asked; `InputError` if it cannot be answered."""
         if self.trials.value is None or self.seed.value is None:
-            raise InputError("Trials or seed are empty; both must be whole numbers.")
+            raise InputError("Trials or seed are empty; both must be integers.")
         scene = self.scene.value
         fixed = []
         for name, slider in self.values.items():
@@ -204,7 +204,7 @@ class _AxisChoice:
             widget.param.watch(edit, "value")
 
     def axis(self) -> Axis:
-        """Return the axis; one of whole numbers has all of them."""
+        """Return the axis; one of integers has all of them."""
         kind = AXES[self.name]
         start, stop = (self._number(field) for field in (self.start, self.stop))
         count = int(stop - start) + 1 if kind.whole else self.count.value

@@ -43,6 +43,7 @@ from vsep_app.widgets.layout import (
     stylesheet,
     toolbar,
 )
+from vsep_app.widgets.location import read_query
 
 _LOG = logging.getLogger(__name__)
 _Result = TypeVar("_Result")
@@ -73,7 +74,6 @@ class SeparabilityPage:
         self._asked: MapSpec | None = None
         self._seen: tuple[Any, ...] = ()
         self._told = ""
-        self._task: asyncio.Task[None] | None = None
         self._call = asyncio.Event()
         self.layer = pmu.Select(
             label="Layer",
@@ -115,12 +115,11 @@ class SeparabilityPage:
         """Begin to answer; called when the page has been drawn."""
         for error in self._errors:
             self.notify_error(error)
-        self._task = asyncio.get_running_loop().create_task(self._follow())
+        self._context.background.begin(self._follow())
 
     def close(self) -> None:
         """Cancel the trials; the page is closed."""
-        if self._task is not None:
-            self._task.cancel()
+        self._context.background.close()
         self.session.stop()
 
     def notify_error(self, sentence: str) -> None:
@@ -137,8 +136,8 @@ class SeparabilityPage:
             return
         location = pn.state.location
         if location is not None:
-            location.search = write_map_spec(self.spec, self.layer.value, location.query_params)
-        self._call.set()
+            location.search = write_map_spec(self.spec, self.layer.value, read_query())
+        self._context.background.call(self._call.set)
 
     async def _follow(self) -> None:
         """Draw when the spec changes and when there are new cell results."""

@@ -21,7 +21,7 @@ _FIRST_REALIZATIONS = 50
 _MAX_REALIZATIONS = 1_000_000
 # Of an example every realisation is a picture.
 _MAX_EXAMPLES = 4
-# The largest whole number that a browser keeps exactly.
+# The largest integer that a browser keeps exactly.
 _MAX_SEED = 2**53 - 1
 
 

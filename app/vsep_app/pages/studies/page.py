@@ -79,6 +79,7 @@ class StudyPage:
 
     def __init__(self, context: PageContext) -> None:
         self._post, self._most_studies = context.post, context.most_studies
+        self._background = context.background
         self._folder = tempfile.TemporaryDirectory(prefix="vsep-studies-")
         # Rows that are opened get a folder of their own: they must not mix with those made here.
         self._home = Path(self._folder.name)
@@ -87,7 +88,6 @@ class StudyPage:
         self._panels: Sequence[AnyPanel] = ()
         self._seen: tuple[int, ScatterChoice] | None = None
         self._told, self._closed = "", False
-        self._task: asyncio.Task[None] | None = None
         self.form = StudyForm(self.load, own_folder=context.own_folder)
         self.curves, self.scatter = StudyCurves(), StudyScatter()
         self.transport = StudyTransport(run=self._run, halt=self._halt, rows=self._rows)
@@ -138,13 +138,12 @@ class StudyPage:
 
     def start(self) -> None:
         """Begin to look for new rows; called when the page has been drawn."""
-        self._task = asyncio.get_running_loop().create_task(self._follow())
+        self._background.begin(self._follow())
 
     def close(self) -> None:
         """Stop the study and forget the temporary folder; the page is gone."""
         self._closed = True
-        if self._task is not None:
-            self._task.cancel()
+        self._background.close()
         if self.session is not None:
             self.session.stop()
         threading.Thread(target=_clean_up, args=(self.session, self._folder), daemon=True).start()

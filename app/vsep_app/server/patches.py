@@ -1,0 +1,115 @@
+"""Changes to Bokeh and Panel: all that this program alters of their behaviour, with the reason.
+
+Each entry names the report in the project it belongs to, and `tests/app/test_patches.py` shows that
+the project as it is still needs it.
+
+=====================  ==========================================================================
+what is changed        upstream
+=====================  ==========================================================================
+`PromptHandler`        tornado issue 755 gave connections `set_nodelay`; Bokeh does not call it, no
+                       report
+`OwnSessionHandler`    no report: Bokeh lets any address name the session that a page joins
+`LoadedOnlyHandler`    Panel pull request 3284 made the route; no report on what it imports
+`remember_defaults`    Bokeh pull request 15322 keeps the overridden defaults of a class from 3.10
+                       on; whether a default is unstable is asked of every model anew, no report
+`write_styles_once`    no report: BokehJS writes a style sheet again that has not changed
+=====================  ==========================================================================
+"""
+
+import sys
+from functools import cache
+from typing import Any
+
+from bokeh.core.property.descriptors import PropertyDescriptor
+from bokeh.document import Document
+from bokeh.models import CustomJS
+from bokeh.server.urls import per_app_patterns
+from panel.io.server import ComponentResourceHandler, DocHandler, WSHandler
+from panel.util import parse_query
+from tornado.web import HTTPError
+
+_FOREIGN = ("bokeh-session-id", "bokeh-token")
+# What the pages show is made of classes of these packages.
+_SERVED = ("panel", "panel_material_ui", "vsep_app")
+_WRITE_STYLES_ONCE = """
+const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype
+if (!sheet.writes_once) {
+  const write = sheet._update
+  sheet._update = function (css) { if (this.el.textContent !== css) { write.call(this, css) } }
+  sheet.writes_once = true
+}
+"""
+
+
+class PromptHandler(WSHandler):
+    """A connection that sends small messages at once.
+
+    A picture is some dozens of them, and the second would wait until the browser has confirmed the
+    first, which a browser with nothing to say does after 40 ms.
+    """
+
+    def open(self, *arguments: str, **named: str) -> None:
+        """Begin to send and receive."""
+        self.set_nodelay(True)
+        super().open(*arguments, **named)
+
+
+class OwnSessionHandler(DocHandler):
+    """A page that always gets a session of its own.
+
+    Whoever could name the session in an address that another person opens would share that
+    person's page.
+    """
+
+    async def prepare(self) -> None:
+        """Refuse a request that names a session, or whose query Panel cannot read (1.9: `x=²`)."""
+        named = [name for name in _FOREIGN if name in self.request.arguments]
+        if named or "Bokeh-Session-Id" in self.request.headers:
+            raise HTTPError(403, reason="A page cannot join the session of another.")
+        try:
+            parse_query(f"?{self.request.query}")
+        except ValueError:
+            raise HTTPError(400, reason="The query of the address cannot be read.") from None
+        await super().prepare()
+
+
+class LoadedOnlyHandler(ComponentResourceHandler):
+    """Files of components whose module is loaded; Panel's own handler imports any module."""
+
+    def parse_url_path(self, url_path: str) -> str:
+        """Return the path of a file, by module, class and attribute."""
+        module = url_path.partition("/")[0]
+        if module.partition(".")[0] not in _SERVED or module not in sys.modules:
+            raise HTTPError(404)
+        path: str = super().parse_url_path(url_path)
+        return path
+
+
+COMPONENT_ROUTE = (r"/components/(.*)", LoadedOnlyHandler)
+
+
+def replace_handlers() -> None:
+    """Let all servers made from now on have these handlers, and no route that no page uses."""
+    per_app_patterns[:] = [(r"/ws", PromptHandler), (r"/?", OwnSessionHandler)]
+
+
+has_unstable_default = PropertyDescriptor.has_unstable_default
+_has_unstable_default_once = cache(has_unstable_default)
+
+
+def remember_defaults() -> None:
+    """Let models ask once a class, not once a model, which of its defaults are made anew."""
+    PropertyDescriptor.has_unstable_default = _of_its_class
+
+
+def _of_its_class(descriptor: Any, model: Any) -> bool:
+    return bool(_has_unstable_default_once(descriptor, model.__class__))
+
+
+def write_styles_once(document: Document) -> None:
+    """Let the browser of a document leave style sheets alone that would only be the same again.
+
+    A figure that is drawn again writes those of all its parts, whereupon the browser computes the
+    styles of the page anew, as often.
+    """
+    document.js_on_event("document_ready", CustomJS(code=_WRITE_STYLES_ONCE))

@@ -1,0 +1,242 @@
+"""What is changed of Bokeh and Panel: it works, and Bokeh and Panel as they are still need it."""
+
+import asyncio
+import json
+import re
+import subprocess
+import sys
+import urllib.error
+import urllib.parse
+import urllib.request
+from types import SimpleNamespace
+
+import pytest
+from bokeh.core.property.descriptors import PropertyDescriptor
+from bokeh.document import Document
+from bokeh.models import ColumnDataSource, Slider
+from bokeh.plotting import figure
+from bokeh.server.views.ws import WSHandler
+from bokeh.util.token import generate_jwt_token, generate_session_id, get_session_id
+from panel.io.server import ComponentResourceHandler
+from tornado.web import HTTPError
+from vsep_app.pages import PAGES
+from vsep_app.pages.base import PageContext
+from vsep_app.server.patches import (
+    LoadedOnlyHandler,
+    PromptHandler,
+    has_unstable_default,
+    remember_defaults,
+)
+
+IMPORTED = "wsgiref.simple_server"  # of the standard library, and of no use here
+
+
+@pytest.fixture(autouse=True)
+def as_bokeh_has_it(monkeypatch):
+    """Bokeh's own answers, whatever other tests have done; undone at the end."""
+    monkeypatch.setattr(PropertyDescriptor, "has_unstable_default", has_unstable_default)
+
+
+def opened(route):
+    """The document of a page, as a visitor opens it."""
+    context = PageContext(
+        pool=None, query={}, post=lambda function: function(), watched=lambda: True
+    )
+    document = Document()
+    document.add_root(PAGES[route].load()(context).page().get_root(document))
+    return document
+
+
+@pytest.mark.parametrize("route", ["./", "recording"])
+def test_every_model_of_a_page_has_the_defaults_that_bokeh_gives_it(route):
+    document = opened(route)
+    classes = {type(model) for model in document.models}
+    assert len(classes) > 10
+    remember_defaults()
+    for model_class in classes:
+        model = next(each for each in document.models if type(each) is model_class)
+        for name in model_class.properties():
+            descriptor = model_class.lookup(name)
+            if isinstance(descriptor, PropertyDescriptor):
+                assert descriptor.has_unstable_default(model) == has_unstable_default(
+                    descriptor, model
+                )
+
+
+def test_models_made_afterwards_are_written_as_before():
+    def written():
+        plot = figure(width=300)
+        plot.line("x", "y", source=ColumnDataSource({"x": [1.0, 2.0], "y": [3.0, 4.0]}))
+        document = Document()
+        document.add_root(plot)
+        document.add_root(Slider(start=0, end=1, value=0.5, title="a"))
+        return without_ids(document.to_json().content)
+
+    before = written()
+    remember_defaults()
+    assert written() == before
+    assert written() == before
+
+
+def test_a_default_that_is_made_anew_is_shared_by_no_two_models():
+    remember_defaults()
+    first, second = ColumnDataSource(), ColumnDataSource()
+    first.data["x"] = [1.0]
+    assert "x" not in second.data
+    assert first.selected is not second.selected
+
+
+def without_ids(value):
+    """What is written, but for the running numbers of the models."""
+    if isinstance(value, dict):
+        return {key: without_ids(each) for key, each in value.items() if key != "id"}
+    return [without_ids(each) for each in value] if isinstance(value, list) else value
+
+
+def test_bokeh_works_out_anew_for_every_model_what_is_unstable(monkeypatch):
+    """The day it does no longer, `remember_defaults` is not needed."""
+    asked = []
+    told = ColumnDataSource.lookup("data").property
+
+    def count(self):
+        asked.append(self)
+        return type(told)._may_have_unstable_default(self)
+
+    monkeypatch.setattr(told, "_may_have_unstable_default", count.__get__(told), raising=False)
+    ColumnDataSource(), ColumnDataSource()
+    assert len(asked) >= 2
+
+
+def test_bokeh_lets_small_messages_wait():
+    """The day it does no longer, `PromptHandler` is not needed."""
+    told = []
+    handler = SimpleNamespace(set_nodelay=told.append)
+    assert "set_nodelay" not in WSHandler.open.__code__.co_names
+    with pytest.raises((AttributeError, TypeError)):
+        PromptHandler.open(handler)
+    assert told == [True]
+
+
+def component_path(handler_class, path):
+    return handler_class.parse_url_path(
+        SimpleNamespace(_resource_attrs=ComponentResourceHandler._resource_attrs)
+        if handler_class is ComponentResourceHandler
+        else handler_class.__new__(handler_class),
+        path,
+    )
+
+
+def test_panel_imports_what_an_address_names():
+    """The day it does no longer, `LoadedOnlyHandler` is not needed."""
+    script = (
+        "import sys\n"
+        "from types import SimpleNamespace\n"
+        "from panel.io.server import ComponentResourceHandler as Handler\n"
+        f"assert {IMPORTED!r} not in sys.modules\n"
+        "try:\n"
+        f"    Handler.parse_url_path(Handler.__new__(Handler), '{IMPORTED}/a/_css/b')\n"
+        "except Exception as error:\n"
+        "    print(type(error).__name__)\n"
+        f"print({IMPORTED!r} in sys.modules)\n"
+    )
+    told = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert told.stdout.split() == ["HTTPError", "True"]
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["unittest.__main__", "sys", "os", "panel.command.serve", "vsep_app.cli.entry", "vsep", ""],
+)
+def test_no_module_is_imported_by_address(module):
+    before = set(sys.modules)
+    with pytest.raises(HTTPError) as refused:
+        component_path(LoadedOnlyHandler, f"{module}/a/_css/b")
+    assert refused.value.status_code == 404
+    assert {name for name in set(sys.modules) - before if name == module} == set()
+
+
+# The served program, over the loopback interface.
+
+
+def get(server, path, **headers):
+    """Return status and text of a page."""
+    request = urllib.request.Request(f"http://127.0.0.1:{server.port}{path}", headers=headers)
+    try:
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return answer.status, answer.read().decode()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read().decode()
+
+
+def token_of(text):
+    return re.search(r'"token":"([^"]+)"', text).group(1)
+
+
+def test_an_address_that_names_a_module_leaves_the_server_alive(app_server):
+    for path in ("unittest.__main__/a/_css/b", "unittest.__main__", "panel/config/_css/../../x"):
+        status, _ = get(app_server, f"/components/{path}")
+        assert status in (400, 403, 404)
+    assert "unittest.__main__" not in sys.modules
+    assert json.loads(get(app_server, "/health")[1])["pages"] >= 0
+
+
+def test_every_page_has_a_signed_session_of_its_own(app_server):
+    texts = [get(app_server, "/studies")[1] for _ in range(2)]
+    first, second = (get_session_id(token_of(text)) for text in texts)
+    assert first != second
+    assert "." in first  # the id and its signature
+
+
+@pytest.mark.parametrize("route", ["/", "/studies"])
+def test_nobody_joins_a_session_by_its_id(app_server, route):
+    token = token_of(get(app_server, route)[1])
+    for name, value in (
+        ("bokeh-session-id", "mine"),
+        ("bokeh-session-id", generate_session_id(secret_key=b"guessed", signed=True)),
+        ("bokeh-session-id", get_session_id(token)),
+        ("bokeh-token", token),
+    ):
+        assert get(app_server, f"{route}?{name}={urllib.parse.quote(value)}")[0] == 403
+    assert get(app_server, route, **{"Bokeh-Session-Id": get_session_id(token)})[0] == 403
+
+
+@pytest.mark.parametrize("route", ["/autoload.js?bokeh-autoload-element=1", "/metadata"])
+def test_routes_that_no_page_uses_are_not_there(app_server, route):
+    assert get(app_server, route)[0] == 404
+
+
+@pytest.mark.parametrize("kind", ["unsigned", "signed by another", "own"])
+def test_a_connection_needs_a_token_of_this_server(app_server, kind):
+    """A web socket that comes with a foreign token is closed before it gets a message."""
+    from tornado.httpclient import HTTPRequest
+    from tornado.websocket import websocket_connect
+
+    token = {
+        "unsigned": lambda: generate_jwt_token("mine", signed=False),
+        "signed by another": lambda: generate_jwt_token(
+            generate_session_id(secret_key=b"other", signed=True), secret_key=b"other", signed=True
+        ),
+        "own": lambda: token_of(get(app_server, "/studies")[1]),
+    }[kind]()
+
+    async def first_message():
+        request = HTTPRequest(f"ws://127.0.0.1:{app_server.port}/studies/ws")
+        connection = await websocket_connect(request, subprotocols=["bokeh", token])
+        try:
+            return await asyncio.wait_for(connection.read_message(), 20)
+        finally:
+            connection.close()
+
+    message = asyncio.run(first_message())
+    assert (message is not None) == (kind == "own")
+
+
+@pytest.mark.parametrize("query", ["x=%C2%B2", "preset=[1]&seed={&snr=%F0%9F%98%80&wind=[]"])
+@pytest.mark.parametrize("route", [page.route for page in PAGES.values()])
+def test_no_query_breaks_a_page(app_server, caplog, route, query):
+    """Panel 1.9 cannot read a digit that is none of ours: that is told."""
+    status, text = get(app_server, f"{route}?{query}")
+    assert (status == 200 and token_of(text)) or (status == 400 and "query" in text)
+    assert [record for record in caplog.records if record.exc_info] == []
