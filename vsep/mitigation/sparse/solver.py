@@ -15,7 +15,7 @@ class SolverState:
     """The current spectrum, and whether a small change of it means the end."""
 
     spectrum: Samples  #: x_t, in the operator's form
-    may_stop: bool  #: false while a threshold still falls or a support still grows
+    may_stop: bool  #: False while a threshold still falls or a support still grows
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
