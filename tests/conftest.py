@@ -1,6 +1,7 @@
 """Fixtures that tests of several modules share: tiny radars and frames, and where things are."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from vsep.presets.scenes import preset_radar
 from vsep.signal.radar import ChirpSequence
 
 # The same examples in every run: a failure on one machine is a failure on all.
@@ -31,14 +33,7 @@ def repository() -> Path:
 @pytest.fixture(scope="session")
 def small_radar() -> ChirpSequence:
     """Four ramps of 32 samples; the other values are those of Simulation II."""
-    return ChirpSequence(
-        start_frequency_hz=79e9,
-        slope_hz_per_s=1e13,
-        sample_rate_hz=5.1e6,
-        ramp_period_s=25e-6,
-        num_samples=32,
-        num_ramps=4,
-    )
+    return replace(preset_radar("simulation-2-a"), num_samples=32, num_ramps=4)
 
 
 @pytest.fixture

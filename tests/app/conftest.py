@@ -2,6 +2,8 @@
 
 import asyncio
 import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +36,22 @@ class FinishedRun(NamedTuple):
             num_steps=len(self.steps),
             phase=Phase.FINISHED,
         )
+
+
+async def until(condition: Callable[[], object]) -> None:
+    """Wait in an event loop until a condition holds, at most 20 s."""
+    for _ in range(2000):
+        if condition():
+            return
+        await asyncio.sleep(0.01)
+    pytest.fail("waited in vain")
+
+
+@pytest.fixture
+def pool() -> Iterator[ThreadPoolExecutor]:
+    """The workers of all sessions, one thread."""
+    with ThreadPoolExecutor(max_workers=1) as workers:
+        yield workers
 
 
 def finish(preset: str, **changes: object) -> FinishedRun:

@@ -2,20 +2,14 @@
 
 import asyncio
 import io
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-import pytest
 from vsep_app.jobs.run_session import Phase
 from vsep_app.model.settings import LOADED_FRAME
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.compare.page import BLIND_MASK, ComparePage
 
-
-@pytest.fixture
-def pool():
-    with ThreadPoolExecutor(1) as executor:
-        yield executor
+from tests.app.conftest import until
 
 
 def page_of(pool, query=()):
@@ -61,10 +55,6 @@ def test_a_loaded_frame_without_truth_takes_a_mask_that_is_found(pool, frame_arr
 
 def test_frames_follow_each_other_and_a_changed_scene_begins_anew(pool):
     page = page_of(pool, {"methods": "pm-ist,zeroing", "max_iterations": "1", "speed": "30"})
-
-    async def until(condition):
-        while not condition():
-            await asyncio.sleep(0.01)
 
     async def drive():
         page.loop.start()

@@ -109,8 +109,7 @@ def test_an_upload_is_stored_on_with_its_name(controls, loaded):
 
 def test_widgets_start_from_a_link():
     controls = Controls(
-        Settings(**preset_values("simulation-2-a") | {"false_alarm_rate": 0.2}),
-        lambda *_: None,
+        Settings(**preset_values("simulation-2-a") | {"false_alarm_rate": 0.2}), lambda *_: None
     )
     assert controls.widgets["interferer_slope"].value == 9.8321
     assert controls.widgets["false_alarm_rate"].value == 0.2

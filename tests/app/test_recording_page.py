@@ -2,215 +2,186 @@
 
 import asyncio
 import io
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
-import pytest
 from vsep_app.jobs import run_loop as loop
 from vsep_app.jobs.frame_store import FRAME_KEY
 from vsep_app.jobs.run_session import Phase
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.recording.page import EXAMPLE, RecordingPage
 
+from tests.app.conftest import until
 from vsep.files.frame import read_frame
 
 
-@pytest.fixture
-def pool():
-    with ThreadPoolExecutor(1) as executor:
-        yield executor
-
-
 class Driven:
-    """A page whose sentences are kept, and that runs on an event loop of its own."""
+    """A page whose sentences are kept, and a raw capture to drop on it."""
 
-    def __init__(self, page, told):
-        self.page, self.told = page, told
+    def __init__(self, page, told, capture):
+        self.page, self.told, self.capture = page, told, capture
 
     async def shown(self, name):
         """Wait until the recording of a name is shown."""
         await until(lambda: self.page._opening is not None)
         await until(lambda: self.page._opening.plan.file.name == name)
 
+    async def opened(self):
+        """Drop the capture with its settings and wait until it is shown."""
+        self.page.drop([("a.bin", self.capture.content), ("a.yaml", self.capture.settings)])
+        await self.shown("a.bin")
+
     async def told_of(self, words):
         await until(lambda: any(words in sentence for sentence in self.told))
 
 
-async def until(condition):
-    for _ in range(1500):
-        if condition():
-            return
-        await asyncio.sleep(0.01)
-    pytest.fail("waited in vain")
+def on_a_page(work):
+    """A test of a coroutine function that gets a started page that shows the example."""
 
-
-@pytest.fixture
-def drive(pool, monkeypatch):
-    """Runs a coroutine function with a started page that shows the example."""
-    told = []
-    # No browser says that it has drawn a picture.
-    monkeypatch.setattr(loop, "MAX_FLIGHT_S", 0.01)
-    monkeypatch.setattr(RecordingPage, "notify_error", lambda _, sentence: told.append(sentence))
-
-    def run(work):
+    def test(pool, monkeypatch, raw_capture):
+        told = []
+        # No browser says that it has drawn a picture.
+        monkeypatch.setattr(loop, "MAX_FLIGHT_S", 0.01)
+        monkeypatch.setattr(RecordingPage, "notify_error", lambda _, words: told.append(words))
         context = PageContext(
             pool=pool, query={}, post=lambda function: function(), watched=lambda: True
         )
-        page = RecordingPage(context)
-        driven = Driven(page, told)
+        driven = Driven(RecordingPage(context), told, raw_capture)
 
         async def session():
-            page.page()
-            page.start()
+            driven.page.page()
+            driven.page.start()
             await driven.shown(EXAMPLE)
             await work(driven)
-            page.close()
+            driven.page.close()
 
         asyncio.run(session())
 
-    return run
+    return test
 
 
-def test_the_example_is_shown_but_not_run(drive):
-    async def work(driven):
-        page = driven.page
-        assert page.session.phase is Phase.IDLE
-        assert page._opening.plan.is_frame
-        assert not page.form.live.disabled
-        assert "128 ramps of 128 samples" in page.view.facts.object
-        assert page.settings.ramp == page._opening.loudest_ramp
-
-    drive(work)
+@on_a_page
+async def test_the_example_is_shown_but_not_run(driven):
+    page = driven.page
+    assert page.session.phase is Phase.IDLE
+    assert page._opening.plan.is_frame
+    assert not page.form.live.disabled
+    assert "128 ramps of 128 samples" in page.view.facts.object
+    assert page.settings.ramp == page._opening.loudest_ramp
 
 
-def test_capture_and_settings_dropped_together_run_to_the_end(drive, raw_capture):
-    async def work(driven):
-        page = driven.page
-        page.drop([("radar.yaml", raw_capture.settings), ("adc.bin", raw_capture.content)])
-        await driven.shown("adc.bin")
-        assert page.form.quick["sign"].value == "negative"
-        page.settings.speed = 30
-        page.session.run()
-        page.loop.wake()
-        await until(lambda: page.session.phase is Phase.FINISHED)
-        await until(lambda: page.view.tables.picture.iteration == page.session.num_steps)
-        assert len(page.view.tables.shown("table")) >= 1
-        assert any(line.kind.startswith("burst") for line in page.view.tables.shown("log"))
-        assert driven.told == []
-
-    drive(work)
+@on_a_page
+async def test_capture_and_settings_dropped_together_run_to_the_end(driven):
+    page = driven.page
+    page.drop([("radar.yaml", driven.capture.settings), ("adc.bin", driven.capture.content)])
+    await driven.shown("adc.bin")
+    assert page.form.quick["sign"].value == "negative"
+    page.settings.speed = 30
+    page.session.run()
+    page.loop.wake()
+    await until(lambda: page.session.phase is Phase.FINISHED)
+    await until(lambda: page.view.tables.picture.iteration == page.session.num_steps)
+    assert len(page.view.tables.shown("table")) >= 1
+    assert any(line.kind.startswith("burst") for line in page.view.tables.shown("log"))
+    assert driven.told == []
 
 
-def test_controls_and_text_are_the_same_settings(drive, raw_capture):
-    async def work(driven):
-        page = driven.page
-        page.drop([("adc.bin", raw_capture.content)])
-        assert "start_frequency_hz is not given" in page.view.facts.object
-        assert page.form.text.error_state
-        assert driven.told == []
-        # The settings may come later; a remark of their author stays.
-        page.drop([("radar.yml", raw_capture.settings)])
-        page.form.text.value += "# as printed\n"
-        await driven.shown("adc.bin")
-        page.form.quick["sign"].value = "positive"
-        page.form.quick["crop_start_samples"].value = 8
-        await until(lambda: page._opening.plan.settings.crop_start_samples == 8)
-        assert page.form.text.value.endswith("# as printed\ncrop_start_samples: 8\n")
-        assert "sign: positive\n" in page.form.text.value
-        assert "is perhaps the other one" in page.view.facts.object
-        page.form.text.value = page.form.text.value.replace("positive", "negative")
-        await until(lambda: page._opening.plan.settings.sign == "negative")
-        assert page.form.quick["sign"].value == "negative"
-
-    drive(work)
+@on_a_page
+async def test_controls_and_text_are_the_same_settings(driven):
+    page = driven.page
+    page.drop([("adc.bin", driven.capture.content)])
+    assert "start_frequency_hz is not given" in page.view.facts.object
+    assert page.form.text.error_state
+    assert driven.told == []
+    # The settings may come later; a remark of their author stays.
+    page.drop([("radar.yml", driven.capture.settings)])
+    page.form.text.value += "# as printed\n"
+    await driven.shown("adc.bin")
+    page.form.quick["sign"].value = "positive"
+    page.form.quick["crop_start_samples"].value = 8
+    await until(lambda: page._opening.plan.settings.crop_start_samples == 8)
+    assert page.form.text.value.endswith("# as printed\ncrop_start_samples: 8\n")
+    assert "sign: positive\n" in page.form.text.value
+    assert "is perhaps the other one" in page.view.facts.object
+    page.form.text.value = page.form.text.value.replace("positive", "negative")
+    await until(lambda: page._opening.plan.settings.sign == "negative")
+    assert page.form.quick["sign"].value == "negative"
 
 
-def test_a_second_capture_of_the_sensor_needs_no_settings(drive, raw_capture):
-    async def work(driven):
-        page = driven.page
-        page.drop([("a.bin", raw_capture.content), ("a.yaml", raw_capture.settings)])
-        await driven.shown("a.bin")
-        first = Path(page._file.path)
-        page.drop([("b.bin", raw_capture.content)])
-        await driven.shown("b.bin")
-        assert not first.exists()
-        # As an array it has another format, and everything else is as it was.
-        file = io.BytesIO()
-        np.save(file, raw_capture.received)
-        page.drop([("c.npy", file.getvalue())])
-        await driven.shown("c.npy")
-        assert page._opening.plan.settings.format == "npy"
-        assert driven.told == []
-
-    drive(work)
+@on_a_page
+async def test_a_second_capture_of_the_sensor_needs_no_settings(driven):
+    page = driven.page
+    await driven.opened()
+    first = Path(page._file.path)
+    page.drop([("b.bin", driven.capture.content)])
+    await driven.shown("b.bin")
+    assert not first.exists()
+    # As an array it has another format, and everything else is as it was.
+    file = io.BytesIO()
+    np.save(file, driven.capture.received)
+    page.drop([("c.npy", file.getvalue())])
+    await driven.shown("c.npy")
+    assert page._opening.plan.settings.format == "npy"
+    assert driven.told == []
 
 
-def test_what_cannot_be_is_told_and_the_last_good_stays(drive, raw_capture):
-    async def work(driven):
-        page = driven.page
-        page.drop([("a.bin", raw_capture.content), ("a.yaml", raw_capture.settings)])
-        await driven.shown("a.bin")
-        for name, content, words in (
-            ("bad.npz", b"no archive", "bad.npz is not a frame file"),
-            ("bad.mat", b"no file", "bad.mat is no MATLAB file"),
-            ("empty.bin", b"", "empty.bin is empty"),
-            ("bad.json", b"{", "bad.json is no JSON"),
-            ("bad.yaml", b"\xff\xfe\xff", "bad.yaml is no text"),
-        ):
-            page.drop([(name, content)])
-            assert words in driven.told[-1]
-        page.drop([("a.bin", b"12"), ("b.bin", b"12")])
-        assert "2 files were dropped" in driven.told[-1]
-        page.drop_response([("response.npz", b"no archive")])
-        assert "response.npz is not" in driven.told[-1]
-        assert Path(page._file.path).read_bytes() == raw_capture.content
-        page.form.text.value += "slope: 3\n"
-        assert driven.told[-1].startswith("'slope' is no setting; did you mean ")
-        assert "did you mean" in page.view.facts.object
-        assert "a.bin" in page.view.facts.object
-        page.drop([("radar.yaml", raw_capture.text(num_samples="100"))])
-        await driven.told_of("no whole number of ramps")
-        assert page.form.live.disabled
-        page.drop([("radar.yaml", raw_capture.settings)])
-        await until(lambda: page._opening is not None)
-        assert not page.form.live.disabled
-        assert not page.form.text.error_state
-
-    drive(work)
+@on_a_page
+async def test_what_cannot_be_is_told_and_the_last_good_stays(driven):
+    page = driven.page
+    await driven.opened()
+    for name, content, words in (
+        ("bad.npz", b"no archive", "bad.npz is not a frame file"),
+        ("bad.mat", b"no file", "bad.mat is no MATLAB file"),
+        ("empty.bin", b"", "empty.bin is empty"),
+        ("bad.json", b"{", "bad.json is no JSON"),
+        ("bad.yaml", b"\xff\xfe\xff", "bad.yaml is no text"),
+    ):
+        page.drop([(name, content)])
+        assert words in driven.told[-1]
+    page.drop([("a.bin", b"12"), ("b.bin", b"12")])
+    assert "2 files were dropped" in driven.told[-1]
+    page.drop_response([("response.npz", b"no archive")])
+    assert "response.npz is not" in driven.told[-1]
+    assert Path(page._file.path).read_bytes() == driven.capture.content
+    page.form.text.value += "slope: 3\n"
+    assert driven.told[-1].startswith("'slope' is no setting; did you mean ")
+    assert "did you mean" in page.view.facts.object
+    assert "a.bin" in page.view.facts.object
+    page.drop([("radar.yaml", driven.capture.text(num_samples="100"))])
+    await driven.told_of("no whole number of ramps")
+    assert page.form.live.disabled
+    page.drop([("radar.yaml", driven.capture.settings)])
+    await until(lambda: page._opening is not None)
+    assert not page.form.live.disabled
+    assert not page.form.text.error_state
 
 
-def test_a_clean_recording_is_shown_beside_until_it_does_not_fit(drive, raw_capture):
-    async def work(driven):
-        page = driven.page
-        page.drop([("a.bin", raw_capture.content), ("a.yaml", raw_capture.settings)])
-        page.drop_reference([("clean.bin", raw_capture.content)])
-        await until(lambda: page._opening and page._opening.reference_maps)
-        assert page.view._reference.visible
-        page.drop_reference([("short.bin", raw_capture.content[: len(raw_capture.content) // 2])])
-        await driven.told_of("short.bin has 8 ramps")
-        assert page._reference is None
-        page.form.clutter.value = True
-        await until(lambda: page._opening.plan.removes_clutter)
-        assert not page.view._reference.visible
-
-    drive(work)
+@on_a_page
+async def test_a_clean_recording_is_shown_beside_until_it_does_not_fit(driven):
+    page = driven.page
+    page.drop([("a.bin", driven.capture.content), ("a.yaml", driven.capture.settings)])
+    page.drop_reference([("clean.bin", driven.capture.content)])
+    await until(lambda: page._opening and page._opening.reference_maps)
+    assert page.view._reference.visible
+    page.drop_reference([("short.bin", driven.capture.content[: len(driven.capture.content) // 2])])
+    await driven.told_of("short.bin has 8 ramps")
+    assert page._reference is None
+    page.form.clutter.value = True
+    await until(lambda: page._opening.plan.removes_clutter)
+    assert not page.view._reference.visible
 
 
-def test_the_frame_is_stored_to_the_live_view_and_saved(drive, raw_capture):
-    async def work(driven):
-        page = driven.page
-        page.drop([("a.bin", raw_capture.content), ("a.yaml", raw_capture.settings)])
-        await driven.shown("a.bin")
-        page.form.live.clicks += 1
-        await until(lambda: page._link.source.data["place"][0])
-        start, word = page._link.source.data["place"][0].split(f"{FRAME_KEY}=")
-        assert start == "./?"
-        stored = page._context.commons.frames.find(word)
-        frame = read_frame(io.BytesIO(stored.content), name=stored.name)
-        assert (frame.name, frame.beat_sign, frame.radar.shape) == ("a-frame.npz", -1, (16, 128))
-        page.form.save.clicks += 1
-        await until(lambda: page._download.source.data["name"] == ["a-frame.npz"])
-        assert driven.told == []
-
-    drive(work)
+@on_a_page
+async def test_the_frame_is_stored_to_the_live_view_and_saved(driven):
+    page = driven.page
+    await driven.opened()
+    page.form.live.clicks += 1
+    await until(lambda: page._link.source.data["place"][0])
+    start, word = page._link.source.data["place"][0].split(f"{FRAME_KEY}=")
+    assert start == "./?"
+    stored = page._context.commons.frames.find(word)
+    frame = read_frame(io.BytesIO(stored.content), name=stored.name)
+    assert (frame.name, frame.beat_sign, frame.radar.shape) == ("a-frame.npz", -1, (16, 128))
+    page.form.save.clicks += 1
+    await until(lambda: page._download.source.data["name"] == ["a-frame.npz"])
+    assert driven.told == []

@@ -5,12 +5,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
-from vsep_app.report.animation import (
-    LAST_MS,
-    animation_palette,
-    shown_iterations,
-    write_animation,
-)
+from vsep_app.report.animation import LAST_MS, animation_palette, shown_iterations, write_animation
 from vsep_app.report.metadata import read_provenance
 from vsep_app.report.names import ffmpeg_program, require_animation_name
 from vsep_app.report.run import provenance

@@ -15,11 +15,7 @@ LINK = "fig-3/6/0/object-only/1/robust"
 def test_a_link_brings_scene_ramp_and_iteration():
     url = "http://127.0.0.1:5006/?preset=simulation-2-a&sir=-30&ramp=4&iteration=3&fast_time=real"
     spec = of_link(url)
-    assert (spec.plan.preset, spec.plan.sir_db, spec.plan.snr_db) == (
-        "simulation-2-a",
-        -30.0,
-        60.0,
-    )
+    assert (spec.plan.preset, spec.plan.sir_db, spec.plan.snr_db) == ("simulation-2-a", -30.0, 60.0)
     assert (spec.ramp, spec.iteration, spec.fast_time) == (4, 3, "real")
 
 

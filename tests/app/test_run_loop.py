@@ -43,9 +43,7 @@ def _advance(opening, state):
 
 def _compose(snapshot):
     return SimpleNamespace(
-        run_number=snapshot.run_number,
-        iteration=len(snapshot.steps),
-        plan=snapshot.opening.plan,
+        run_number=snapshot.run_number, iteration=len(snapshot.steps), plan=snapshot.opening.plan
     )
 
 

@@ -1,6 +1,5 @@
 import asyncio
 import csv
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from vsep_app.model.trial_link import open_trial
@@ -11,6 +10,7 @@ from vsep_app.pages.separability.page import SeparabilityPage, progress_text
 from vsep_app.pages.separability.session import Progress, Snapshot
 from vsep_app.pages.separability.url import read_map_spec, write_map_spec
 
+from tests.app.conftest import until
 from vsep.separability import cells
 from vsep.separability.axes import AXES
 from vsep.studies.trial import run_trial
@@ -38,25 +38,10 @@ def quick_engine(monkeypatch):
     separability_session.shared_map_cache.cache_clear()
 
 
-@pytest.fixture
-def pool():
-    """The workers of all sessions."""
-    with ThreadPoolExecutor(max_workers=1) as workers:
-        yield workers
-
-
 def new_page(pool, query):
     return SeparabilityPage(
         PageContext(pool=pool, query=query, post=lambda function: function(), watched=lambda: True)
     )
-
-
-async def until(condition):
-    for _ in range(1000):
-        if condition():
-            return
-        await asyncio.sleep(0.02)
-    pytest.fail("waited in vain")
 
 
 def test_the_map_is_drawn_and_its_trials_fill_it(pool, told):

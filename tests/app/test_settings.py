@@ -3,13 +3,7 @@ import pickle
 
 import pytest
 from vsep_app.jobs.tasks import recorded_frame
-from vsep_app.model.settings import (
-    LOADED_FRAME,
-    PLAN_NAMES,
-    VIEW_NAMES,
-    Settings,
-    preset_values,
-)
+from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings, preset_values
 from vsep_app.model.url import QUERY_NAMES, parse_query
 
 from vsep.presets.registry import PRESET_NAMES, PRESETS

@@ -10,6 +10,7 @@ from vsep_app.pages.studies.page import StudyPage, compose
 from vsep_app.pages.studies.scatter import ScatterChoice
 from vsep_app.pages.studies.session import StudyPhase
 
+from tests.app.conftest import until
 from vsep.files.results import as_json
 from vsep.studies.trial import run_trial
 
@@ -46,14 +47,6 @@ def new_page():
 
 def as_file(rows):
     return "".join(as_json(row) + "\n" for row in rows).encode()
-
-
-async def until(condition):
-    for _ in range(1000):
-        if condition():
-            return
-        await asyncio.sleep(0.02)
-    pytest.fail("waited in vain")
 
 
 def test_the_picture_has_the_curves_and_the_dots(study_rows):

@@ -3,14 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vsep_app.jobs.tasks import (
-    advance,
-    compose,
-    make_filter,
-    prepare,
-    recorded_frame,
-    thin,
-)
+from vsep_app.jobs.tasks import advance, compose, make_filter, prepare, recorded_frame, thin
 from vsep_app.model.settings import LOADED_FRAME, Settings, preset_values
 from vsep_app.views.tables import table_html
 

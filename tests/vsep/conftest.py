@@ -1,4 +1,4 @@
-"""Rows of a study as tests of several modules need them."""
+"""Rows and trials of a study as tests of several modules need them."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from vsep._version import __version__
-from vsep.studies.study import Point
+from vsep.studies.study import Point, Trial, TrialSettings
 
 FrameRow = Callable[..., dict[str, Any]]
 ROOT_CRLB = 1e-4
@@ -43,6 +43,28 @@ def _row(realization=0, method="factorised", errors=(1e-4,), **changes):
         "version": __version__,
     }
     return values | changes
+
+
+def central_differences(value, steps):
+    """Derivatives of a function of two variables at zero."""
+    first, second = steps
+    return [
+        (value(first, 0.0) - value(-first, 0.0)) / (2 * first),
+        (value(0.0, second) - value(0.0, -second)) / (2 * second),
+    ]
+
+
+def small_trial(point_index, methods, realization=0, **changes):
+    """A trial of a study named test; Simulation I at SNR 30 dB and SIR -20 dB by default."""
+    values = {"panel": "a", "scene": "simulation-1", "snr_db": 30.0, "sir_db": -20.0} | changes
+    return Trial(
+        study="test",
+        point_index=point_index,
+        point=Point(**values),
+        realization=realization,
+        methods=methods,
+        settings=TrialSettings(),
+    )
 
 
 @pytest.fixture(scope="session")

@@ -54,6 +54,22 @@ def gap_scene(seed, **options):
     return next(gap_sequence(seed, **options))
 
 
+def advanced(solver, operator, measured, iterations):
+    """Return the state of a sparse solver after some steps."""
+    state = solver.init(operator, measured)
+    for _ in range(iterations):
+        state = solver.step(operator, measured, state)
+    return state
+
+
+def pylops_matrix(matrix):
+    """Return an explicit operator as PyLops takes it."""
+    import pylops
+
+    columns = np.array([matrix.forward(unit) for unit in np.eye(matrix.num_cells)]).T
+    return pylops.MatrixMult(columns, dtype="complex128")
+
+
 def sparse_problem(seed, *, shape=(8, 16), share=0.3, noise=0.01, occupied=4):
     """Clean samples of a few occupied cells on the grid: (frame, mask, spectrum)."""
     rng = np.random.default_rng(seed)

@@ -328,26 +328,14 @@ def test_object_only_takes_several_antennas():
 
 
 @pytest.mark.parametrize("name", ["joint", "masked"])
-def test_other_estimators_take_one_antenna(name):
-    model = SignalModel(
-        num_ramps=2,
-        num_samples=8,
-        sample_rate_hz=1e6,
-        anti_aliasing_filter=NoFilter(),
-        num_antennas=2,
-    )
+def test_other_estimators_take_one_antenna(name, small_radar):
+    model = SignalModel.of_radar(small_radar, NoFilter(), 2)
     with pytest.raises(InputError, match=f"{name} estimator is given 2 antennas; it takes 1"):
         make_estimator(name, model)
 
 
-def test_a_frame_of_other_antennas_is_refused():
-    model = SignalModel(
-        num_ramps=2,
-        num_samples=8,
-        sample_rate_hz=1e6,
-        anti_aliasing_filter=NoFilter(),
-        num_antennas=3,
-    )
-    with pytest.raises(InputError, match=r"shape \(2, 2, 8\); it must be \(3, 2, 8\)"):
-        model.check(np.ones((2, 2, 8)))
-    assert model.check(np.ones((3, 2, 8))).shape == (6, 8)
+def test_a_frame_of_other_antennas_is_refused(small_radar):
+    model = SignalModel.of_radar(small_radar, NoFilter(), 3)
+    with pytest.raises(InputError, match=r"shape \(2, 4, 32\); it must be \(3, 4, 32\)"):
+        model.check(np.ones((2, 4, 32)))
+    assert model.check(np.ones((3, 4, 32))).shape == (12, 32)

@@ -1,21 +1,14 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
+from tests.vsep.conftest import small_trial
 from vsep import ButterworthFilter, InputError, RaisedCosineFilter, simulate_preset
-from vsep.studies.study import Point, Trial, TrialSettings
+from vsep.studies.study import Point
 from vsep.studies.trial_scenario import preset_name, simulate_trial
 
-
-def trial(realization=0, **changes):
-    values = {"panel": "a", "scene": "simulation-1", "snr_db": 30.0, "sir_db": -20.0} | changes
-    return Trial(
-        study="test",
-        point_index=3,
-        point=Point(**values),
-        realization=realization,
-        methods=("factorised",),
-        settings=TrialSettings(),
-    )
+trial = partial(small_trial, 3, ("factorised",))
 
 
 def noise_of(observation):

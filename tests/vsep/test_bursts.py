@@ -15,7 +15,7 @@ from vsep.signal.bursts import (
     true_bursts,
 )
 from vsep.signal.filters import ButterworthFilter, NoFilter, RaisedCosineFilter
-from vsep.signal.radar import ChirpSequence, InterfererSequence
+from vsep.signal.radar import InterfererSequence
 from vsep.signal.scene import Channel, Interferer
 
 RADAR = preset_radar("simulation-2-a")
@@ -90,13 +90,8 @@ def test_multiplicative_burst_by_the_formulas_of_the_paper():
 def test_convolution_equals_the_integral_over_the_impulse_response(with_edges):
     radar = preset_radar("simulation-1")
     duration = 14.003e-6
-    sequence = InterfererSequence(
-        start_frequency_hz=79.01e9,
-        slope_hz_per_s=9.2e12,
-        ramp_duration_s=duration,
-        ramp_period_s=50e-6,
-        num_ramps=1,
-    )
+    course = interferer_sequence("simulation-1")
+    sequence = dataclasses.replace(course, ramp_duration_s=duration, ramp_period_s=50e-6)
     anti_aliasing_filter = ButterworthFilter(cutoff_hz=2.55e6, order=2)
     signal = convolved_bursts(radar, direct(sequence), anti_aliasing_filter, with_edges=with_edges)
     corner = 2 * np.pi * 2.55e6 / 3**0.25
@@ -126,10 +121,7 @@ def test_delayed_path_crosses_later_in_the_convolution():
     sequence = interferer_sequence("simulation-2-b")
     late = interferer_sequence("simulation-2-b", time_offset_s=delay)
     delayed = convolved_bursts(
-        RADAR,
-        Interferer(sequence=sequence, channel=paths((delay,))),
-        FILTER,
-        with_edges=False,
+        RADAR, Interferer(sequence=sequence, channel=paths((delay,))), FILTER, with_edges=False
     )
     moved = convolved_bursts(RADAR, direct(late), FILTER, with_edges=False)
     assert error_db(delayed, moved * np.exp(-1j * np.pi * slope * delay**2)) <= -90.0
@@ -201,22 +193,9 @@ def test_bursts_of_the_presets_lie_in_the_ramps_of_table_1(name, ramps):
 
 
 def test_passages_equal_a_search_over_all_pairs():
-    radar = ChirpSequence(
-        start_frequency_hz=79e9,
-        slope_hz_per_s=1e13,
-        sample_rate_hz=5.1e6,
-        ramp_period_s=31e-6,
-        num_samples=128,
-        num_ramps=9,
-    )
-    sequence = InterfererSequence(
-        start_frequency_hz=79e9,
-        slope_hz_per_s=7e12,
-        ramp_duration_s=9e-6,
-        ramp_period_s=11e-6,
-        num_ramps=17,
-        time_offset_s=23e-6,
-    )
+    radar = dataclasses.replace(RADAR, ramp_period_s=31e-6, num_ramps=9)
+    timing = {"ramp_duration_s": 9e-6, "ramp_period_s": 11e-6, "time_offset_s": 23e-6}
+    sequence = parallel(0.0, slope_hz_per_s=7e12, num_ramps=17, **timing)
     passages = overlapping_passages(radar, sequence)
     expected = [
         (ramp, other)
@@ -270,14 +249,7 @@ def test_two_crossings_of_one_ramp_add():
 def test_absurd_ramp_period_is_refused():
     with pytest.raises(InputError, match="ramp_period_s is 1e-09"):
         overlapping_passages(
-            ChirpSequence(
-                start_frequency_hz=79e9,
-                slope_hz_per_s=1e13,
-                sample_rate_hz=1e3,
-                ramp_period_s=1.0,
-                num_samples=512,
-                num_ramps=16,
-            ),
+            dataclasses.replace(RADAR, sample_rate_hz=1e3, ramp_period_s=1.0, num_samples=512),
             parallel(0.0, ramp_duration_s=1e-9, ramp_period_s=1e-9),
         )
 

@@ -1,10 +1,13 @@
 """From whole recordings to the receiver's response, simulated and real."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.vsep.recording_bench import (
     INTERFERED,
+    RADAR,
     RATE,
     SLOPE,
     car_of,
@@ -13,11 +16,11 @@ from tests.vsep.recording_bench import (
     separated,
 )
 from vsep.calibration.calibrate import calibrate
-from vsep.calibration.reproduction import reproduction_errors
+from vsep.calibration.response_estimate import reproduction_errors
 from vsep.errors import InputError
 from vsep.signal.clutter import static_clutter
 from vsep.signal.filters import ButterworthFilter
-from vsep.signal.radar import ChirpSequence, InterfererSequence
+from vsep.signal.radar import InterfererSequence
 from vsep.signal.receiver_response import ReceiverResponse
 from vsep.signal.scene import Channel, Interferer
 from vsep.signal.simulate import add_interference
@@ -31,14 +34,8 @@ def simulated_recording():
     The slope difference is -1e13 Hz/s, one burst in every ramp but a few.
     """
     rng = np.random.default_rng(5)
-    radar = ChirpSequence(
-        start_frequency_hz=77e9,
-        slope_hz_per_s=30e12,
-        sample_rate_hz=SIMULATED_RATE,
-        ramp_period_s=30e-6,
-        num_samples=256,
-        num_ramps=24,
-    )
+    values = {"slope_hz_per_s": 30e12, "sample_rate_hz": SIMULATED_RATE, "ramp_period_s": 30e-6}
+    radar = replace(RADAR, num_samples=256, num_ramps=24, **values)
     n, p = np.arange(256), np.arange(24)[:, None]
     frame = np.exp(-2j * np.pi * (0.11 * n + 0.21 * p)) + np.exp(-2j * np.pi * 0.07 * n)
     frame = frame + 0.1 * (rng.normal(size=(24, 256)) + 1j * rng.normal(size=(24, 256)))

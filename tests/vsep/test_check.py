@@ -20,6 +20,7 @@ from vsep.mitigation.entry import MitigationEntry
 from vsep.mitigation.method import MitigationState
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.signal.filters import NoFilter
+from vsep.signal.radar import ChirpSequence
 from vsep.signal.template import SignalModel
 
 
@@ -40,14 +41,10 @@ def test_the_frame_of_the_check_holds_what_an_estimator_works_on() -> None:
     assert [burst.ramp for burst in state.bursts] == [1, 4, 7]
 
 
-def test_an_estimator_for_several_antennas_is_checked_with_its_own_model() -> None:
-    model = SignalModel(
-        num_ramps=4,
-        num_samples=32,
-        sample_rate_hz=1e6,
-        anti_aliasing_filter=NoFilter(),
-        num_antennas=2,
-    )
+def test_an_estimator_for_several_antennas_is_checked_with_its_own_model(
+    small_radar: ChirpSequence,
+) -> None:
+    model = SignalModel.of_radar(small_radar, NoFilter(), 2)
     check_estimator(ObjectOnlySeparator(model=model))
 
 

@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, burst, dense_channel, noise
+from tests.vsep.conftest import central_differences
 from vsep.inference.bursts.channel import channel_posterior
-from vsep.inference.bursts.chirp_refinement import (
-    ChannelCosts,
-    place_chirps,
-    refine_chirps,
-)
+from vsep.inference.bursts.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
 from vsep.kernels.channel import Channel
 from vsep.kernels.gauss_newton import RIDGE, newton_step
 from vsep.kernels.ramps import FlatRamps
@@ -66,11 +63,7 @@ def test_gradient_equals_finite_differences():
         FIRST, template[None], derivatives[None]
     )
     assert value == pytest.approx(cost(0.0, 0.0), rel=1e-12)
-    steps = (1e-6, 1e-8)
-    differences = [
-        (cost(steps[0], 0.0) - cost(-steps[0], 0.0)) / (2 * steps[0]),
-        (cost(0.0, steps[1]) - cost(0.0, -steps[1])) / (2 * steps[1]),
-    ]
+    differences = central_differences(cost, (1e-6, 1e-8))
     # Rounding of a cost near 1e4 over the step and the third derivative both stay below 1e-5.
     np.testing.assert_allclose(gradient, differences, rtol=1e-4)
     assert np.all(np.linalg.eigvalsh(curvature) > 0)

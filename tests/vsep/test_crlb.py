@@ -36,10 +36,7 @@ def mean_signal(parameters, truth, model, bursts):
     """Model (9) as a function of all its real unknowns, written out once more."""
     num_objects = len(truth.beats)
     parts = np.split(parameters[: 4 * num_objects], 4)
-    factors = (
-        line_factors(parts[0], model.num_samples),
-        line_factors(parts[1], model.num_ramps),
-    )
+    factors = (line_factors(parts[0], model.num_samples), line_factors(parts[1], model.num_ramps))
     signal = synthesize(parts[2] + 1j * parts[3], *factors)
     position = 4 * num_objects
     moved = []

@@ -4,7 +4,7 @@ import numpy as np
 import pylops
 import pytest
 
-from tests.vsep.sparse_bench import sparse_problem
+from tests.vsep.sparse_bench import advanced, pylops_matrix, sparse_problem
 from vsep.mitigation.sparse.fista import Fista, objective
 from vsep.mitigation.sparse.operators import ExplicitMatrix, MaskedFft
 
@@ -17,23 +17,15 @@ def problem():
     return frame, mask
 
 
-def advanced(solver, operator, measured, iterations):
-    state = solver.init(operator, measured)
-    for _ in range(iterations):
-        state = solver.step(operator, measured, state)
-    return state.spectrum
-
-
 def test_the_objective_is_that_of_pylops_after_100_iterations(problem):
     frame, mask = problem
     operator = MaskedFft(mask, np.complex128)
     measured = operator.measured(frame)
-    spectrum = advanced(Fista(penalty=PENALTY), operator, measured, 100)
+    spectrum = advanced(Fista(penalty=PENALTY), operator, measured, 100).spectrum
     matrix = ExplicitMatrix(mask, np.complex128)
-    columns = np.array([matrix.forward(unit) for unit in np.eye(mask.size)]).T
     # PyLops minimises ||y - A x||^2 + eps ||x||_1, twice our objective for eps = 2 nu.
     theirs, _, _ = pylops.optimization.sparsity.fista(
-        pylops.MatrixMult(columns, dtype="complex128"),
+        pylops_matrix(matrix),
         frame[~mask],
         niter=100,
         eps=2.0 * PENALTY,
@@ -50,7 +42,7 @@ def test_the_minimum_meets_its_optimality_condition(problem):
     frame, mask = problem
     operator = MaskedFft(mask, np.complex128)
     measured = operator.measured(frame)
-    spectrum = advanced(Fista(penalty=PENALTY), operator, measured, 2000)
+    spectrum = advanced(Fista(penalty=PENALTY), operator, measured, 2000).spectrum
     gradient = operator.adjoint(measured - operator.forward(spectrum))
     # |A^H r| is nu where x is not zero, in its phase, and at most nu elsewhere. After 2000
     # iterations some 1e-15 is left.

@@ -19,10 +19,7 @@ def test_truth_comes_from_the_files_mask_before_that_of_the_simulation(simulated
     own = np.zeros(simulated.radar.shape, dtype=bool)
     own[3] = True
     given = Frame(
-        received=simulated.received,
-        radar=simulated.radar,
-        truth=simulated.truth,
-        truth_mask=own,
+        received=simulated.received, radar=simulated.radar, truth=simulated.truth, truth_mask=own
     )
     np.testing.assert_array_equal(frame_mask(given, "truth"), own)
 

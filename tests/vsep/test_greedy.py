@@ -4,16 +4,9 @@ import numpy as np
 import pylops
 import pytest
 
-from tests.vsep.sparse_bench import sparse_problem
+from tests.vsep.sparse_bench import advanced, pylops_matrix, sparse_problem
 from vsep.mitigation.sparse.greedy import Cosamp, Omp
 from vsep.mitigation.sparse.operators import DOMAINS, ExplicitMatrix, MaskedFft, make_operator
-
-
-def advanced(solver, operator, measured, iterations):
-    state = solver.init(operator, measured)
-    for _ in range(iterations):
-        state = solver.step(operator, measured, state)
-    return state
 
 
 @pytest.mark.parametrize("domain", DOMAINS)
@@ -25,10 +18,8 @@ def test_omp_is_that_of_pylops(domain):
     state = advanced(solver, operator, operator.measured(frame), 10)
     assert len(state.cells) == 9
     assert state.may_stop
-    matrix = ExplicitMatrix(mask, np.complex128)
-    columns = np.array([matrix.forward(unit) for unit in np.eye(mask.size)]).T
     theirs, _, _ = pylops.optimization.sparsity.omp(
-        pylops.MatrixMult(columns, dtype="complex128"),
+        pylops_matrix(ExplicitMatrix(mask, np.complex128)),
         frame[~mask],
         niter_outer=9,
         niter_inner=200,

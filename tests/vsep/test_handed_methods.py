@@ -87,10 +87,7 @@ def test_the_threshold_of_a_point_reaches_a_class_and_not_what_is_fixed():
         (
             Mine(
                 model=SignalModel(
-                    num_ramps=1,
-                    num_samples=8,
-                    sample_rate_hz=1e6,
-                    anti_aliasing_filter=NoFilter(),
+                    num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
                 )
             ),
             "Mine is handed over for one frame size; give its class",

@@ -42,23 +42,27 @@ def search(work, received, weakest_share=0.0):
     BurstSearch(work, received, NOISE_PRECISION, weakest_share=weakest_share).run()
 
 
+def searched(**burst):
+    """A frame, the burst in it, and a workspace after one search for bursts."""
+    received, burst_signal = frame(**burst)
+    work = workspace()
+    search(work, received)
+    return received, burst_signal, work
+
+
 def kinds(work):
     return [event.kind for event in work.events]
 
 
 def test_burst_is_started_in_its_ramp_only():
-    received, _ = frame()
-    work = workspace()
-    search(work, received)
+    _, _, work = searched()
     assert list(work.ramps) == [1]
     assert kinds(work) == [EventKind.CHIRP_STARTED]
     assert work.events[0].ramp == 1
 
 
 def test_iterated_updates_cancel_the_burst_to_the_noise():
-    received, burst = frame()
-    work = workspace()
-    search(work, received)
+    received, burst, work = searched()
     for _ in range(8):
         work.update(received, NOISE_PRECISION)
     error = np.sum(np.abs(work.signal[1] - burst) ** 2) * NOISE_PRECISION
@@ -71,9 +75,7 @@ def test_iterated_updates_cancel_the_burst_to_the_noise():
 
 
 def test_added_component_is_the_best_passive_one_of_the_dense_formulas():
-    received, _ = frame()
-    work = workspace()
-    search(work, received)
+    received, _, work = searched()
     ramp = work.ramps[1]
     template = ramp.templates[0]
     turns = np.outer(np.arange(NUM_SAMPLES), np.arange(MODEL.num_grid_bins))
@@ -100,9 +102,7 @@ def test_added_component_is_the_best_passive_one_of_the_dense_formulas():
 
 
 def test_a_modelled_burst_that_is_not_in_the_data_is_dropped():
-    received, _ = frame()
-    work = workspace()
-    search(work, received)
+    received, _, work = searched()
     work.update(received, NOISE_PRECISION)
     clean = workspace(bursts=work.frozen_bursts())
     empty, _ = frame(weights=(0.0, 0.0))
@@ -112,9 +112,7 @@ def test_a_modelled_burst_that_is_not_in_the_data_is_dropped():
 
 
 def test_a_burst_modelled_in_the_wrong_place_is_restarted():
-    received, _ = frame(centre=40.0)
-    work = workspace()
-    search(work, received)
+    received, _, work = searched(centre=40.0)
     work.update(received, NOISE_PRECISION)
     moved = workspace(bursts=work.frozen_bursts())
     elsewhere, _ = frame(centre=90.0)
@@ -125,9 +123,7 @@ def test_a_burst_modelled_in_the_wrong_place_is_restarted():
 
 
 def test_a_well_modelled_burst_is_left_alone_by_the_search():
-    received, _ = frame()
-    work = workspace()
-    search(work, received)
+    received, _, work = searched()
     for _ in range(4):
         work.update(received, NOISE_PRECISION)
     again = workspace(bursts=work.frozen_bursts())
@@ -156,9 +152,7 @@ def test_two_crossing_bursts_in_a_ramp_are_both_cancelled_to_the_noise():
 
 
 def test_what_the_fit_has_not_reached_yet_starts_no_further_burst():
-    received, _ = frame()
-    work = workspace()
-    search(work, received)
+    received, _, work = searched()
     # One component of the two-path channel: the rest is 8 dB below, and chirp-shaped.
     search(work, received, weakest_share=0.5)
     assert len(work.ramps[1].chirps) == 1

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.vsep.conftest import central_differences
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.run import run
 from vsep.inference.core.schedule import ROBUST
@@ -89,11 +90,7 @@ def test_chirp_gradient_of_the_joint_evidence_equals_finite_differences(settled)
 
     template, derivatives = model.template_jet(start, slope, reference)
     _, (gradient,), (curvature,) = cost.slopes(np.zeros(1, int), template[None], derivatives[None])
-    steps = (1e-6, 1e-8)
-    differences = [
-        (value(steps[0], 0.0) - value(-steps[0], 0.0)) / (2 * steps[0]),
-        (value(0.0, steps[1]) - value(0.0, -steps[1])) / (2 * steps[1]),
-    ]
+    differences = central_differences(value, (1e-6, 1e-8))
     np.testing.assert_allclose(gradient, differences, rtol=1e-3)
     assert np.all(np.linalg.eigvalsh(curvature) > 0)
 

@@ -73,8 +73,7 @@ def test_only_repaired_frames_have_fewer_iterations():
 
 
 @pytest.mark.parametrize(
-    ("names", "message"),
-    [(("magic",), "magic"), ((), "none"), (("joint", "joint"), "once")],
+    ("names", "message"), [(("magic",), "magic"), ((), "none"), (("joint", "joint"), "once")]
 )
 def test_unknown_missing_and_repeated_methods_are_refused(names, message):
     with pytest.raises(InputError, match=message):

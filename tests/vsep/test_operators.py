@@ -92,5 +92,5 @@ def test_a_matrix_that_would_not_fit_is_refused():
 
 
 def test_an_unknown_domain_is_refused(mask):
-    with pytest.raises(InputError, match="domain is 'cube'; it must be one of masked-2d"):
+    with pytest.raises(InputError, match="domain is 'cube'; it must be masked-2d or explicit-1d"):
         make_operator("cube", mask, np.complex128)

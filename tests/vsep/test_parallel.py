@@ -1,23 +1,19 @@
 """`vsep.analysis.parallel`: an interferer of the same slope, and what is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from vsep.analysis.parallel import parallel_ramps
-from vsep.presets.scenes import simulate_preset
+from vsep.presets.scenes import preset_radar, simulate_preset
 from vsep.signal.filters import RaisedCosineFilter
-from vsep.signal.radar import ChirpSequence, InterfererSequence
+from vsep.signal.radar import InterfererSequence
 from vsep.signal.scene import Channel, Interferer, Scene
 from vsep.signal.simulate import simulate
 
-RADAR = ChirpSequence(
-    start_frequency_hz=77e9,
-    slope_hz_per_s=3e13,
-    sample_rate_hz=1e7,
-    ramp_period_s=30e-6,
-    num_samples=128,
-    num_ramps=32,
-)
+VALUES = {"start_frequency_hz": 77e9, "slope_hz_per_s": 3e13, "sample_rate_hz": 1e7}
+RADAR = replace(preset_radar("simulation-2-a"), ramp_period_s=30e-6, num_ramps=32, **VALUES)
 OBJECTS = Channel(
     delays_s=np.array([5e-8, 9e-8]),
     dopplers_hz=np.array([1e3, -8e3]),

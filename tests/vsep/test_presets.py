@@ -5,12 +5,7 @@ import pytest
 
 from vsep.errors import InputError
 from vsep.presets.registry import PRESET_NAMES
-from vsep.presets.scenes import (
-    interferer_sequence,
-    preset,
-    preset_radar,
-    simulate_preset,
-)
+from vsep.presets.scenes import interferer_sequence, preset, preset_radar, simulate_preset
 from vsep.signal.filters import ButterworthFilter
 
 SIMULATION_2 = PRESET_NAMES[1:]
@@ -180,10 +175,7 @@ def test_levels_change_neither_scene_nor_noise():
 @pytest.mark.parametrize("slope", [5e12, 9.9e12, 14e12, 30e12])
 def test_another_slope_keeps_the_first_crossing(name, slope):
     radar = preset_radar(name)
-    own, moved = (
-        interferer_sequence(name),
-        interferer_sequence(name, slope_hz_per_s=slope),
-    )
+    own, moved = (interferer_sequence(name), interferer_sequence(name, slope_hz_per_s=slope))
     crossings = [
         -(sequence.start_frequency_hz - 79e9) / (sequence.slope_hz_per_s - 1e13)
         for sequence in (own, moved)

@@ -54,10 +54,7 @@ def simulation(name, snr_db):
     return model, model.check(observation.received)
 
 
-FRAMES = {
-    "six ramps": several_ramps,
-    "Simulation I": lambda: simulation("simulation-1", 30.0),
-}
+FRAMES = {"six ramps": several_ramps, "Simulation I": lambda: simulation("simulation-1", 30.0)}
 
 
 def changed(events):

@@ -55,11 +55,7 @@ def test_a_file_keeps_the_sign_of_its_recording(tmp_path):
         ),
         ({"filter_frequency_hz": np.arange(5.0), "filter_response": np.ones(4)}, "one length"),
         (
-            {
-                "filter_frequency_hz": np.arange(5.0),
-                "filter_response": np.ones(5),
-                "beat_sign": 2,
-            },
+            {"filter_frequency_hz": np.arange(5.0), "filter_response": np.ones(5), "beat_sign": 2},
             "beat_sign is 2",
         ),
         (

@@ -86,9 +86,7 @@ def test_a_line_has_the_keys_of_the_contract(small_radar: ChirpSequence) -> None
     assert line["seconds"] == 0.125
 
 
-def test_an_object_is_given_in_normalised_and_in_physical_units(
-    small_radar: ChirpSequence,
-) -> None:
+def test_an_object_is_given_in_normalised_and_in_physical_units(small_radar: ChirpSequence) -> None:
     entry = result_line("a", example_solution(small_radar.shape, [0.2]), small_radar)["objects"][0]
     assert entry["beat"] == 0.2
     assert entry["doppler"] == 0.25
@@ -118,15 +116,8 @@ def test_a_frame_without_objects_has_an_empty_list(small_radar: ChirpSequence) -
     assert line["objects"] == []
 
 
-def test_a_single_ramp_has_no_doppler_deviation() -> None:
-    radar = ChirpSequence(
-        start_frequency_hz=79e9,
-        slope_hz_per_s=1e13,
-        sample_rate_hz=5.1e6,
-        ramp_period_s=25e-6,
-        num_samples=32,
-        num_ramps=1,
-    )
+def test_a_single_ramp_has_no_doppler_deviation(small_radar: ChirpSequence) -> None:
+    radar = replace(small_radar, num_ramps=1)
     text = as_json(result_line("a", example_solution((1, 32), [0.1]), radar))
     assert json.loads(text)["objects"][0]["doppler_std"] is None
 

@@ -19,6 +19,5 @@ def test_closing_fills_short_gaps_and_keeps_long_ones_and_ends():
 
 def test_hysteresis_keeps_weak_runs_that_hold_a_strong_sample():
     np.testing.assert_array_equal(
-        extended(flags("..x..... ........"), flags(".xxx.xx. ..xx....")),
-        flags(".xxx.... ........"),
+        extended(flags("..x..... ........"), flags(".xxx.xx. ..xx....")), flags(".xxx.... ........")
     )

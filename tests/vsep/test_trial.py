@@ -3,11 +3,12 @@ import json
 
 import pytest
 
+from tests.vsep.conftest import small_trial
 from vsep._version import __version__
 from vsep.files.results import as_json
 from vsep.inference.core.estimator import EstimatorEntry
 from vsep.studies import trial as trials
-from vsep.studies.study import Point, Trial, TrialSettings
+from vsep.studies.study import TrialSettings
 from vsep.studies.trial import failed_rows, run_trial
 from vsep.studies.trial_scenario import simulate_trial
 
@@ -30,15 +31,7 @@ METHODS = ("factorised", "object-only", "no-interference")
 
 
 def trial(realization=0, methods=METHODS, **changes):
-    values = {"panel": "a", "scene": "simulation-1", "snr_db": 30.0, "sir_db": -20.0} | changes
-    return Trial(
-        study="test",
-        point_index=1,
-        point=Point(**values),
-        realization=realization,
-        methods=methods,
-        settings=TrialSettings(),
-    )
+    return small_trial(1, methods, realization, **changes)
 
 
 def without_seconds(rows):

@@ -7,6 +7,7 @@ As a script it writes the table of `assets/docs/recordings.md`:
 
 import csv
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,19 +16,13 @@ import numpy as np
 from vsep.analysis.intervals import binomial_interval, poisson_interval
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
+from vsep.presets.scenes import preset_radar
 from vsep.signal.filters import RaisedCosineFilter
-from vsep.signal.radar import ChirpSequence
 from vsep.signal.template import SignalModel
 from vsep.two_pass import run_twice
 
-RADAR = ChirpSequence(
-    start_frequency_hz=77e9,
-    slope_hz_per_s=29e12,
-    sample_rate_hz=20e6,
-    ramp_period_s=20e-6,
-    num_samples=256,
-    num_ramps=64,
-)
+VALUES = {"slope_hz_per_s": 29e12, "sample_rate_hz": 20e6, "ramp_period_s": 20e-6}
+RADAR = replace(preset_radar("simulation-1"), start_frequency_hz=77e9, num_ramps=64, **VALUES)
 MODEL = SignalModel.of_radar(RADAR, RaisedCosineFilter(cutoff_hz=5e6, rolloff=0.25))
 STRONG_DB = 25.0  # energy of a burst over the noise power of a sample
 NEAR = 3.0  # samples within which a burst is the true one

@@ -20,18 +20,10 @@ CLIMB_STEPS = 5
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ObjectAngles:
-    """Angles of objects in degrees from broadside towards the last antenna.
+    """Angles of objects in degrees from broadside towards the last antenna."""
 
-    Attributes
-    ----------
-    angles_deg : (L,) float
-        Between -90 and 90.
-    stds_deg : (L,) float
-        Their standard deviations; infinite at the ends of the line.
-    """
-
-    angles_deg: FloatArray
-    stds_deg: FloatArray
+    angles_deg: FloatArray  #: (L,) between -90 and 90
+    stds_deg: FloatArray  #: (L,) their standard deviations; infinite at the ends of the line
 
 
 def object_angles(

@@ -19,25 +19,14 @@ from vsep.signal.template import SignalModel
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Burst:
-    """One burst with its channel.
+    """One burst with its channel."""
 
-    Attributes
-    ----------
-    ramp : int
-        In which ramp.
-    start_frequency, slope : float
-        theta, in cycles per sample and cycles per sample squared.
-    channel_frequencies : (K,) float
-        Channel lines vartheta in cycles per sample.
-    amplitudes : (K,) complex
-        beta, weights of the lines ``exp(-j 2 pi vartheta n)``.
-    """
-
-    ramp: int
+    ramp: int  #: in which ramp
+    #: theta, in cycles per sample and cycles per sample squared
     start_frequency: float
     slope: float
-    channel_frequencies: FloatArray
-    amplitudes: ComplexArray
+    channel_frequencies: FloatArray  #: (K,) channel lines vartheta in cycles per sample
+    amplitudes: ComplexArray  #: (K,) beta, weights of the lines ``exp(-j 2 pi vartheta n)``
 
     def lines(self, num_samples: int) -> ComplexArray:
         """(K, N) channel lines, not normalised."""

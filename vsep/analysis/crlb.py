@@ -102,8 +102,7 @@ def dispersion_bound(
             block[:, ramp] = _without(basis, block[:, ramp])
     deviations = _marginal_deviations(nuisance, moved) / math.sqrt(2.0 * truth.noise_precision)
     return DispersionBound(
-        beats=deviations[:num_objects],
-        dopplers=unknown if single else deviations[num_objects:],
+        beats=deviations[:num_objects], dopplers=unknown if single else deviations[num_objects:]
     )
 
 
@@ -138,8 +137,7 @@ def shared_dispersion_bound(truth: GroundTruth, model: SignalModel) -> Dispersio
     fisher = 2.0 * truth.noise_precision * together.real
     deviations = np.sqrt(np.diagonal(np.linalg.inv(fisher)))
     return DispersionBound(
-        beats=deviations[:num_objects],
-        dopplers=unknown if single else deviations[num_objects:],
+        beats=deviations[:num_objects], dopplers=unknown if single else deviations[num_objects:]
     )
 
 

@@ -25,31 +25,20 @@ DEFAULT_ORDER = 1.0
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Gospa:
-    """The metric, its three parts and the assignment behind it.
+    """The metric, its three parts and the assignment behind it."""
 
-    Attributes
-    ----------
-    value : float
-        GOSPA, in resolution cells.
-    localisation, missed, false : float
-        The three addends of ``value ** order``.
-    num_missed, num_false : int
-        Truths and estimates that stay alone.
-    true_indices, found_indices : (A,) int
-        The assigned pairs, in the order of the truths.
-    distances : (A,) float
-        Their distances, all below the cut-off.
-    """
-
-    value: float
+    value: float  #: GOSPA, in resolution cells
+    #: the three addends of ``value ** order``
     localisation: float
     missed: float
     false: float
+    #: truths and estimates that stay alone
     num_missed: int
     num_false: int
+    #: (A,) the assigned pairs, in the order of the truths
     true_indices: IntArray
     found_indices: IntArray
-    distances: FloatArray
+    distances: FloatArray  #: (A,) their distances, all below the cut-off
 
 
 def cell_distances(true: FloatArray, found: FloatArray, shape: tuple[int, int]) -> FloatArray:
@@ -97,10 +86,6 @@ def gospa(
         c, in the unit of the distances.
     order : float
         p, at least 1.
-
-    Returns
-    -------
-    Gospa
 
     Raises
     ------

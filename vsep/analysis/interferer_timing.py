@@ -39,21 +39,11 @@ CHANCE = 1e-2  # timings expected to fit as many bursts by chance
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Crossings:
-    """Crossings of zero intermediate frequency by bursts.
+    """Crossings of zero intermediate frequency by bursts."""
 
-    Parameters
-    ----------
-    ramps : (B,) int
-        The victim's ramps i.
-    samples : (B,) float
-        Crossing times t in samples after the ramp's first.
-    slopes_hz_per_s : (B,) float
-        Slope of the interferer less that of the victim.
-    """
-
-    ramps: IntArray
-    samples: FloatArray
-    slopes_hz_per_s: FloatArray
+    ramps: IntArray  #: (B,) the victim's ramps i
+    samples: FloatArray  #: (B,) crossing times t in samples after the ramp's first
+    slopes_hz_per_s: FloatArray  #: (B,) slope of the interferer less that of the victim
 
     def __post_init__(self) -> None:
         """Freeze the arrays; they must be of one length and finite."""
@@ -104,26 +94,15 @@ class Crossings:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class InterfererTiming:
-    """One interferer as the victim sees it.
+    """One interferer as the victim sees it."""
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    drift, step, first : float
-        In samples, see the module.
-    crossings : Crossings
-        The bursts that lie on it.
-    chirps : (B,) int
-        Their integers j.
-    """
-
-    radar: ChirpSequence
+    radar: ChirpSequence  #: the victim
+    #: in samples, see the module
     drift: float
     step: float
     first: float
-    crossings: Crossings
-    chirps: IntArray
+    crossings: Crossings  #: the bursts that lie on it
+    chirps: IntArray  #: (B,) their integers j
 
     @property
     def slope_hz_per_s(self) -> float:

@@ -30,26 +30,15 @@ _SEED = 20_210_531
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Interval:
-    """A measured figure with its confidence interval.
+    """A measured figure with its confidence interval."""
 
-    Attributes
-    ----------
-    value, low, high : float
-        The figure and the interval's ends; NaN if there was nothing to measure.
-    level : float
-        Confidence, 0.95 for 95 %.
-    method : str
-        How the interval was made; "none" if there is none.
-    num_samples : int
-        How many realisations went in.
-    """
-
+    #: the figure and the interval's ends; NaN if there was nothing to measure
     value: float
     low: float
     high: float
-    level: float
-    method: IntervalMethod
-    num_samples: int
+    level: float  #: confidence, 0.95 for 95 %
+    method: IntervalMethod  #: how the interval was made; "none" if there is none
+    num_samples: int  #: how many realisations went in
 
 
 def mean(samples: FloatArray) -> FloatArray:
@@ -100,10 +89,7 @@ def bootstrap_interval(
     defined = defined[np.isfinite(defined)]
     count = len(defined)
     if count < 2:
-        value = float(statistic(defined)) if count else math.nan
-        return Interval(
-            value=value, low=math.nan, high=math.nan, level=level, method="none", num_samples=count
-        )
+        return _without_ends(float(statistic(defined)) if count else math.nan, level, count)
     estimates = np.concatenate([statistic(defined[chosen]) for chosen in _resamples(count)])
     low, high = np.quantile(estimates, [0.5 * (1.0 - level), 0.5 * (1.0 + level)])
     return Interval(
@@ -114,6 +100,11 @@ def bootstrap_interval(
         method="bootstrap percentile",
         num_samples=count,
     )
+
+
+def _without_ends(value: float, level: float, count: int) -> Interval:
+    ends = {"low": math.nan, "high": math.nan}
+    return Interval(value=value, level=level, method="none", num_samples=count, **ends)
 
 
 def _resamples(count: int) -> Iterable[IndexArray]:
@@ -159,9 +150,7 @@ def binomial_interval(successes: int, trials: int, *, level: float = DEFAULT_LEV
     if not 0 <= successes <= trials:
         raise InputError(f"successes is {successes}; it must lie between 0 and {trials}.")
     if trials == 0:
-        return Interval(
-            value=math.nan, low=math.nan, high=math.nan, level=level, method="none", num_samples=0
-        )
+        return _without_ends(math.nan, level, 0)
     tail = 0.5 * (1.0 - level)
     failures = trials - successes
     low = 0.0 if successes == 0 else float(betaincinv(successes, failures + 1, tail))

@@ -17,25 +17,14 @@ from vsep.units import to_db, wrap_frequency
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class FrameErrors:
-    """Errors of one frame.
+    """Errors of one frame."""
 
-    Attributes
-    ----------
-    gospa : Gospa
-        In resolution cells.
-    found_indices : (A,) int
-        Estimates that were assigned, in the order of their truths.
-    beat_errors, doppler_errors : (A,) float
-        Estimate minus truth, normalised frequency, wrapped.
-    errors : (A,) float
-        Their Euclidean lengths.
-    """
-
-    gospa: Gospa
-    found_indices: IntArray
+    gospa: Gospa  #: in resolution cells
+    found_indices: IntArray  #: (A,) estimates that were assigned, in the order of their truths
+    #: (A,) estimate minus truth, normalised frequency, wrapped
     beat_errors: FloatArray
     doppler_errors: FloatArray
-    errors: FloatArray
+    errors: FloatArray  #: (A,) their Euclidean lengths
 
     @property
     def misses(self) -> int:
@@ -65,18 +54,10 @@ def frame_errors(
 
     Parameters
     ----------
-    true : (L, 2) float
-        Normalised beat and Doppler frequencies.
-    found : (K, 2) float
-        The same of the estimates.
-    shape : tuple of int
-        (P, N), which sets the resolution cell.
+    true, found, shape
+        As for `cell_distances`; the shape sets the resolution cell.
     cutoff, order : float
         Of GOSPA, the cut-off in resolution cells.
-
-    Returns
-    -------
-    FrameErrors
 
     Examples
     --------

@@ -20,17 +20,11 @@ from vsep.units import to_db
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Separability:
-    """Both readings of condition (27), in dB; zero is equality, above it the objects dominate.
+    """Both readings of condition (27), in dB; zero is equality, above it the objects dominate."""
 
-    Attributes
-    ----------
-    whole_db : float
-        ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||; NaN without objects or interference.
-    object_db : (L,) float
-        |alpha_l| over |phi_l^H U Psi beta|, object by object; NaN without interference.
-    """
-
+    #: ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||; NaN without objects or interference
     whole_db: float
+    #: (L,) |alpha_l| over |phi_l^H U Psi beta|, object by object; NaN without interference
     object_db: FloatArray
 
     @property

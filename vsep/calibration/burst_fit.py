@@ -20,22 +20,12 @@ HALVINGS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BurstFit:
-    """Least-squares fit of a response to one burst.
+    """Least-squares fit of a response to one burst."""
 
-    Attributes
-    ----------
-    crossing : float
-        Sample of the ramp at which the chirp crosses zero frequency.
-    slope_hz_per_s : float
-    gains : (A,) complex
-    errors : (A,) float
-        Residual energy over the energy of the window, the burst's NMSE.
-    """
-
-    crossing: float
+    crossing: float  #: sample of the ramp at which the chirp crosses zero frequency
     slope_hz_per_s: float
-    gains: ComplexArray
-    errors: FloatArray
+    gains: ComplexArray  #: (A,)
+    errors: FloatArray  #: (A,) residual energy over the energy of the window, the burst's NMSE
 
 
 def start_fit(

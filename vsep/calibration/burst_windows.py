@@ -32,43 +32,21 @@ MAX_SHARE = 0.7  # of a ramp's samples that may lie in windows: objects are fill
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Crossing:
-    """Crossing of zero frequency by a chirp.
+    """Crossing of zero frequency by a chirp."""
 
-    Attributes
-    ----------
-    ramp : int
-        In which ramp.
-    sample : float
-        At which of its samples.
-    slope_hz_per_s : float
-        Slope difference as the search found it.
-    """
-
-    ramp: int
-    sample: float
-    slope_hz_per_s: float
+    ramp: int  #: in which ramp
+    sample: float  #: at which of its samples
+    slope_hz_per_s: float  #: slope difference as the search found it
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class BurstWindow:
-    """The samples around one burst, without objects.
+    """The samples around one burst, without objects."""
 
-    Attributes
-    ----------
-    ramp : int
-        Where it was cut out.
-    crossing : float
-        Sample of the ramp at which the burst crosses zero frequency, roughly.
-    first : int
-        Sample of the ramp at which the window begins.
-    signals : (A, M) complex
-        One row an antenna.
-    """
-
-    ramp: int
-    crossing: float
-    first: int
-    signals: ComplexArray
+    ramp: int  #: where it was cut out
+    crossing: float  #: sample of the ramp at which the burst crosses zero frequency, roughly
+    first: int  #: sample of the ramp at which the window begins
+    signals: ComplexArray  #: (A, M) one row an antenna
 
     def of_antenna(self, antenna: int) -> "BurstWindow":
         """Return the burst as one antenna received it."""
@@ -78,17 +56,8 @@ class BurstWindow:
 def find_crossings(moving: ComplexArray, sample_rate_hz: float) -> tuple[Crossing, ...]:
     """Find the strong bursts of one antenna.
 
-    Parameters
-    ----------
-    moving : (P, N) complex
-        Without what stands still, in the paper's sign.
-    sample_rate_hz : float
-        f_s.
-
-    Returns
-    -------
-    tuple of Crossing
-        Ordered by ramp; their slopes may differ.
+    `moving` (P, N): without what stands still, in the paper's sign; `sample_rate_hz`: f_s. They are
+    ordered by ramp; their slopes may differ.
     """
     model = SignalModel(
         num_ramps=moving.shape[0],
@@ -121,14 +90,7 @@ def find_crossings(moving: ComplexArray, sample_rate_hz: float) -> tuple[Crossin
 def window_span(crossing: float, slope: float, num_samples: int) -> tuple[int, int]:
     """First sample of a burst's window, and the one after its last.
 
-    Parameters
-    ----------
-    crossing : float
-        In samples.
-    slope : float
-        Cycles per sample squared.
-    num_samples : int
-        N.
+    `crossing`: in samples; `slope`: cycles per sample squared; `num_samples`: N.
 
     Examples
     --------
@@ -146,24 +108,10 @@ def cut_bursts(
 ) -> tuple[BurstWindow, ...]:
     """Cut the windows of bursts out of a recording, without objects.
 
-    Parameters
-    ----------
-    received : (A, P, N) complex
-        In the paper's sign.
-    crossings : sequence of Crossing
-        Of all bursts: samples under any of them are not trusted for the objects.
-    slope : float
-        Slope difference in cycles per sample squared.
-
-    Returns
-    -------
-    tuple of BurstWindow
-        Without bursts whose window another one's overlaps, and without those half outside.
-
-    Raises
-    ------
-    InputError
-        If the windows leave too few samples of the ramps to tell the objects from.
+    `received` (A, P, N): in the paper's sign; `crossings`: of all bursts, as samples under any of
+    them are not trusted for the objects; `slope`: slope difference in cycles per sample squared.
+    Bursts whose window another one's overlaps are left out, and those half outside. Raises
+    `InputError` if the windows leave too few samples of the ramps to tell the objects from.
     """
     num_ramps, num_samples = received.shape[1:]
     spans = [window_span(each.sample, slope, num_samples) for each in crossings]

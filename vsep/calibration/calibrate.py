@@ -26,27 +26,15 @@ SLOPE_ROUNDS = 3  # corrections of a slope difference that was not given; two se
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Calibration:
-    """Result of a calibration from recordings.
+    """Result of a calibration from recordings."""
 
-    Attributes
-    ----------
-    estimate : ResponseEstimate
-        The response, and how it fits every burst.
-    windows : tuple of BurstWindow
-        The bursts.
-    parametric : ParametricResponse
-        Stand-in of the response.
-    """
-
-    estimate: ResponseEstimate
-    windows: tuple[BurstWindow, ...]
-    parametric: ParametricResponse
+    estimate: ResponseEstimate  #: the response, and how it fits every burst
+    windows: tuple[BurstWindow, ...]  #: the bursts
+    parametric: ParametricResponse  #: stand-in of the response
 
 
 def calibrate(
-    recordings: Sequence[ComplexArray],
-    sample_rate_hz: float,
-    slope_hz_per_s: float | None = None,
+    recordings: Sequence[ComplexArray], sample_rate_hz: float, slope_hz_per_s: float | None = None
 ) -> Calibration:
     """Estimate the complex response of a receiver from the bursts of recordings.
 

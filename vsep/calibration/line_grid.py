@@ -23,18 +23,10 @@ BAND = 0.8  # the lines reach up to this share of the sample rate on either side
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LineGrid:
-    """Lines of spacing ``sample_rate_hz / size``.
+    """Lines of spacing ``sample_rate_hz / size``."""
 
-    Parameters
-    ----------
-    size : int
-        W, longer than any window of a burst.
-    sample_rate_hz : float
-        f_s.
-    """
-
-    size: int
-    sample_rate_hz: float
+    size: int  #: W, longer than any window of a burst
+    sample_rate_hz: float  #: f_s
 
     @property
     def lines(self) -> FloatArray:

@@ -25,21 +25,14 @@ MIN_HIGH_PASS = 1e-4  # what a receiver without a high-pass comes out at
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ParametricResponse:
-    """A Butterworth high-pass and low-pass fitted to a response.
+    """A Butterworth high-pass and low-pass fitted to a response."""
 
-    Attributes
-    ----------
-    high_pass_hz, low_pass_hz : float
-        -3 dB frequencies.
-    bend_s2 : float
-        1/true slope difference less 1/assumed one, in s^2; zero where it was not free.
-    errors : (A,) float
-        Residual energy over the energy of the response of every antenna, inside the fitted band.
-    """
-
+    #: -3 dB frequencies
     high_pass_hz: float
     low_pass_hz: float
+    #: 1/true slope difference less 1/assumed one, in s^2; zero where it was not free
     bend_s2: float
+    #: (A,) residual energy over the energy of the response of every antenna, inside the fitted band
     errors: FloatArray
 
     @property
@@ -62,14 +55,8 @@ def fit_parametric(
 ) -> ParametricResponse:
     """Fit cut-offs, gains and delays to all antennas together, by least squares.
 
-    Parameters
-    ----------
-    response : ReceiverResponse
-        As measured.
-    sample_rate_hz : float
-        Sets the band that is fitted.
-    free_bend : bool
-        Whether the slope difference is in question.
+    `response`: as measured; `sample_rate_hz`: sets the band that is fitted; `free_bend`: whether
+    the slope difference is in question.
     """
     inside = np.abs(response.frequency_hz) <= FITTED_BAND * sample_rate_hz
     frequency_hz = response.frequency_hz[inside]

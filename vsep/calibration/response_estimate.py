@@ -23,6 +23,7 @@ from vsep.signal.receiver_response import ReceiverResponse
 MIN_BURSTS = 8
 ROUNDS = 8
 STEPS = 3  # of every burst's fit in a round
+SINGLE_STEPS = 10  # of the fit of a burst to a response estimated from others
 FREE_SLOPES_FROM = 3  # round (from 0) from which on slopes are free
 TRUSTED_ERROR = 0.3  # NMSE of a burst at most, to count in a round after the first two
 # Of the lines' own energy: lines that no burst reaches stay near zero.
@@ -31,18 +32,10 @@ RIDGE = 1e-3
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ResponseEstimate:
-    """A response and what it makes of the bursts that it comes from.
+    """A response and what it makes of the bursts that it comes from."""
 
-    Attributes
-    ----------
-    response : ReceiverResponse
-        Of every antenna.
-    fits : tuple of BurstFit
-        One for every window.
-    """
-
-    response: ReceiverResponse
-    fits: tuple[BurstFit, ...]
+    response: ReceiverResponse  #: of every antenna
+    fits: tuple[BurstFit, ...]  #: one for every window
 
 
 def grid_for(windows: Sequence[BurstWindow], sample_rate_hz: float) -> LineGrid:
@@ -57,19 +50,9 @@ def estimate_response(
 ) -> ResponseEstimate:
     """Estimate the response from bursts.
 
-    Parameters
-    ----------
-    windows : sequence of BurstWindow
-        All of the same number of antennas; of one recording or several.
-    sample_rate_hz : float
-        f_s.
-    slope_hz_per_s : float
-        Slope difference Delta k, interferer less victim, in the paper's sign.
-
-    Raises
-    ------
-    InputError
-        If there are too few bursts, or they have no common part.
+    `windows`: all of the same number of antennas; of one recording or several; `sample_rate_hz`:
+    f_s; `slope_hz_per_s`: slope difference Delta k, interferer less victim, in the paper's sign.
+    Raises `InputError` if there are too few bursts, or they have no common part.
     """
     if len(windows) < MIN_BURSTS:
         raise InputError(
@@ -123,6 +106,44 @@ def estimate_response(
         ),
         fits=tuple(fits),
     )
+
+
+def reproduction_errors(
+    windows: Sequence[BurstWindow],
+    response: ReceiverResponse,
+    sample_rate_hz: float,
+    *,
+    free_slope: bool = False,
+) -> FloatArray:
+    """NMSE of every burst on every antenna, each fitted by itself to a response: cross-validation.
+
+    Parameters
+    ----------
+    windows : sequence of BurstWindow
+        Bursts.
+    response : ReceiverResponse
+        As measured elsewhere.
+    sample_rate_hz : float
+        f_s.
+    free_slope : bool
+        Whether a burst has three free parameters, gain, delay and slope, in place of two.
+
+    Returns
+    -------
+    (B, A) float
+        Residual energy over the energy of the window.
+    """
+    grid = grid_for(windows, sample_rate_hz)
+    slope = response.slope_difference_hz_per_s
+    errors = np.empty((len(windows), response.num_antennas))
+    for antenna in range(response.num_antennas):
+        samples = response.filter_of(antenna).response(grid.frequency_hz)[None]
+        for index, window in enumerate(windows):
+            single = window.of_antenna(antenna)
+            fit = start_fit(single, samples, grid, slope)
+            fit = refine_fit(single, samples, grid, fit, free_slope=free_slope, steps=SINGLE_STEPS)
+            errors[index, antenna] = fit.errors[0]
+    return errors
 
 
 def _flat_response(grid: LineGrid, num_antennas: int) -> ComplexArray:

@@ -195,6 +195,13 @@ class Archive:
             raise InputError(f"{self.name}: {key} is {number:g}; a whole number is needed.")
         return int(number)
 
+    def beat_sign(self) -> int:
+        """Read ``beat_sign``; -1, the paper's, where it is absent."""
+        beat_sign = self.number("beat_sign", -1.0)
+        if beat_sign not in (-1.0, 1.0):
+            raise InputError(f"beat_sign is {beat_sign:g}; it must be -1 (the paper's) or +1.")
+        return int(beat_sign)
+
     def text(self, key: str) -> str:
         """Read one text."""
         value = self.array(key, max_elements=1)
@@ -202,6 +209,23 @@ class Archive:
             raise InputError(f"{self.name}: {key} has type {value.dtype}; one text is needed.")
         item = value.reshape(()).item()
         return item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)
+
+
+def source_name(source: Source, name: str | None) -> str:
+    """Return what to call a source: its name, by default the path."""
+    return name or (str(source) if isinstance(source, str | Path) else "the uploaded file")
+
+
+def require_npz_name(path: str | Path, what: str) -> None:
+    """Refuse to write an archive under another name than an ``.npz`` one."""
+    if Path(path).suffix != ".npz":
+        raise InputError(f"{path} is no name for {what}; it must end in .npz.")
+
+
+def naming(name: str, error: InputError) -> InputError:
+    """Put the file's name before a sentence that does not have it yet."""
+    sentence = str(error)
+    return error if sentence.startswith(name) else InputError(f"{name}: {sentence}")
 
 
 def _require_short_directory(file: BinaryIO, num_bytes: int, name: str) -> None:

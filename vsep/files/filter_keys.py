@@ -80,12 +80,8 @@ def read_filter(archive: Archive, beat_sign: int) -> AntiAliasingFilter | None:
 def filter_arrays(anti_aliasing_filter: AntiAliasingFilter, beat_sign: int) -> dict[str, Any]:
     """Return the ``filter_*`` arrays that `read_filter` turns into the same filter.
 
-    Parameters
-    ----------
-    anti_aliasing_filter : AntiAliasingFilter
-        One of this package's four kinds, in the paper's sign.
-    beat_sign : int
-        Sign in which the file keeps its signals.
+    `anti_aliasing_filter`: one of this package's four kinds, in the paper's sign; `beat_sign`: sign
+    in which the file keeps its signals.
     """
     arrays: dict[str, Any] = {"filter_kind": anti_aliasing_filter.kind}
     if isinstance(anti_aliasing_filter, RaisedCosineFilter):

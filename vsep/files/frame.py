@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from vsep._typing import BoolArray, ComplexArray, frozen
 from vsep._validation import require_range
 from vsep.errors import InputError
-from vsep.files.archive import Archive, Source
+from vsep.files.archive import Archive, Source, naming, require_npz_name, source_name
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
 from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
 from vsep.signal.filters import AntiAliasingFilter
@@ -207,7 +207,7 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
     InputError
         In one sentence, whatever is wrong with the file.
     """
-    label = name or (str(source) if isinstance(source, str | Path) else "the uploaded file")
+    label = source_name(source, name)
     with Archive(source, label) as archive:
         stored = archive.array("received")
         _require_signal(label, stored)
@@ -215,13 +215,13 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
         _require_antenna(label, antenna, len(every))
         try:
             radar = _read_radar(archive, every.shape[1:])
-            beat_sign = _read_beat_sign(archive)
+            beat_sign = archive.beat_sign()
             anti_aliasing_filter = read_filter(archive, beat_sign)
             truth = read_truth(archive, radar.shape, beat_sign, len(every))
             truth_mask = read_truth_mask(archive, radar.shape)
             spacing = _read_spacing(archive)
         except InputError as error:
-            raise _naming(label, error) from error
+            raise naming(label, error) from error
         antennas = _in_paper_sign(every, beat_sign)
         of_all = truth if truth is not None and truth.amplitudes.ndim == 2 else None
         return Frame(
@@ -258,8 +258,7 @@ def write_frame(path: str | Path, frame: Frame) -> None:
     OSError
         If the file cannot be written.
     """
-    if Path(path).suffix != ".npz":
-        raise InputError(f"{path} is no name for a frame file; it must end in .npz.")
+    require_npz_name(path, "a frame file")
     radar = frame.radar
     signal = frame.received if frame.antennas is None else frame.antennas
     arrays: dict[str, Any] = {
@@ -319,13 +318,6 @@ def _read_radar(archive: Archive, shape: tuple[int, ...]) -> ChirpSequence:
     )
 
 
-def _read_beat_sign(archive: Archive) -> int:
-    beat_sign = archive.number("beat_sign", -1.0)
-    if beat_sign not in (-1.0, 1.0):
-        raise InputError(f"beat_sign is {beat_sign:g}; it must be -1 (the paper's) or +1.")
-    return int(beat_sign)
-
-
 def _read_spacing(archive: Archive) -> float | None:
     key = "antenna_spacing_wavelengths"
     return archive.number(key) if key in archive else None
@@ -361,9 +353,3 @@ def _require_usable(name: str, received: ComplexArray) -> None:
             f"{name}: the largest magnitude in received is {peak:g}; it must lie between "
             f"{_MIN_PEAK:g} and {_MAX_PEAK:g}."
         )
-
-
-def _naming(name: str, error: InputError) -> InputError:
-    """Put the file's name before a sentence that does not have it yet."""
-    sentence = str(error)
-    return error if sentence.startswith(name) else InputError(f"{name}: {sentence}")

@@ -3,6 +3,7 @@
 from typing import Final
 
 from vsep._typing import BoolArray
+from vsep._validation import require_choice
 from vsep.errors import InputError
 from vsep.files.frame import Frame
 from vsep.mitigation.masks.detectors import DETECTORS, detect_interference
@@ -33,8 +34,7 @@ def frame_mask(frame: Frame, name: str | None = None) -> BoolArray:
     """
     if name is None:
         name = "autoregressive" if frame.perfect_mask is None else TRUTH
-    if name not in MASK_NAMES:
-        raise InputError(f"mask is {name!r}; it must be one of {', '.join(MASK_NAMES)}.")
+    require_choice("mask", name, MASK_NAMES)
     if name != TRUTH:
         return detect_interference(name, frame.received)
     mask = frame.perfect_mask

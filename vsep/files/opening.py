@@ -57,10 +57,7 @@ def open_regular(path: str | Path, name: str, what: str) -> BinaryIO:
 def read_bounded(path: str | Path, name: str, what: str, max_bytes: int = MAX_TEXT_BYTES) -> bytes:
     """Return what a regular file holds.
 
-    Raises
-    ------
-    InputError
-        If it cannot be read or holds more than `max_bytes`.
+    Raises `InputError` if it cannot be read or holds more than `max_bytes`.
     """
     with open_regular(path, name, what) as file:
         size = os.fstat(file.fileno()).st_size

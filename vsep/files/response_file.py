@@ -14,7 +14,7 @@ import numpy as np
 
 from vsep._version import __version__
 from vsep.errors import InputError
-from vsep.files.archive import Archive, Source
+from vsep.files.archive import Archive, Source, naming, require_npz_name, source_name
 from vsep.signal.receiver_response import ReceiverResponse
 
 _MAX_POINTS = 2**20
@@ -28,24 +28,16 @@ def write_response(
 
     Parameters
     ----------
-    path : str or Path
-        Must end in ``.npz``; its folder must exist.
+    path
+        As for `vsep.files.frame.write_frame`, with the same errors.
     response : ReceiverResponse
         In the paper's sign.
     beat_sign : int
         Sign in which the file keeps it, as for `read_frame`.
     sources : sequence of str
         Names of the recordings.
-
-    Raises
-    ------
-    InputError
-        If the name is not an ``.npz`` one.
-    OSError
-        If the file cannot be written.
     """
-    if Path(path).suffix != ".npz":
-        raise InputError(f"{path} is no name for a response file; it must end in .npz.")
+    require_npz_name(path, "a response file")
     stored = _in_sign(response, beat_sign)
     single = stored.num_antennas == 1
     np.savez(
@@ -80,19 +72,16 @@ def read_response(source: Source, *, name: str | None = None) -> ReceiverRespons
     InputError
         In one sentence, whatever is wrong with the file.
     """
-    label = name or (str(source) if isinstance(source, str | Path) else "the uploaded file")
+    label = source_name(source, name)
     with Archive(source, label) as archive:
         try:
             return _read(archive)
         except InputError as error:
-            sentence = str(error)
-            raise InputError(sentence if label in sentence else f"{label}: {sentence}") from error
+            raise naming(label, error) from error
 
 
 def _read(archive: Archive) -> ReceiverResponse:
-    beat_sign = archive.number("beat_sign", -1.0)
-    if beat_sign not in (-1.0, 1.0):
-        raise InputError(f"beat_sign is {beat_sign:g}; it must be -1 (the paper's) or +1.")
+    beat_sign = archive.beat_sign()
     frequency = archive.array("filter_frequency_hz", max_elements=_MAX_POINTS)
     response = archive.array("filter_response", max_elements=_MAX_POINTS)
     coherence = (
@@ -117,7 +106,7 @@ def _read(archive: Archive) -> ReceiverResponse:
         slope_difference_hz_per_s=archive.number("slope_difference_hz_per_s", 0.0),
         num_bursts=archive.whole_number("num_bursts", 0),
     )
-    return _in_sign(stored, int(beat_sign))
+    return _in_sign(stored, beat_sign)
 
 
 def _in_sign(response: ReceiverResponse, beat_sign: int) -> ReceiverResponse:

@@ -19,33 +19,18 @@ _COLUMNS = ("file", "interferer", "ramp", "crossing_sample", "predicted_sample",
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class FrameTimings:
-    """The interferers of one frame.
+    """The interferers of one frame."""
 
-    Parameters
-    ----------
-    file : str
-        The frame.
-    crossings : Crossings
-        All bursts that a separation found.
-    timings : tuple of InterfererTiming
-        Those of the interferers.
-    parallel_ramps : tuple of int
-        Ramps with a tone that others lack.
-    """
-
-    file: str
-    crossings: Crossings
-    timings: tuple[InterfererTiming, ...]
-    parallel_ramps: tuple[int, ...]
+    file: str  #: the frame
+    crossings: Crossings  #: all bursts that a separation found
+    timings: tuple[InterfererTiming, ...]  #: those of the interferers
+    parallel_ramps: tuple[int, ...]  #: ramps with a tone that others lack
 
 
 def read_timings(path: str) -> Iterator[FrameTimings]:
     """Fit the timings of every frame of a file of results; frames with an error are left out.
 
-    Raises
-    ------
-    InputError
-        In one sentence, if a line is no result line.
+    Raises `InputError` if a line is no result line.
     """
     try:
         with open(path, encoding="utf-8") as lines:

@@ -35,21 +35,10 @@ def read_truth(
 ) -> GroundTruth | None:
     """Read the truth; None where the file does not hold all of it.
 
-    Parameters
-    ----------
-    archive : Archive
-        The frame file.
-    shape : (int, int)
-        Ramps and samples of the frame.
-    beat_sign : int
-        Sign in which the file keeps its signals.
-    num_antennas : int
-        Of the file; amplitudes (L, A) tell that its truth is that of all of them.
-
-    Raises
-    ------
-    InputError
-        If an array has a wrong shape or type, or is not finite.
+    `archive`: the frame file; `shape` (int, int): ramps and samples of the frame; `beat_sign`: sign
+    in which the file keeps its signals; `num_antennas`: of the file; amplitudes (L, A) tell that
+    its truth is that of all of them. Raises `InputError` if an array has a wrong shape or type, or
+    is not finite.
     """
     if any(key not in archive for key in _NEEDED):
         return None
@@ -78,17 +67,8 @@ def read_truth(
 def read_truth_mask(archive: Archive, shape: tuple[int, int]) -> BoolArray | None:
     """Read which samples are interfered; None where the file does not say.
 
-    Parameters
-    ----------
-    archive : Archive
-        The frame file.
-    shape : (int, int)
-        Ramps and samples of the frame.
-
-    Raises
-    ------
-    InputError
-        If the mask is not boolean or has another shape than the frame.
+    `archive`: the frame file; `shape` (int, int): ramps and samples of the frame. Raises
+    `InputError` if the mask is not boolean or has another shape than the frame.
     """
     if "truth_mask" not in archive:
         return None
@@ -107,12 +87,8 @@ def truth_arrays(
 ) -> dict[str, Any]:
     """Return the ``truth_*`` arrays that `read_truth` turns into the same truth.
 
-    Parameters
-    ----------
-    truth : GroundTruth
-        In the paper's sign.
-    in_file_sign : callable
-        Turns a signal into the sign and shape of the file.
+    `truth`: in the paper's sign; `in_file_sign`: turns a signal into the sign and shape of the
+    file.
     """
     bursts = [
         (burst.ramp, burst.start_frequency_hz, burst.slope_hz_per_s) for burst in truth.bursts

@@ -14,7 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.mitigation.direct import DirectMitigation
-from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
+from vsep.mitigation.entry import time_domain_entry
 from vsep.mitigation.method import FrameArray
 
 ORDER = 8  # of the repair: higher orders follow the noise and sometimes fail badly
@@ -22,18 +22,7 @@ _RIDGE = 1e-9  # of the mean energy: keeps the normal equations solvable without
 
 
 def autoregressive(order: int = ORDER) -> DirectMitigation:
-    """Make interpolation by an autoregressive model pooled over the ramps.
-
-    Parameters
-    ----------
-    order : int
-        Number of coefficients.
-
-    Raises
-    ------
-    InputError
-        If the order is out of its range.
-    """
+    """Make interpolation by a model of `order` coefficients, 1 to 256, pooled over the ramps."""
     require_range("order", order, 1, 256)
     return DirectMitigation("autoregressive", partial(predicted_gaps, order=order))
 
@@ -41,19 +30,8 @@ def autoregressive(order: int = ORDER) -> DirectMitigation:
 def fit_coefficients(received: FrameArray, mask: BoolArray, order: int) -> ComplexArray:
     """Fit one model to every stretch of ``order + 1`` clean samples, forwards and backwards.
 
-    Parameters
-    ----------
-    received : (P, N) complex
-        The frame.
-    mask : (P, N) bool
-        True where a sample is not to be used.
-    order : int
-        Less than N.
-
-    Returns
-    -------
-    (order,) complex
-        Coefficients c_1 ...; zero where no stretch is long enough.
+    `received` (P, N): the frame; `mask` (P, N): True where a sample is not to be used; `order`:
+    less than N. Returns (order,): coefficients c_1 ...; zero where no stretch is long enough.
     """
     windows = sliding_window_view(np.where(mask, 0.0, received), order + 1, axis=1)
     clean = ~sliding_window_view(mask, order + 1, axis=1).any(axis=2)
@@ -132,12 +110,11 @@ def _error_energy(coefficients: ComplexArray, num_samples: int) -> ComplexArray:
 
 
 ENTRIES = (
-    MitigationEntry(
-        name="autoregressive",
-        label="Autoregressive interpolation",
-        help="Gaps are filled by an autoregressive model pooled over the ramps.",
-        factory=autoregressive,
-        group=TIME_DOMAIN,
-        position=40,
+    time_domain_entry(
+        "autoregressive",
+        "Autoregressive interpolation",
+        40,
+        "Gaps are filled by an autoregressive model pooled over the ramps.",
+        autoregressive,
     ),
 )

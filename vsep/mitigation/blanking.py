@@ -7,7 +7,7 @@ import numpy as np
 from vsep._typing import BoolArray, FloatArray
 from vsep._validation import require_range
 from vsep.mitigation.direct import DirectMitigation, direct_entry
-from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
+from vsep.mitigation.entry import time_domain_entry
 from vsep.mitigation.method import FrameArray
 
 EDGE_SAMPLES = 4  # on either side of what is blanked: the taper of sensor vendors' data sheets
@@ -78,12 +78,11 @@ ENTRIES = (
     direct_entry(
         "zeroing", "Zeroing", 10, "Interfered samples become zero, as in most products.", zeroed
     ),
-    MitigationEntry(
-        name="blanking",
-        label="Blanking",
-        help="Interfered samples become zero between raised-cosine edges.",
-        factory=blanking,
-        group=TIME_DOMAIN,
-        position=20,
+    time_domain_entry(
+        "blanking",
+        "Blanking",
+        20,
+        "Interfered samples become zero between raised-cosine edges.",
+        blanking,
     ),
 )

@@ -15,7 +15,7 @@ from scipy import ndimage
 from scipy.optimize import brentq
 
 from vsep._typing import BoolArray, FloatArray, IntArray
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 
 Statistic: TypeAlias = Literal["cell-averaging", "ordered-statistic"]
@@ -24,18 +24,6 @@ Statistic: TypeAlias = Literal["cell-averaging", "ordered-statistic"]
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Cfar:
     """A detector.
-
-    Parameters
-    ----------
-    false_alarm_rate : float
-        Probability that a cell of noise alone is detected.
-    guard, training : tuple of int
-        Cells on either side, one number an axis of the spectrum. Training cells lie outside the
-        guard cells; a spectrum's axis of length one has neither.
-    statistic : str
-        "cell-averaging" or "ordered-statistic".
-    rank_share : float
-        Which order statistic, as a share of the training cells.
 
     Examples
     --------
@@ -46,19 +34,19 @@ class Cfar:
     array([7])
     """
 
-    false_alarm_rate: float = 1e-4
+    false_alarm_rate: float = 1e-4  #: probability that a cell of noise alone is detected
+    #: cells on either side, one number an axis of the spectrum. Training cells lie outside the
+    #: guard cells; a spectrum's axis of length one has neither.
     guard: tuple[int, ...] = (2, 2)
     training: tuple[int, ...] = (4, 8)
-    statistic: Statistic = "cell-averaging"
-    rank_share: float = 0.75
+    statistic: Statistic = "cell-averaging"  #: "cell-averaging" or "ordered-statistic"
+    rank_share: float = 0.75  #: which order statistic, as a share of the training cells
 
     def __post_init__(self) -> None:
         """Check the settings."""
         require_range("false_alarm_rate", self.false_alarm_rate, 1e-15, 0.5)
         require_range("rank_share", self.rank_share, 0.0, 1.0)
-        if self.statistic not in get_args(Statistic):
-            allowed = " or ".join(get_args(Statistic))
-            raise InputError(f"statistic is {self.statistic!r}; it must be {allowed}.")
+        require_choice("statistic", self.statistic, get_args(Statistic))
         if len(self.guard) != len(self.training) or min(*self.guard, *self.training) < 0:
             raise InputError(
                 f"guard is {self.guard} and training {self.training}; both must have one number "
@@ -72,10 +60,6 @@ class Cfar:
         ----------
         power : (M,) or (Mp, Mn) float
             A spectrum, linear.
-
-        Returns
-        -------
-        bool, of the same shape
 
         Raises
         ------

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from vsep._typing import BoolArray, frozen
 from vsep.inference.core.progress import Termination
-from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
+from vsep.mitigation.entry import MitigationEntry, time_domain_entry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 
 Repair: TypeAlias = Callable[[FrameArray, BoolArray], FrameArray]
@@ -15,27 +15,17 @@ Repair: TypeAlias = Callable[[FrameArray, BoolArray], FrameArray]
 
 @dataclass(frozen=True, slots=True)
 class DirectMitigation:
-    """A method of one step.
+    """A method of one step."""
 
-    Parameters
-    ----------
-    name : str
-        The name a user calls it by.
-    repair : callable
-        Takes the (P, N) frame and the mask of interfered samples, at least one of them clean;
-        returns the cleaned frame. A function of a module, so that the method can be pickled.
-    """
-
-    name: str
+    name: str  #: the name a user calls it by
+    #: takes the (P, N) frame and the mask of interfered samples, at least one of them clean;
+    #: returns the cleaned frame. A function of a module, so that the method can be pickled.
     repair: Repair
 
     def init(self, received: FrameArray, mask: BoolArray) -> MitigationState:
         """State before the step: the received frame itself.
 
-        Raises
-        ------
-        InputError
-            If no sample is clean.
+        Raises `InputError` if no sample is clean.
         """
         require_clean(mask)
         return MitigationState(iteration=0, cleaned=received)
@@ -57,6 +47,4 @@ def direct_entry(
 ) -> MitigationEntry:
     """Return the record of a method of one step without settings."""
     factory = partial(DirectMitigation, name=name, repair=repair)
-    return MitigationEntry(
-        name=name, label=label, help=help, factory=factory, group=TIME_DOMAIN, position=position
-    )
+    return time_domain_entry(name, label, position, help, factory)

@@ -1,7 +1,8 @@
 """Record of a mitigation method, over which command line, forms, help and studies iterate."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from vsep.mitigation.sparse.prior import PriorModel
 from vsep.registry import Entry
@@ -36,3 +37,12 @@ class MitigationEntry(Entry):
     kind: ClassVar[str] = "mitigation method"
 
     prior: PriorModel | None = None
+
+
+def time_domain_entry(
+    name: str, label: str, position: int, help: str, factory: Callable[..., Any]
+) -> MitigationEntry:
+    """Return the record of a method that repairs the interfered samples."""
+    return MitigationEntry(
+        name=name, label=label, help=help, factory=factory, group=TIME_DOMAIN, position=position
+    )

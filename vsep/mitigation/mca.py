@@ -19,7 +19,7 @@ from scipy import fft
 from vsep._typing import BoolArray, FloatArray, frozen
 from vsep._validation import require_range
 from vsep.inference.core.progress import Termination
-from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
+from vsep.mitigation.entry import time_domain_entry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.short_time import ShortTimeFrame
 from vsep.signal.spectra import hann_window
@@ -40,21 +40,11 @@ class Layers:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MorphologicalComponents:
-    """Morphological component analysis of a frame.
+    """Morphological component analysis of a frame."""
 
-    Parameters
-    ----------
-    name : str
-        The name a user calls it by.
-    num_axes : {1, 2}
-        Axes of the object layer: the ramp alone, or the frame.
-    iterations : int
-        Number of thresholds.
-    """
-
-    name: str = "mca"
-    num_axes: int = 1
-    iterations: int = ITERATIONS
+    name: str = "mca"  #: the name a user calls it by
+    num_axes: int = 1  #: axes of the object layer: the ramp alone, or the frame
+    iterations: int = ITERATIONS  #: number of thresholds
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -64,10 +54,7 @@ class MorphologicalComponents:
     def init(self, received: FrameArray, mask: BoolArray) -> MitigationState:
         """State before the first step: both layers empty.
 
-        Raises
-        ------
-        InputError
-            If no sample is clean.
+        Raises `InputError` if no sample is clean.
         """
         require_clean(mask)
         windowed = received * self._window(received)
@@ -133,21 +120,16 @@ def _above(bins: FrameArray, level: float) -> FrameArray:
     return np.where(np.abs(bins) > level, bins, bins.dtype.type(0))
 
 
-ENTRIES = (
-    MitigationEntry(
-        name="mca",
-        label="MCA",
-        help="Morphological component analysis with an object layer per ramp.",
-        factory=partial(MorphologicalComponents, name="mca", num_axes=1),
-        group=TIME_DOMAIN,
-        position=70,
-    ),
-    MitigationEntry(
-        name="mca-2d",
-        label="MCA, two-dimensional",
-        help="Morphological component analysis with a two-dimensional object layer.",
-        factory=partial(MorphologicalComponents, name="mca-2d", num_axes=2),
-        group=TIME_DOMAIN,
-        position=80,
-    ),
+ENTRIES = tuple(
+    time_domain_entry(
+        name,
+        label,
+        position,
+        f"Morphological component analysis with a{layer}.",
+        partial(MorphologicalComponents, name=name, num_axes=num_axes),
+    )
+    for name, num_axes, label, position, layer in (
+        ("mca", 1, "MCA", 70, "n object layer per ramp"),
+        ("mca-2d", 2, "MCA, two-dimensional", 80, " two-dimensional object layer"),
+    )
 )

@@ -63,10 +63,7 @@ class Mitigation(Protocol):
 
 
 def iterate_mitigation(
-    method: Mitigation,
-    received: FrameArray,
-    mask: BoolArray,
-    state: MitigationState | None = None,
+    method: Mitigation, received: FrameArray, mask: BoolArray, state: MitigationState | None = None
 ) -> Iterator[MitigationState]:
     """Yield the state after every step, until the method terminates.
 
@@ -128,10 +125,7 @@ def mitigate(method: Mitigation, received: FrameArray, mask: BoolArray) -> Mitig
 def checked_frame(received: FrameArray) -> FrameArray:
     """Return a frame in its own complex precision, read-only.
 
-    Raises
-    ------
-    InputError
-        If it is no (P, N) array of finite numbers with at least one sample.
+    Raises `InputError` if it is no (P, N) array of finite numbers with at least one sample.
     """
     received = np.asarray(received)
     if received.ndim != 2 or received.size == 0 or received.dtype.kind not in "iufc":
@@ -148,10 +142,7 @@ def checked_frame(received: FrameArray) -> FrameArray:
 def checked_mask(mask: BoolArray, received: FrameArray) -> BoolArray:
     """Return the mask of a frame, read-only.
 
-    Raises
-    ------
-    InputError
-        If it is not boolean or has another shape than the frame.
+    Raises `InputError` if it is not boolean or has another shape than the frame.
     """
     mask = np.asarray(mask)
     if mask.dtype != np.bool_ or mask.shape != received.shape:
@@ -165,10 +156,7 @@ def checked_mask(mask: BoolArray, received: FrameArray) -> BoolArray:
 def require_clean(mask: BoolArray) -> None:
     """Refuse a mask without a clean sample, for methods that restore from clean samples.
 
-    Raises
-    ------
-    InputError
-        If every sample is flagged.
+    Raises `InputError` if every sample is flagged.
     """
     if np.all(mask):
         raise InputError(

@@ -18,7 +18,7 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.mitigation.blanking import zeroed
 from vsep.mitigation.direct import DirectMitigation
-from vsep.mitigation.entry import TIME_DOMAIN, MitigationEntry
+from vsep.mitigation.entry import time_domain_entry
 from vsep.mitigation.method import FrameArray
 
 TAPS = 8
@@ -107,12 +107,11 @@ def _filter_errors(
 
 
 ENTRIES = (
-    MitigationEntry(
-        name="noise-canceller",
-        label="Adaptive noise canceller",
-        help="Takes away what the empty side of the beat spectrum predicts of the other side.",
-        factory=noise_canceller,
-        group=TIME_DOMAIN,
-        position=60,
+    time_domain_entry(
+        "noise-canceller",
+        "Adaptive noise canceller",
+        60,
+        "Takes away what the empty side of the beat spectrum predicts of the other side.",
+        noise_canceller,
     ),
 )

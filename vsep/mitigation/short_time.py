@@ -18,11 +18,6 @@ HOP = 4  # samples between segments
 class ShortTimeFrame:
     """Windowed segments of ramps and their spectra.
 
-    Parameters
-    ----------
-    num_samples : int
-        Length of a ramp.
-
     Examples
     --------
     >>> transform, ramps = ShortTimeFrame(50), np.ones((2, 50), dtype=complex)
@@ -30,7 +25,7 @@ class ShortTimeFrame:
     True
     """
 
-    num_samples: int
+    num_samples: int  #: length of a ramp
 
     @property
     def num_segments(self) -> int:

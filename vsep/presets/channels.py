@@ -85,10 +85,7 @@ def many_objects(
 def with_first_delay(objects: Channel, radar: ChirpSequence, delay_s: float | None) -> Channel:
     """Move the first object to another delay, None leaves it.
 
-    Raises
-    ------
-    InputError
-        If the delay lies outside of the unambiguous interval.
+    Raises `InputError` if the delay lies outside of the unambiguous interval.
     """
     if delay_s is None:
         return objects

@@ -20,36 +20,24 @@ DrawInterferer: TypeAlias = Callable[[int, float, float], Interferer]
 
 @dataclass(frozen=True, kw_only=True)
 class Preset:
-    """What simulated and recorded presets have in common.
+    """What simulated and recorded presets have in common."""
 
-    Parameters
-    ----------
-    name, label, help : str
-        As programs spell it, as a form shows it, and one sentence.
-    radar : ChirpSequence
-        The victim.
-    interferer : InterfererSequence
-        The other radar, with its usual slope.
-    snr_db, sir_db : float
-        Usual levels, (25) and (26).
-    slope_range_hz_per_s, cutoff_range_hz, shift_range_s : (float, float)
-        What forms offer for the interferer's slope, the half-amplitude frequency of the
-        anti-aliasing filter, and the shift of the crossing inside a ramp.
-    filter_rolloff : float
-        Of the raised cosine that is its anti-aliasing filter; half of the amplitude passes at a
-        quarter of the sampling rate.
-    """
-
+    #: as programs spell it, as a form shows it, and one sentence
     name: str
     label: str
     help: str
-    radar: ChirpSequence
-    interferer: InterfererSequence
+    radar: ChirpSequence  #: the victim
+    interferer: InterfererSequence  #: the other radar, with its usual slope
+    #: what forms offer for the interferer's slope, the half-amplitude frequency of the
+    #: anti-aliasing filter, and the shift of the crossing inside a ramp
     slope_range_hz_per_s: Range
     cutoff_range_hz: Range
     shift_range_s: Range
+    #: usual levels, (25) and (26)
     snr_db: float = PARAMETERS["snr_db"].default
     sir_db: float = PARAMETERS["sir_db"].default
+    #: of the raised cosine that is its anti-aliasing filter; half of the amplitude passes at a
+    #: quarter of the sampling rate
     filter_rolloff: float = PARAMETERS["filter_rolloff"].default
 
     @property
@@ -91,21 +79,6 @@ class Preset:
 class SimulatedPreset(Preset):
     """A preset whose objects, interference paths and noise are drawn.
 
-    Parameters
-    ----------
-    draw_objects : callable
-        Draws the object channel with a generator and a number of objects, None for the usual one.
-    draw_paths : callable
-        Draws the interference channel.
-    num_objects : int
-        Usual number of objects.
-    object_delay_s : float
-        Delay of the first object, NaN where it is drawn.
-    family : str
-        Scene of studies in which presets of one family take turns.
-    noise_scene : str
-        Scene of studies that is noise alone, of the size of its frames.
-
     Examples
     --------
     >>> from dataclasses import replace
@@ -115,25 +88,19 @@ class SimulatedPreset(Preset):
     (20.0, (1, 256))
     """
 
+    #: draws the object channel with a generator and a number of objects, None for the usual one
     draw_objects: DrawObjects
-    draw_paths: DrawPaths
-    num_objects: int
-    object_delay_s: float = float("nan")
-    family: str = ""
-    noise_scene: str = ""
+    draw_paths: DrawPaths  #: draws the interference channel
+    num_objects: int  #: usual number of objects
+    object_delay_s: float = float("nan")  #: delay of the first object, NaN where it is drawn
+    family: str = ""  #: scene of studies in which presets of one family take turns
+    noise_scene: str = ""  #: scene of studies that is noise alone, of the size of its frames
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedPreset(Preset):
-    """A recorded frame, to which simulated bursts are added.
+    """A recorded frame, to which simulated bursts are added."""
 
-    Parameters
-    ----------
-    frame_file : str
-        The frame; one of those that the program ships by its path below ``assets/``.
-    draw_interferer : callable
-        Makes the other radar from a seed, its slope in Hz/s and the shift of its crossing in s.
-    """
-
-    frame_file: str
+    frame_file: str  #: the frame; one of those that the program ships by its path below ``assets/``
+    #: makes the other radar from a seed, its slope in Hz/s and the shift of its crossing in s
     draw_interferer: DrawInterferer

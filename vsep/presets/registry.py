@@ -34,10 +34,7 @@ DEFAULT_PRESET: Final = PRESET_NAMES[0]
 def simulated_preset(preset: str | SimulatedPreset) -> SimulatedPreset:
     """Return a simulated preset by its name; a record is returned as it is.
 
-    Raises
-    ------
-    InputError
-        If there is none of that name.
+    Raises `InputError` if there is none of that name.
 
     Examples
     --------

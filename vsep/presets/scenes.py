@@ -84,10 +84,6 @@ def preset(
         Delay of the first object, within the radar's unambiguous interval. A burst lies around
         delay zero, as far as the cut-off frequency over the victim's slope.
 
-    Returns
-    -------
-    Scenario
-
     Raises
     ------
     InputError
@@ -177,11 +173,7 @@ def simulate_preset(
     require_range("frame_number", frame_number, 0, 1_000_000)
     scene_seed, *noise_seeds = sequence.spawn(2 + frame_number)
     drawn = preset(
-        name,
-        snr_db=snr_db,
-        sir_db=sir_db,
-        rng=np.random.default_rng(scene_seed),
-        **options,
+        name, snr_db=snr_db, sir_db=sir_db, rng=np.random.default_rng(scene_seed), **options
     )
     used = drawn.anti_aliasing_filter if anti_aliasing_filter is None else anti_aliasing_filter
     objects = moved_paths(drawn.radar, drawn.scene.objects, frame_number * CYCLE_S)
@@ -226,10 +218,6 @@ def interferer_sequence(
     num_interfered_ramps : int, optional
         P_I, with a ramp period so near the victim's that every ramp meets one of the victim's; its
         crossing moves by at most 0.6 us from ramp to ramp, as the slopes of Table I are.
-
-    Returns
-    -------
-    InterfererSequence
 
     Raises
     ------

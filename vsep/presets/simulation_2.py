@@ -1,23 +1,19 @@
 """Simulation II of Table I: ten objects, 16 ramps, and its three parameter sets."""
 
+from dataclasses import replace
+
 from vsep.presets.channels import interference_paths, many_objects
 from vsep.presets.record import SimulatedPreset
-from vsep.signal.radar import ChirpSequence, InterfererSequence
+from vsep.presets.simulation_1 import PRESET as SIMULATION_1
+from vsep.signal.radar import InterfererSequence
 
-_RADAR = ChirpSequence(
-    start_frequency_hz=79e9,
-    slope_hz_per_s=1e13,
-    sample_rate_hz=5.1e6,
-    ramp_period_s=25e-6,
-    num_samples=128,
-    num_ramps=16,
-)
+# Carrier, slope and ramp period are those of Simulation I.
+_RADAR = replace(SIMULATION_1.radar, sample_rate_hz=5.1e6, num_samples=128, num_ramps=16)
 
 
 def _parameter_set(
     letter: str,
     bursts: str,
-    *,
     start_frequency_hz: float,
     slope_hz_per_s: float,
     ramp_period_s: float,
@@ -48,28 +44,7 @@ def _parameter_set(
 
 
 PRESETS = (
-    _parameter_set(
-        "a",
-        "2 long bursts",
-        start_frequency_hz=79.002e9,
-        slope_hz_per_s=9.8321e12,
-        ramp_period_s=75.01e-6,
-        num_ramps=2,
-    ),
-    _parameter_set(
-        "b",
-        "4 bursts",
-        start_frequency_hz=79.004e9,
-        slope_hz_per_s=9.7122e12,
-        ramp_period_s=50.01e-6,
-        num_ramps=4,
-    ),
-    _parameter_set(
-        "c",
-        "8 short bursts",
-        start_frequency_hz=79.008e9,
-        slope_hz_per_s=9.3925e12,
-        ramp_period_s=25.02e-6,
-        num_ramps=8,
-    ),
+    _parameter_set("a", "2 long bursts", 79.002e9, 9.8321e12, 75.01e-6, 2),
+    _parameter_set("b", "4 bursts", 79.004e9, 9.7122e12, 50.01e-6, 4),
+    _parameter_set("c", "8 short bursts", 79.008e9, 9.3925e12, 25.02e-6, 8),
 )

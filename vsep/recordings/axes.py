@@ -14,25 +14,15 @@ from vsep.errors import InputError
 from vsep.recordings.settings import RecordingSettings
 
 AXES: Final = ("frames", "transmitters", "antennas", "ramps", "samples", "iq")
-_USUAL: Final = {
-    1: ("samples",),
-    2: ("ramps", "samples"),
-    3: ("antennas", "ramps", "samples"),
-}
+_USUAL: Final = {1: ("samples",), 2: ("ramps", "samples"), 3: ("antennas", "ramps", "samples")}
 
 
 def arranged(path: str, array: NDArray[Any], settings: RecordingSettings) -> NDArray[Any]:
     """Choose a frame of a stored array and put its axes in order.
 
-    Returns
-    -------
-    (ramps, antennas, samples) array
-        The ramps of all transmitters in turn.
+    Raises `InputError` if the names do not fit the array, or its lengths not the settings.
 
-    Raises
-    ------
-    InputError
-        If the names do not fit the array, or its lengths not the settings.
+    Returns (ramps, antennas, samples) array: the ramps of all transmitters in turn.
     """
     names = _names(path, array, settings)
     if "iq" in names:
@@ -60,15 +50,9 @@ def arranged(path: str, array: NDArray[Any], settings: RecordingSettings) -> NDA
 def virtual_antennas(ramps: NDArray[Any], num_transmitters: int) -> NDArray[Any]:
     """Split ramps that transmitters sent in turn, (ramps, antennas, samples).
 
-    Returns
-    -------
-    (antennas, ramps, samples) array
-        Transmitter by transmitter, contiguous.
+    Raises `InputError` if the ramps are no whole number of turns.
 
-    Raises
-    ------
-    InputError
-        If the ramps are no whole number of turns.
+    Returns (antennas, ramps, samples) array: transmitter by transmitter, contiguous.
 
     Examples
     --------
@@ -94,10 +78,7 @@ def complex_at_half_rate(samples: NDArray[Any]) -> ComplexArray:
     own, is a complex signal of half the rate whose noise is white. A cosine of amplitude one
     becomes a line of magnitude one at its positive frequency.
 
-    Raises
-    ------
-    InputError
-        If the number of samples is odd.
+    Raises `InputError` if the number of samples is odd.
     """
     count = samples.shape[-1]
     if count % 2:

@@ -85,10 +85,7 @@ def read_matlab(file: IO[bytes], path: str, key: str | None) -> NDArray[Any]:
 def matlab_shapes(file: IO[bytes], path: str) -> dict[str, tuple[int, ...]]:
     """Return the names of a file's variables with their lengths, which nobody has judged.
 
-    Raises
-    ------
-    InputError
-        In one sentence, if it is no such file.
+    Raises `InputError` if it is no such file.
     """
     return {name: each.shape for name, each in _found(file, path).items()}
 
@@ -118,10 +115,7 @@ def _damaged(path: str) -> InputError:
 def choose_array(path: str, key: str | None, names: tuple[str, ...]) -> str:
     """Return the name of the array to read, of those that a file holds.
 
-    Raises
-    ------
-    InputError
-        If the key is not among them, or needed and not given.
+    Raises `InputError` if the key is not among them, or needed and not given.
     """
     listed = ", ".join(name[:40] for name in names[:8]) + (" ..." if len(names) > 8 else "")
     if not names:

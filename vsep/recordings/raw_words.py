@@ -76,14 +76,8 @@ def samples_of_words(
 ) -> NDArray[Any]:
     """Put words into their places, (ramps, antennas, samples), complex128 or float64.
 
-    Parameters
-    ----------
-    words : (W,) int
-        Signed values, whole ramps.
-    settings : RecordingSettings
-        Format, kind of samples, and counts.
-    num_ramps : int
-        How many ramps the words hold.
+    `words` (W,): signed values, whole ramps; `settings`: format, kind of samples, and counts;
+    `num_ramps`: how many ramps the words hold.
     """
     num_antennas, num_samples = settings.num_antennas, settings.num_samples or 0
     parts = 1 if settings.samples == "real" else 2

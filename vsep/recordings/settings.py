@@ -43,71 +43,35 @@ _TEXTS = ("format", "sign", "samples", "key", "axes")
 class RecordingSettings:
     """What must be known to make a frame of a recording.
 
-    Parameters
-    ----------
-    format : str
-        One of `FORMATS`.
-    start_frequency_hz : float
-        Of the chirp profile, where the ramp starts.
-    slope_hz_per_s : float
-        Of the ramps; may be negative.
-    sample_rate_hz : float
-        Of the converter, samples per second of each antenna.
-    ramp_period_s : float
-        From the start of one ramp to the next one's, whichever transmitter sends it.
-    num_samples, num_ramps : int or None
-        Samples of a ramp and ramps of a frame, those of all transmitters. A raw file needs the
-        first; without the second the whole file is one frame.
-    num_antennas : int
-        Receive antennas of a raw file.
-    num_transmitters : int
-        Transmitters that take turns, ramp by ramp; each makes virtual antennas of its own.
-    sign : {"positive", "negative"}
-        Of the beat frequency of a target in the file.
-    samples : {"complex", "real"}
-        What the converter recorded.
-    adc_bits : int
-        12, 14 or 16 bits of a raw word.
-    adc_start_s : float
-        From the start of the ramp to its first sample.
-    crop_start_samples : int
-        Samples to leave out at the start of every ramp: the receiver's settling transient.
-    lowest_beat : float
-        See `ChirpSequence`.
-    frame : int
-        Which frame of the file, from 0.
-    key : str or None
-        Name of the array in a .mat or .npz file that holds several.
-    axes : str or None
-        Names of the array's axes in their order, of ``frames, transmitters, antennas, ramps,
-        samples, iq``; (ramps, samples) or (antennas, ramps, samples) by default.
-    antenna_spacing_wavelengths : float or None
-        Between neighbours of a uniform line of (virtual) antennas.
-
-    Raises
-    ------
-    InputError
-        If a value is outside of its range.
+    Raises `InputError` if a value is outside of its range.
     """
 
-    format: str
-    start_frequency_hz: float
-    slope_hz_per_s: float
-    sample_rate_hz: float
+    format: str  #: one of `FORMATS`
+    start_frequency_hz: float  #: of the chirp profile, where the ramp starts
+    slope_hz_per_s: float  #: of the ramps; may be negative
+    sample_rate_hz: float  #: of the converter, samples per second of each antenna
+    #: from the start of one ramp to the next one's, whichever transmitter sends it
     ramp_period_s: float
+    #: samples of a ramp and ramps of a frame, those of all transmitters. A raw file needs the
+    #: first; without the second the whole file is one frame.
     num_samples: int | None = None
     num_ramps: int | None = None
-    num_antennas: int = 1
+    num_antennas: int = 1  #: receive antennas of a raw file
+    #: transmitters that take turns, ramp by ramp; each makes virtual antennas of its own
     num_transmitters: int = 1
-    sign: str = "positive"
-    samples: str = "complex"
-    adc_bits: int = 16
-    adc_start_s: float = 0.0
+    sign: str = "positive"  #: of the beat frequency of a target in the file
+    samples: str = "complex"  #: what the converter recorded
+    adc_bits: int = 16  #: 12, 14 or 16 bits of a raw word
+    adc_start_s: float = 0.0  #: from the start of the ramp to its first sample
+    #: samples to leave out at the start of every ramp: the receiver's settling transient
     crop_start_samples: int = 0
-    lowest_beat: float = -0.5
-    frame: int = 0
-    key: str | None = None
+    lowest_beat: float = -0.5  #: see `ChirpSequence`
+    frame: int = 0  #: which frame of the file, from 0
+    key: str | None = None  #: name of the array in a .mat or .npz file that holds several
+    #: names of the array's axes in their order, of ``frames, transmitters, antennas, ramps,
+    #: samples, iq``; (ramps, samples) or (antennas, ramps, samples) by default
     axes: str | None = None
+    #: between neighbours of a uniform line of (virtual) antennas
     antenna_spacing_wavelengths: float | None = None
 
     def __post_init__(self) -> None:
@@ -146,10 +110,7 @@ NEEDED_SETTINGS: Final = tuple(
 def read_settings(path: str) -> RecordingSettings:
     """Read a settings file, JSON or YAML by its suffix.
 
-    Raises
-    ------
-    InputError
-        In one sentence, whatever is wrong with the file or a value.
+    Raises `InputError` whatever is wrong with the file or a value.
     """
     stored = settings_values(path, _read_text(path))
     try:
@@ -193,10 +154,8 @@ def settings_values(name: str, text: str) -> dict[Any, Any]:
 def parse_settings(stored: Mapping[Any, Any]) -> RecordingSettings:
     """Make settings of names and values as a file holds them.
 
-    Raises
-    ------
-    InputError
-        If a name is unknown or missing, or a value of another kind or outside of its range.
+    Raises `InputError` if a name is unknown or missing, or a value of another kind or outside of
+    its range.
 
     Examples
     --------

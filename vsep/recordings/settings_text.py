@@ -24,10 +24,7 @@ def settings_text(values: Mapping[Any, Any]) -> str:
 def values_of(text: str) -> dict[Any, Any]:
     """Return what the lines say.
 
-    Raises
-    ------
-    InputError
-        If they are no lines of name: value.
+    Raises `InputError` if they are no lines of name: value.
 
     Examples
     --------
@@ -43,10 +40,7 @@ def values_of(text: str) -> dict[Any, Any]:
 def with_value(text: str, name: str, value: Any) -> str:
     r"""Return the text with one value set anew; everything else stays as it was written.
 
-    Raises
-    ------
-    InputError
-        If the text cannot be read.
+    Raises `InputError` if the text cannot be read.
 
     Examples
     --------

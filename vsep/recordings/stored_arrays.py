@@ -4,8 +4,7 @@ Sizes are judged before data are read; pickled objects, cells and structures are
 """
 
 import os
-from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
 from numpy.typing import NDArray
 
@@ -19,36 +18,21 @@ from vsep.recordings.settings import RecordingSettings
 def read_stored_array(path: str, settings: RecordingSettings) -> NDArray[Any]:
     """Read the array of a recording, as it is stored.
 
-    Raises
-    ------
-    InputError
-        In one sentence, whatever is wrong with the file.
+    Raises `InputError` whatever is wrong with the file.
     """
-    array = _READERS[settings.format](path, settings.key)
+    array = _stored(path, settings.format, settings.key)
     if array.dtype.kind not in "iufc":
         raise InputError(f"{path} holds an array of type {array.dtype}; numbers are needed.")
     return array
 
 
-def _read_npy(path: str, key: str | None) -> NDArray[Any]:
-    if key is not None:
+def _stored(path: str, kind: str, key: str | None) -> NDArray[Any]:
+    if kind == "npz":
+        with Archive(path, path) as archive:
+            return archive.array(choose_array(path, key, archive.names()))
+    if kind == "npy" and key is not None:
         raise InputError(f"key is {key[:40]!r}; a .npy file holds one array without a name.")
     with open_regular(path, path, "a recording") as file:
+        if kind == "mat":
+            return read_matlab(file, path, key)
         return read_array(file, path, os.path.getsize(path))
-
-
-def _read_npz(path: str, key: str | None) -> NDArray[Any]:
-    with Archive(path, path) as archive:
-        return archive.array(choose_array(path, key, archive.names()))
-
-
-def _read_mat(path: str, key: str | None) -> NDArray[Any]:
-    with open_regular(path, path, "a recording") as file:
-        return read_matlab(file, path, key)
-
-
-_READERS: Final[dict[str, Callable[[str, str | None], NDArray[Any]]]] = {
-    "mat": _read_mat,
-    "npy": _read_npy,
-    "npz": _read_npz,
-}

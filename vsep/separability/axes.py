@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 from vsep.parameters import PARAMETERS, Parameter
 from vsep.presets.channels import MAX_OBJECTS
@@ -81,19 +81,7 @@ AXES: dict[str, Parameter] = {
 class Axis:
     """An axis of a map: equally spaced values of one parameter.
 
-    Parameters
-    ----------
-    name : str
-        One of `AXES`.
-    start, stop : float
-        First and last value, in SI units.
-    count : int
-        Number of values, 2 to `MAX_VALUES`.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown or a value not allowed.
+    Raises `InputError` if the name is unknown or a value not allowed.
 
     Examples
     --------
@@ -101,10 +89,11 @@ class Axis:
     array([-10.,   0.,  10.])
     """
 
-    name: str
+    name: str  #: one of `AXES`
+    #: first and last value, in SI units
     start: float
     stop: float
-    count: int
+    count: int  #: number of values, 2 to `MAX_VALUES`
 
     def __post_init__(self) -> None:
         """Check name, ends and number of values."""
@@ -139,10 +128,7 @@ class Axis:
 def parse_axis(text: str) -> Axis:
     """Read an axis such as ``sir_db=-40:40:33``; a name may lack its unit.
 
-    Raises
-    ------
-    InputError
-        If it does not read so, or a value is not allowed.
+    Raises `InputError` if it does not read so, or a value is not allowed.
 
     Examples
     --------
@@ -165,10 +151,7 @@ def parse_axis(text: str) -> Axis:
 def parse_value(text: str) -> tuple[str, float]:
     """Read a fixed value such as ``snr_db=40``; a name may lack its unit.
 
-    Raises
-    ------
-    InputError
-        If it does not read so, or the value is not allowed.
+    Raises `InputError` if it does not read so, or the value is not allowed.
     """
     name, _, number = text.partition("=")
     try:
@@ -183,10 +166,7 @@ def parse_value(text: str) -> tuple[str, float]:
 def full_name(name: str) -> str:
     """Return the name of a parameter, its unit added if it lacks.
 
-    Raises
-    ------
-    InputError
-        If there is none of that name.
+    Raises `InputError` if there is none of that name.
     """
     found = [known for known in AXES if known == name or _without_unit(known) == name]
     return require_known(found[0] if found else name)
@@ -194,8 +174,7 @@ def full_name(name: str) -> str:
 
 def require_known(name: str) -> str:
     """Return the name of a parameter; `InputError` if there is none of that name."""
-    if name not in AXES:
-        raise InputError(f"The parameter is {name!r}; it must be one of {', '.join(AXES)}.")
+    require_choice("The parameter", name, AXES)
     return name
 
 

@@ -23,21 +23,9 @@ def bound_losses(
 ) -> FloatArray:
     """Compare the mean bounds on beat plus Doppler variance, interference unknown over known.
 
-    Parameters
-    ----------
-    own : Products
-        Of the lines, B is 1.
-    spans : Products
-        Of their parts within span U Psi.
-    tangents : Products
-        Of the real parameters' parts along the tangents.
-    counts : sequence of int
-        Numbers of objects.
-
-    Returns
-    -------
-    (B, number of counts, D) float
-        In dB; infinite where the bound is.
+    `own`: of the lines, B is 1; `spans`: of their parts within span U Psi; `tangents`: of the real
+    parameters' parts along the tangents; `counts`: numbers of objects. Returns (B, number of
+    counts, D): in dB; infinite where the bound is.
     """
     known = own.as_real()
     unknown = own.minus(spans).as_real().minus(tangents)
@@ -55,14 +43,8 @@ def _variance_sums(
 ) -> FloatArray:
     """Sum all beat and Doppler variances, (B, number of counts, D).
 
-    Parameters
-    ----------
-    information : Products
-        Of the real parameters.
-    others, last : (F, Q), (Q, D) float
-        Units in which every parameter has an information of one.
-    counts : sequence of int
-        Numbers of objects.
+    `information`: of the real parameters; `others` and `last` (F, Q): units in which every
+    parameter has an information of one; `counts`: numbers of objects.
     """
     (size, num_delays), length, num_keys = last.shape, others.size, len(information.within)
     scale = others.ravel()

@@ -24,20 +24,11 @@ from vsep.signal.template import SignalModel
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Interferers:
-    """Several interferers that differ in slope and filter.
+    """Several interferers that differ in slope and filter."""
 
-    Attributes
-    ----------
-    sequences : sequence of InterfererSequence
-        B of them, with one time scheme.
-    filters : sequence of RaisedCosineFilter
-        B of them; equal ones next to each other.
-    ramp_counts : tuple of int
-        The S numbers of ramps that maps have, ascending; the last one is that of the sequences.
-    """
-
-    sequences: Sequence[InterfererSequence]
-    filters: Sequence[RaisedCosineFilter]
+    sequences: Sequence[InterfererSequence]  #: B of them, with one time scheme
+    filters: Sequence[RaisedCosineFilter]  #: B of them; equal ones next to each other
+    #: the S numbers of ramps that maps have, ascending; the last one is that of the sequences
     ramp_counts: tuple[int, ...]
 
     def select(self, chosen: slice) -> "Interferers":
@@ -47,40 +38,25 @@ class Interferers:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class BurstRows:
-    """Bursts of several interferers, one a row.
+    """Bursts of several interferers, one a row."""
 
-    Attributes
-    ----------
-    num_keys : int
-        B S: every interferer has a key for the ramps up to the first of the numbers of ramps,
-        one for those from there to the second, ...
-    keys, ramps : (M,) int
-        Which key, ascending, and which of the victim's ramps.
-    vectors : (M, K + 2, N) complex
-        Orthonormal basis of the span of U Psi, a dependent column being zero, and the derivatives
-        of U Psi beta by theta, orthonormal, as real vectors, to each other and the basis.
-    signals : (M, N) complex
-        U Psi beta, up to the level that the SIR sets.
-    """
-
+    #: B S: every interferer has a key for the ramps up to the first of the numbers of ramps, one
+    #: for those from there to the second, ...
     num_keys: int
+    #: (M,) which key, ascending, and which of the victim's ramps
     keys: IntArray
     ramps: IntArray
+    #: (M, K + 2, N) orthonormal basis of the span of U Psi, a dependent column being zero, and the
+    #: derivatives of U Psi beta by theta, orthonormal, as real vectors, to each other and the basis
     vectors: ComplexArray
-    signals: ComplexArray
+    signals: ComplexArray  #: (M, N) U Psi beta, up to the level that the SIR sets
 
 
 def make_bursts(radar: ChirpSequence, channel: Channel, interferers: Interferers) -> BurstRows:
     """Make the bursts of interferers with common paths, (12) with (39) and (41).
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    channel : Channel
-        Paths from every interferer to the victim.
-    interferers : Interferers
-        Who makes them.
+    `radar`: the victim; `channel`: paths from every interferer to the victim; `interferers`: who
+    makes them.
     """
     sequences, counts = interferers.sequences, interferers.ramp_counts
     common = overlapping_passages(radar, sequences[0])

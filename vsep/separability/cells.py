@@ -20,32 +20,18 @@ from vsep.studies.trial import DONE, Row
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CellResult:
-    """What the trials of one cell gave, added up.
+    """What the trials of one cell gave, added up."""
 
-    Attributes
-    ----------
-    cell : (int, int)
-        Column and row.
-    num_trials, num_failed : int
-        Trials made, and those of them without a result.
-    num_objects, num_found : int
-        True objects, and those within the cut-off of GOSPA, one resolution cell by default.
-    num_false : int
-        False alarms.
-    squared_errors : float
-        Sum over the found objects of beat plus Doppler error squared.
-    squared_bounds : float
-        Sum over the trials of their mean bound on that.
-    """
-
-    cell: Cell
+    cell: Cell  #: (int, int) column and row
+    #: trials made, and those of them without a result
     num_trials: int
     num_failed: int = 0
+    #: true objects, and those within the cut-off of GOSPA, one resolution cell by default
     num_objects: int
     num_found: int
-    num_false: int
-    squared_errors: float
-    squared_bounds: float
+    num_false: int  #: false alarms
+    squared_errors: float  #: sum over the found objects of beat plus Doppler error squared
+    squared_bounds: float  #: sum over the trials of their mean bound on that
 
     @property
     def detection(self) -> float:

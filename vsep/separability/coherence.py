@@ -22,18 +22,8 @@ _TINY = 1e-300
 def coherences(own: Products, spans: Products, counts: Sequence[int]) -> FloatArray:
     """Find the largest cosines for numbers of objects.
 
-    Parameters
-    ----------
-    own : Products
-        Of the lines, B is 1.
-    spans : Products
-        Of their parts within span U Psi.
-    counts : sequence of int
-        Numbers of objects.
-
-    Returns
-    -------
-    (B, number of counts, D) float
+    `own`: of the lines, B is 1; `spans`: of their parts within span U Psi; `counts`: numbers of
+    objects. Returns (B, number of counts, D).
     """
     whitening = _whitening(own.among[0, 0, :, 0])
     overlap = whitening @ own.across[0, 0, :, 0]
@@ -50,16 +40,8 @@ def coherences(own: Products, spans: Products, counts: Sequence[int]) -> FloatAr
 def largest_bordered(among: ComplexArray, border: ComplexArray, corner: FloatArray) -> FloatArray:
     """Find the largest eigenvalues of Hermitian matrices with one row and column more.
 
-    Parameters
-    ----------
-    among : (B, M, M) complex
-    border : (B, M, D) complex
-        D different columns to put at the right.
-    corner : (B, D) float
-
-    Returns
-    -------
-    (B, D) float
+    `among` (B, M, M); `border` (B, M, D): D different columns to put at the right; `corner` (B, D).
+    Returns (B, D).
 
     Examples
     --------

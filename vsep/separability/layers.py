@@ -37,22 +37,12 @@ class PairLayers:
 
     They are of B interferers with S numbers of ramps, and of numbers of objects at D delays of the
     first one.
-
-    Attributes
-    ----------
-    whole_db : array
-        (27) as a ratio of norms over all objects.
-    weakest_db : array
-        (27) object by object, the smallest ratio.
-    coherence : array
-        Cosine of the smallest principal angle between span Phi and span U Psi.
-    bound_loss_db : array
-        Mean bound on the variance of beat and Doppler frequency, interference unknown over known.
     """
 
-    whole_db: FloatArray
-    weakest_db: FloatArray
-    coherence: FloatArray
+    whole_db: FloatArray  #: (27) as a ratio of norms over all objects
+    weakest_db: FloatArray  #: (27) object by object, the smallest ratio
+    coherence: FloatArray  #: cosine of the smallest principal angle between span Phi and span U Psi
+    #: mean bound on the variance of beat and Doppler frequency, interference unknown over known
     bound_loss_db: FloatArray
 
 
@@ -65,23 +55,9 @@ def pair_layers(
 ) -> PairLayers:
     """Evaluate all layers for interferers times sets of objects.
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    channel : Channel
-        Paths from every interferer to the victim.
-    interferers : Interferers
-        Who makes bursts, with how many ramps.
-    table : ObjectTable
-        Lines of all objects.
-    counts : sequence of int
-        Numbers of objects.
-
-    Returns
-    -------
-    PairLayers
-        NaN for an interferer without bursts; an infinite loss where the bound is.
+    `radar`: the victim; `channel`: paths from every interferer to the victim; `interferers`: who
+    makes bursts, with how many ramps; `table`: lines of all objects; `counts`: numbers of objects.
+    An interferer without bursts has NaN; the loss is infinite where the bound is.
     """
     columns = table.num_kinds * table.num_lines
     row = (channel.num_paths + 2) * (columns + radar.num_samples)

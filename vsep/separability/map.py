@@ -15,23 +15,12 @@ from vsep.separability.map_spec import Cell, MapSpec
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Layer:
-    """One layer of a map.
+    """One layer of a map."""
 
-    Attributes
-    ----------
-    label : str
-        For a reader, with its unit.
-    diverging : bool
-        Whether zero is the middle of its colours.
-    empirical : bool
-        Whether it comes from trials.
-    floor, cap : float
-        The colours reach at least, and at most, up to these.
-    """
-
-    label: str
-    diverging: bool = False
-    empirical: bool = False
+    label: str  #: for a reader, with its unit
+    diverging: bool = False  #: whether zero is the middle of its colours
+    empirical: bool = False  #: whether it comes from trials
+    #: the colours reach at least, and at most, up to these
     floor: float = 1.0
     cap: float = 1.0
 
@@ -60,21 +49,12 @@ _MEASURES: dict[str, Callable[[CellResult], float]] = {
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SeparabilityMap:
-    """The layers of a map.
+    """The layers of a map."""
 
-    Attributes
-    ----------
-    spec : MapSpec
-        What they are of.
-    layers : mapping of str to (ny, nx) array
-        By the names of `LAYERS`. A cell that has no trials yet shows those of the coarser grid.
-    trials : (ny, nx) int array
-        Trials made in each cell.
-    """
-
-    spec: MapSpec
+    spec: MapSpec  #: what they are of
+    #: by the names of `LAYERS`. A cell that has no trials yet shows those of the coarser grid.
     layers: Mapping[str, FloatArray]
-    trials: FloatArray
+    trials: FloatArray  #: (ny, nx) trials made in each cell
 
     @property
     def finished(self) -> BoolArray:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 from vsep.presets.registry import DEFAULT_PRESET, PRESET_NAMES, simulated_preset
 from vsep.separability.axes import Axis, require_allowed, require_known
@@ -29,27 +29,7 @@ MAX_TRIALS = 1000
 class MapSpec:
     """Specification of a map; equal ones have equal maps.
 
-    Parameters
-    ----------
-    x, y : Axis
-        Of two different parameters.
-    scene : str
-        One of `PRESET_NAMES`: radar, objects and paths.
-    fixed : tuple of (str, float)
-        Values of parameters that are on no axis; the scene's own by default.
-    method : str
-        Name of `vsep.studies.methods`: the estimator or mitigation method.
-    trials : int
-        Realisations a cell.
-    settings : TrialSettings
-        Seed and schedule; GOSPA decides what is missed.
-    false_alarm_rate : float, optional
-        Sets the object threshold; the estimator's own by default.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value not allowed.
+    Raises `InputError` if a name is unknown or a value not allowed.
 
     Examples
     --------
@@ -59,20 +39,23 @@ class MapSpec:
     (40.0, 60.0)
     """
 
+    #: of two different parameters
     x: Axis
     y: Axis
-    scene: str = DEFAULT_PRESET
+    scene: str = DEFAULT_PRESET  #: one of `PRESET_NAMES`: radar, objects and paths
+    #: values of parameters that are on no axis; the scene's own by default
     fixed: tuple[tuple[str, float], ...] = ()
+    #: name of `vsep.studies.methods`: the estimator or mitigation method
     method: str = "factorised"
-    trials: int = 5
+    trials: int = 5  #: realisations a cell
+    #: seed and schedule; GOSPA decides what is missed
     settings: TrialSettings = field(default_factory=TrialSettings)
+    #: sets the object threshold; the estimator's own by default
     false_alarm_rate: float | None = None
 
     def __post_init__(self) -> None:
         """Check names and values; the fixed ones get an order."""
-        if self.scene not in PRESET_NAMES:
-            allowed = ", ".join(PRESET_NAMES)
-            raise InputError(f"The scene is {self.scene!r}; it must be one of {allowed}.")
+        require_choice("The scene", self.scene, PRESET_NAMES)
         if self.x.name == self.y.name:
             raise InputError(f"Both axes are {self.x.name}; they must differ.")
         for name, value in self.fixed:

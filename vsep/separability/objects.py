@@ -19,29 +19,18 @@ from vsep.units import wrap_frequency
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ObjectTable:
-    """Lines of all objects, and the derivatives of the weighted lines.
+    """Lines of all objects, and the derivatives of the weighted lines."""
 
-    Attributes
-    ----------
-    num_others : int
-        F, objects beside the first one; their lines come first.
-    amplitudes : (U,) complex
-        Weights of the lines.
-    beat_lines, doppler_lines : (U, N), (U, P) complex
-        Factors of the unit-norm atoms.
-    beat_slopes, doppler_slopes : (U, N), (U, P) complex
-        Their derivatives by the frequency.
-    products : Products
-        Of the atoms, of the weighted atoms' derivatives by the beat frequency and, if there are
-        several ramps (C = 3, else 2), by the Doppler frequency; B is 1.
-    """
-
-    num_others: int
-    amplitudes: ComplexArray
+    num_others: int  #: F, objects beside the first one; their lines come first
+    amplitudes: ComplexArray  #: (U,) weights of the lines
+    #: (U, N) factors of the unit-norm atoms
     beat_lines: ComplexArray
     doppler_lines: ComplexArray
+    #: (U, N) their derivatives by the frequency
     beat_slopes: ComplexArray
     doppler_slopes: ComplexArray
+    #: of the atoms, of the weighted atoms' derivatives by the beat frequency and, if there are
+    #: several ramps (C = 3, else 2), by the Doppler frequency; B is 1
     products: Products
 
     @property
@@ -58,14 +47,8 @@ class ObjectTable:
 def make_table(radar: ChirpSequence, objects: Channel, delays_s: Sequence[float]) -> ObjectTable:
     """Make the table of a scene's objects.
 
-    Parameters
-    ----------
-    radar : ChirpSequence
-        The victim.
-    objects : Channel
-        As many as the fullest cell has.
-    delays_s : sequence of float
-        Delays of the first object; its own if there is none.
+    `radar`: the victim; `objects`: as many as the fullest cell has; `delays_s`: delays of the first
+    object; its own if there is none.
     """
     others = np.arange(1, objects.num_paths)
     moved = np.array(delays_s if len(delays_s) else objects.delays_s[:1], dtype=np.float64)

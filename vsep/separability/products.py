@@ -16,21 +16,11 @@ from vsep._typing import ComplexArray, FloatArray
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Products:
-    """Inner products of the C kinds of columns of F other objects and of a last one at D delays.
+    """Inner products of the C kinds of columns of F other objects and of a last one at D delays."""
 
-    Attributes
-    ----------
-    among : (B, C, F, C, F) array
-        Of the others.
-    across : (B, C, F, C, D) array
-        Of the others with the last one.
-    within : (B, C, C, D) array
-        Of the last one with itself.
-    """
-
-    among: NDArray[Any]
-    across: NDArray[Any]
-    within: NDArray[Any]
+    among: NDArray[Any]  #: (B, C, F, C, F) of the others
+    across: NDArray[Any]  #: (B, C, F, C, D) of the others with the last one
+    within: NDArray[Any]  #: (B, C, C, D) of the last one with itself
 
     def summed(self, num_segments: int) -> "Products":
         """Sum over all segments of a burst's ramps up to each; B holds segments fastest."""
@@ -74,12 +64,8 @@ class Products:
 def make_products(columns: ComplexArray | FloatArray, num_others: int) -> Products:
     """Multiply columns with each other.
 
-    Parameters
-    ----------
-    columns : (B, R, C, U) array
-        R coordinates of the C kinds of columns of all lines: the others, then the last one.
-    num_others : int
-        F.
+    `columns` (B, R, C, U): R coordinates of the C kinds of columns of all lines: the others, then
+    the last one; `num_others`: F.
     """
     num_keys, num_rows, num_kinds, _ = columns.shape
     others = columns[..., :num_others].reshape(num_keys, num_rows, -1)

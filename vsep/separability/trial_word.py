@@ -80,10 +80,7 @@ def word_parts(spec: MapSpec) -> tuple[str, list[str], list[str]]:
 def trial_of_word(word: str) -> Trial:
     """Return the trial that a word names.
 
-    Raises
-    ------
-    InputError
-        If it names none.
+    Raises `InputError` if it names none.
 
     Examples
     --------

@@ -32,25 +32,16 @@ _MAX_GRID = 2**22
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Passages:
-    """Pairs of a victim's and an interferer's ramp that overlap in time.
+    """Pairs of a victim's and an interferer's ramp that overlap in time."""
 
-    Parameters
-    ----------
-    ramps, interferer_ramps : (B,) int
-        p and p_I.
-    offsets_s : (B,) float
-        T_0 of (39): age of the interferer's ramp at the first sample of the victim's.
-    start_frequencies_hz : (B,) float
-        f_I + k_I T_0 - f_0, intermediate frequency at the first sample.
-    slope_hz_per_s : float
-        k_I - k.
-    """
-
+    #: (B,) p and p_I
     ramps: IntArray
     interferer_ramps: IntArray
+    #: (B,) T_0 of (39): age of the interferer's ramp at the first sample of the victim's
     offsets_s: FloatArray
+    #: (B,) f_I + k_I T_0 - f_0, intermediate frequency at the first sample
     start_frequencies_hz: FloatArray
-    slope_hz_per_s: float
+    slope_hz_per_s: float  #: k_I - k
 
     def select(self, chosen: BoolArray) -> "Passages":
         """Return the passages that a (B,) mask chooses."""
@@ -173,10 +164,7 @@ def multiplicative_bursts(
 ) -> ComplexArray:
     """Interference of one interferer by (7) with (39) and (41), (P, N).
 
-    Raises
-    ------
-    InputError
-        If both radars have the same slope.
+    Raises `InputError` if both radars have the same slope.
     """
     sequence = interferer.sequence
     if sequence.slope_hz_per_s == radar.slope_hz_per_s:

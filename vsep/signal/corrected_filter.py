@@ -33,13 +33,6 @@ _FOURTH_DIFFERENCE: Final = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 class CorrectedFilter(ModifiedResponse):
     """An assumed filter plus cubic B-splines on a regular grid of frequencies.
 
-    Parameters
-    ----------
-    assumed : AntiAliasingFilter
-        With a finite cut-off.
-    coefficients : (NUM_SPLINES,) complex
-        Weights of the splines, from the lowest frequency up; a spline's peak is 2/3.
-
     Examples
     --------
     >>> from vsep.signal.filters import RaisedCosineFilter
@@ -49,7 +42,8 @@ class CorrectedFilter(ModifiedResponse):
     array([2., 1.])
     """
 
-    assumed: AntiAliasingFilter
+    assumed: AntiAliasingFilter  #: with a finite cut-off
+    #: (NUM_SPLINES,) weights of the splines, from the lowest frequency up; a spline's peak is 2/3
     coefficients: ComplexArray
 
     @property

@@ -19,18 +19,10 @@ from vsep.signal.scene import Scene
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class UniformLinearArray:
-    """Equally spaced receive antennas of one transmitter.
+    """Equally spaced receive antennas of one transmitter."""
 
-    Parameters
-    ----------
-    num_antennas : int
-        A.
-    spacing_wavelengths : float
-        d; up to half a wavelength every direction is told apart.
-    """
-
-    num_antennas: int
-    spacing_wavelengths: float = 0.5
+    num_antennas: int  #: A
+    spacing_wavelengths: float = 0.5  #: d; up to half a wavelength every direction is told apart
 
     def __post_init__(self) -> None:
         """Check number and spacing."""
@@ -65,24 +57,12 @@ class UniformLinearArray:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class AntennaScene:
-    """A scene, the antennas that receive it, and the directions of all that is in it.
+    """A scene, the antennas that receive it, and the directions of all that is in it."""
 
-    Parameters
-    ----------
-    scene : Scene
-        As the first antenna receives it; SNR and SIR are those of one antenna.
-    antennas : UniformLinearArray
-        Who receives it.
-    object_angles_deg : (L,) float
-        Of every object.
-    interferer_angles_deg : (I,) float
-        Of every interferer, for all its paths.
-    """
-
-    scene: Scene
-    antennas: UniformLinearArray
-    object_angles_deg: FloatArray
-    interferer_angles_deg: FloatArray
+    scene: Scene  #: as the first antenna receives it; SNR and SIR are those of one antenna
+    antennas: UniformLinearArray  #: who receives it
+    object_angles_deg: FloatArray  #: (L,) of every object
+    interferer_angles_deg: FloatArray  #: (I,) of every interferer, for all its paths
 
     def __post_init__(self) -> None:
         """Check that everything has one direction, and freeze them."""

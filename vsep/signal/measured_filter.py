@@ -202,18 +202,8 @@ def _nonuniform_inverse_dft(
 ) -> ComplexArray:
     """Sum over m coefficients[:, row, m] exp(j 2 pi cycles (m - M/2)), M even.
 
-    Parameters
-    ----------
-    coefficients : (A, S, M) complex
-        A quantities for S rows.
-    row : (Q,) int
-        The row of every query.
-    cycles : (Q,) float
-        Cycles per mode of every query.
-
-    Returns
-    -------
-    (A, Q) complex
+    `coefficients` (A, S, M): A quantities for S rows; `row` (Q,): the row of every query; `cycles`
+    (Q,): cycles per mode of every query. Returns (A, Q).
     """
     num_modes = coefficients.shape[-1]
     num_bins = 2 * next_fast_len(num_modes)

@@ -26,21 +26,11 @@ from vsep.kernels.splines import bspline_terms, spline_terms
 
 
 class ResponseJet(NamedTuple):
-    """Modified response with its first two derivatives by the frequency.
+    """Modified response with its first two derivatives by the frequency."""
 
-    Parameters
-    ----------
-    value : complex array
-        Gbar.
-    first : complex array
-        dGbar/df in 1/Hz.
-    second : complex array
-        d^2 Gbar/df^2 in 1/Hz^2; dGbar/d(Delta k) is ``-0.25j / pi`` times this.
-    """
-
-    value: ComplexArray
-    first: ComplexArray
-    second: ComplexArray
+    value: ComplexArray  #: gbar
+    first: ComplexArray  #: dGbar/df in 1/Hz
+    second: ComplexArray  #: d^2 Gbar/df^2 in 1/Hz^2; dGbar/d(Delta k) is ``-0.25j / pi`` times this
 
 
 class ModifiedResponse(ABC):
@@ -57,13 +47,7 @@ class ModifiedResponse(ABC):
     def modified_response(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ComplexArray:
-        """Return the modified response Gbar(f; Delta k) of (40)-(41); the arguments broadcast.
-
-        Raises
-        ------
-        InputError
-            If a slope difference is zero.
-        """
+        """Return the modified response Gbar(f; Delta k) of (40)-(41); the arguments broadcast."""
         return self.modified_response_jet(frequency_hz, slope_difference_hz_per_s).value
 
 

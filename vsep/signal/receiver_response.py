@@ -19,24 +19,7 @@ from vsep.signal.measured_filter import MeasuredFilter
 class ReceiverResponse:
     """Sampled complex response of every antenna of a receiver, in the paper's sign.
 
-    Parameters
-    ----------
-    frequency_hz : (F,) float
-        Ascending.
-    response : (A, F) complex
-        G of every antenna.
-    coherence : (A, F) float
-        From 0 to 1: how much of the bursts' spectrum at a frequency the response explains.
-    slope_difference_hz_per_s : float
-        At which it was measured. An error of this value is a quadratic phase of the response,
-        harmless for bursts of the same slope difference only.
-    num_bursts : int
-        Of how many bursts it is the common part.
-
-    Raises
-    ------
-    InputError
-        If the arrays do not fit together or cannot be a filter.
+    Raises `InputError` if the arrays do not fit together or cannot be a filter.
 
     Examples
     --------
@@ -50,11 +33,14 @@ class ReceiverResponse:
     array([5.e-08])
     """
 
-    frequency_hz: FloatArray
-    response: ComplexArray
+    frequency_hz: FloatArray  #: (F,) ascending
+    response: ComplexArray  #: (A, F) G of every antenna
+    #: (A, F) from 0 to 1: how much of the bursts' spectrum at a frequency the response explains
     coherence: FloatArray
+    #: at which it was measured. An error of this value is a quadratic phase of the response,
+    #: harmless for bursts of the same slope difference only.
     slope_difference_hz_per_s: float
-    num_bursts: int
+    num_bursts: int  #: of how many bursts it is the common part
 
     def __post_init__(self) -> None:
         """Check that every antenna's samples make a filter, and freeze the arrays."""
@@ -90,10 +76,7 @@ class ReceiverResponse:
     def filter_of(self, antenna: int) -> MeasuredFilter:
         """Return the filter that an estimator assumes for one antenna.
 
-        Raises
-        ------
-        InputError
-            If there is no such antenna.
+        Raises `InputError` if there is no such antenna.
         """
         if not 0 <= antenna < self.num_antennas:
             raise InputError(

@@ -86,21 +86,11 @@ class Scene:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class TrueBurst:
-    """One crossing of the victim's band, with the parameters of (12) in Hz.
+    """One crossing of the victim's band, with the parameters of (12) in Hz."""
 
-    Parameters
-    ----------
-    ramp : int
-        The victim's ramp p.
-    start_frequency_hz : float
-        Intermediate frequency at the ramp's first sample.
-    slope_hz_per_s : float
-        Delta k, slope of the interferer minus that of the victim.
-    """
-
-    ramp: int
-    start_frequency_hz: float
-    slope_hz_per_s: float
+    ramp: int  #: the victim's ramp p
+    start_frequency_hz: float  #: intermediate frequency at the ramp's first sample
+    slope_hz_per_s: float  #: Delta k, slope of the interferer minus that of the victim
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from vsep._typing import ComplexArray, frozen
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
@@ -208,9 +208,7 @@ def _interference(
     model: InterferenceModel,
 ) -> ComplexArray:
     """Sum over the interferers with the relative levels that their channel weights set."""
-    if model not in INTERFERENCE_MODELS:
-        allowed = ", ".join(INTERFERENCE_MODELS)
-        raise InputError(f"The interference model is {model!r}; it must be one of {allowed}.")
+    require_choice("The interference model", model, INTERFERENCE_MODELS)
     total = np.zeros(radar.shape, dtype=np.complex128)
     for interferer in interferers:
         if model == "multiplicative":

@@ -19,36 +19,18 @@ Window: TypeAlias = Literal["hann", "rectangular"]
 
 
 class DelaySpectrum(NamedTuple):
-    """Power over the beat frequency.
+    """Power over the beat frequency."""
 
-    Parameters
-    ----------
-    beats : (M,) float
-        Ascending, in cycles per sample.
-    power : (..., M) float
-        Linear; the leading axes are those of the signal.
-    """
-
-    beats: FloatArray
-    power: FloatArray
+    beats: FloatArray  #: (M,) ascending, in cycles per sample
+    power: FloatArray  #: (..., M) linear; the leading axes are those of the signal
 
 
 class RangeDopplerMap(NamedTuple):
-    """Power over Doppler and beat frequency.
+    """Power over Doppler and beat frequency."""
 
-    Parameters
-    ----------
-    dopplers : (Mp,) float
-        Ascending, in cycles per ramp.
-    beats : (Mn,) float
-        Ascending, in cycles per sample.
-    power : (Mp, Mn) float
-        Linear.
-    """
-
-    dopplers: FloatArray
-    beats: FloatArray
-    power: FloatArray
+    dopplers: FloatArray  #: (Mp,) ascending, in cycles per ramp
+    beats: FloatArray  #: (Mn,) ascending, in cycles per sample
+    power: FloatArray  #: (Mp, Mn) linear
 
 
 def delay_spectrum(
@@ -110,10 +92,6 @@ def range_doppler_map(
     zero_padding, window, lowest_beat
         As for `delay_spectrum`; the Doppler axis runs from -1/2.
 
-    Returns
-    -------
-    RangeDopplerMap
-
     Raises
     ------
     InputError
@@ -156,14 +134,15 @@ def _line_spectrum(
     require_range("lowest_beat", lowest, -1.0, 0.0, "cycles per sample")
     num_samples = signal.shape[-1]
     num_bins = int(zero_padding) * num_samples
-    weights = _window(num_samples, window)
+    weights = window_weights(num_samples, window)
     scaled = signal * (weights * (np.sqrt(num_samples) / weights.sum()))
     spectrum = ifft(scaled, n=num_bins, axis=-1, norm="forward")
     bins = np.arange(num_bins) + int(np.ceil(lowest * num_bins))
     return bins / num_bins, spectrum[..., bins % num_bins]
 
 
-def _window(num_samples: int, window: Window) -> FloatArray:
+def window_weights(num_samples: int, window: Window) -> FloatArray:
+    """(N,) weights of a window by its name; `InputError` if there is none of that name."""
     if window == "rectangular":
         return np.ones(num_samples)
     if window == "hann":

@@ -60,10 +60,7 @@ class SignalModel:
 
     @classmethod
     def of_radar(
-        cls,
-        radar: ChirpSequence,
-        anti_aliasing_filter: AntiAliasingFilter,
-        num_antennas: int = 1,
+        cls, radar: ChirpSequence, anti_aliasing_filter: AntiAliasingFilter, num_antennas: int = 1
     ) -> "SignalModel":
         """Model of the frames of a radar, with the filter to assume."""
         return cls(

@@ -18,17 +18,8 @@ _NUM_QUANTILES = 199
 def box_panels(grouped: Mapping[GroupKey, Group], spec: BoxSpec) -> list[BoxPanel]:
     """Return boxes of error, misses and false alarms at one point.
 
-    Parameters
-    ----------
-    grouped : mapping
-        Of `vsep.studies.summary.groups`.
-    spec : BoxSpec
-        Which point, and the title.
-
-    Returns
-    -------
-    list of BoxPanel
-        Three, or none if the point has no rows.
+    `grouped`: of `vsep.studies.summary.groups`; `spec`: which point, and the title. Returns three,
+    or none if the point has no rows.
     """
     chosen = [
         (method, group)
@@ -58,28 +49,20 @@ def _values(group: Group, metric: str) -> FloatArray:
 
 def _box(role: str, values: FloatArray) -> Box:
     defined = values[np.isfinite(values)]
-    if len(defined) == 0:
-        nothing = float("nan")
-        return Box(
-            role=role,
-            low=nothing,
-            first=nothing,
-            middle=nothing,
-            third=nothing,
-            high=nothing,
-            outliers=(),
-        )
-    first, middle, third = np.quantile(defined, [0.25, 0.5, 0.75])
-    reach = 1.5 * (third - first)
-    inside = defined[(defined >= first - reach) & (defined <= third + reach)]
-    outside = defined[(defined < first - reach) | (defined > third + reach)]
+    low = first = middle = third = high = np.nan
+    outside = defined
+    if len(defined):
+        first, middle, third = np.quantile(defined, [0.25, 0.5, 0.75])
+        reach = 1.5 * (third - first)
+        within = (defined >= first - reach) & (defined <= third + reach)
+        low, high, outside = defined[within].min(), defined[within].max(), defined[~within]
     return Box(
         role=role,
-        low=float(inside.min()),
+        low=float(low),
         first=float(first),
         middle=float(middle),
         third=float(third),
-        high=float(inside.max()),
+        high=float(high),
         outliers=tuple(sorted(outside.tolist())),
     )
 
@@ -87,17 +70,8 @@ def _box(role: str, values: FloatArray) -> Box:
 def quantile_panels(grouped: Mapping[GroupKey, Group], spec: QuantileSpec) -> list[FigurePanel]:
     """Q-Q plot of errors over their reported standard deviation against the normal law.
 
-    Parameters
-    ----------
-    grouped : mapping
-        Of `vsep.studies.summary.groups`.
-    spec : QuantileSpec
-        Whose points are pooled, and the title.
-
-    Returns
-    -------
-    list of FigurePanel
-        One, or none if there is no error.
+    `grouped`: of `vsep.studies.summary.groups`; `spec`: whose points are pooled, and the title.
+    Returns one, or none if there is no error.
     """
     ratios: dict[str, list[FloatArray]] = {}
     for (_, _, method), group in grouped.items():

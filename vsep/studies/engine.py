@@ -16,14 +16,7 @@ from vsep._processes import worker_pool
 from vsep._validation import require_range
 from vsep.studies.cluster import run_on_cluster
 from vsep.studies.pickling import dump_trial, run_dumped_trial
-from vsep.studies.rows import (
-    RowKey,
-    append_rows,
-    read_rows,
-    repair,
-    require_same_study,
-    row_key,
-)
+from vsep.studies.rows import RowKey, append_rows, read_rows, repair, require_same_study, row_key
 from vsep.studies.study import Study, Trial
 from vsep.studies.trial import Row, failed_rows, run_trial
 

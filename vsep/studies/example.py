@@ -74,13 +74,7 @@ def _fast_time(
         _series(name, time_us, np.abs(signal) ** 2, _line_kind(name))
         for name, signal in signals.items()
     ]
-    return FigurePanel(
-        title=title,
-        x_label="fast time [µs]",
-        y_label="level [dB]",
-        series=_above_floor(series),
-        note=f"ramp {ramp}",
-    )
+    return _panel(title, "fast time [µs]", series, f"ramp {ramp}")
 
 
 def _delay(
@@ -96,33 +90,18 @@ def _delay(
         beats, power = delay_spectrum(signal)
         series.append(_series(name, radar.range_from_beat(beats), power, _line_kind(name)))
     share = 1.0 / radar.num_ramps
-    series.append(
-        _series(
-            "true object",
-            radar.range_from_beat(truth.beats),
-            share * np.abs(truth.amplitudes) ** 2,
-            "crosses",
-        )
-    )
-    series.append(
-        _series(
-            "estimated object",
-            radar.range_from_beat(state.objects.beats),
-            share * np.abs(state.objects.amplitudes) ** 2,
-            "stems",
-        )
-    )
+    found = state.objects
+    true_m, found_m = radar.range_from_beat(truth.beats), radar.range_from_beat(found.beats)
+    series += [
+        _series("true object", true_m, share * np.abs(truth.amplitudes) ** 2, "crosses"),
+        _series("estimated object", found_m, share * np.abs(found.amplitudes) ** 2, "stems"),
+    ]
     for burst in state.bursts_in(ramp):
         lines = burst.active_bins / drawn.model.num_grid_bins
         power = np.abs(burst.amplitudes) ** 2 / radar.num_samples
         series.append(_series("channel component", radar.range_from_beat(lines), power, "stems"))
-    return FigurePanel(
-        title=title,
-        x_label="range [m]",
-        y_label="level [dB]",
-        series=_above_floor(series),
-        note=f"ramp {ramp}; levels of an object's spectral peak",
-    )
+    note = f"ramp {ramp}; levels of an object's spectral peak"
+    return _panel(title, "range [m]", series, note)
 
 
 def _line_kind(name: str) -> SeriesKind:
@@ -137,11 +116,12 @@ def _series(name: str, x: FloatArray, power: FloatArray, kind: SeriesKind) -> Se
     return Series(label=name, role=name, kind=kind, x=x[order], y=level, low=none, high=none)
 
 
-def _above_floor(series: list[Series]) -> tuple[Series, ...]:
+def _panel(title: str, x_label: str, series: list[Series], note: str) -> FigurePanel:
     """Lift what is far below the strongest value to one floor, where stems have their feet."""
     floor = max(float(one.y.max(initial=-np.inf)) for one in series) - _SHOWN_DB
-    return tuple(
+    lifted = tuple(
         replace(one, y=np.maximum(one.y, floor), low=np.full(len(one.x), floor))
         for one in series
         if len(one.x)
     )
+    return FigurePanel(title=title, x_label=x_label, y_label="level [dB]", series=lifted, note=note)

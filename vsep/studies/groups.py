@@ -22,24 +22,13 @@ DETECTION_CELLS = 0.5
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Group:
-    """Rows of one method at one point, and of two others on the same realisations.
+    """Rows of one method at one point, and of two others on the same realisations."""
 
-    Attributes
-    ----------
-    rows : tuple of dict
-        Finished rows, by realisation.
-    references : tuple of dict or None
-        The reference's row of the same realisation, where there is one.
-    masked : tuple of dict or None
-        The same of the masked estimator.
-    num_failed : int
-        Rows without results.
-    """
-
-    rows: tuple[Row, ...]
+    rows: tuple[Row, ...]  #: finished rows, by realisation
+    #: the reference's row of the same realisation, where there is one
     references: tuple[Row | None, ...]
-    masked: tuple[Row | None, ...]
-    num_failed: int
+    masked: tuple[Row | None, ...]  #: the same of the masked estimator
+    num_failed: int  #: rows without results
 
     def column(self, name: str) -> FloatArray:
         """(n,) one number a row; NaN where there is none."""
@@ -99,16 +88,8 @@ def _partners(rows: Sequence[Row], others: Mapping[int, Row]) -> tuple[Row | Non
 def single_object_errors(rows: Sequence[Row | None], *, exact: bool = False) -> FloatArray:
     """Signed beat errors of single objects that were detected, NaN where they were not.
 
-    Parameters
-    ----------
-    rows : sequence of dict or None
-        Frames of one object.
-    exact : bool
-        Count only frames with the right number of objects, as the paper does.
-
-    Returns
-    -------
-    (n,) float
+    `rows`: frames of one object; `exact`: count only frames with the right number of objects, as
+    the paper does. Returns (n,).
     """
     return np.array([_single_object_error(row, exact) for row in rows], dtype=np.float64)
 

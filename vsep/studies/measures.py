@@ -24,6 +24,7 @@ from vsep.analysis.intervals import (
 from vsep.studies.groups import (
     Group,
     mean_assigned_errors,
+    number,
     single_object_errors,
     standardised_errors,
 )
@@ -48,8 +49,8 @@ def _detection_rate(group: Group) -> Interval:
     return _share(np.isfinite(single_object_errors(_singles(group))).tolist())
 
 
-def _exact_order_rate(group: Group) -> Interval:
-    return _share([row["num_objects"] == row["num_objects_true"] for row in group.rows])
+def _share_of_rows(holds: Callable[[Row], bool]) -> Metric:
+    return lambda group: _share([holds(row) for row in group.rows])
 
 
 def _rmse(*, exact: bool, relative: bool) -> Metric:
@@ -72,10 +73,6 @@ def _paired(group: Group, differences: FloatArray, statistic: Statistic) -> Inte
     return bootstrap_interval(np.zeros(0) if own else differences, statistic)
 
 
-def _mean_assigned_error(group: Group) -> Interval:
-    return bootstrap_interval(mean_assigned_errors(group))
-
-
 def _count(name: str) -> Metric:
     def metric(group: Group) -> Interval:
         counts = group.column(name)
@@ -95,10 +92,6 @@ def _false_alarm_ratio(group: Group) -> Interval:
         return bootstrap_interval(np.zeros(0))
     found = _count("false_alarms")(group)
     return replace(found, value=found.value / asked, low=found.low / asked, high=found.high / asked)
-
-
-def _many_false_alarms(group: Group) -> Interval:
-    return _share((group.column("false_alarms") > MANY_FALSE_ALARMS).tolist())
 
 
 def _average(name: str) -> Metric:
@@ -131,10 +124,7 @@ def _difference_of_rare(differences: FloatArray) -> Interval:
     more = poisson_interval(int(np.sum(np.maximum(differences, 0.0))), count)
     fewer = poisson_interval(int(np.sum(np.maximum(-differences, 0.0))), count)
     return replace(
-        more,
-        value=more.value - fewer.value,
-        low=more.low - fewer.high,
-        high=more.high - fewer.low,
+        more, value=more.value - fewer.value, low=more.low - fewer.high, high=more.high - fewer.low
     )
 
 
@@ -143,10 +133,6 @@ def _gospa_over_masked(group: Group) -> Interval:
     own = group.rows[0]["method"] == MASKED
     differences = group.column("gospa") - group.masked_column("gospa")
     return bootstrap_interval(np.zeros(0) if own else differences, mean)
-
-
-def _unconverged_rate(group: Group) -> Interval:
-    return _share([row["termination"] != "converged" for row in group.rows])
 
 
 def _within(deviations: float) -> Metric:
@@ -160,20 +146,22 @@ def _within(deviations: float) -> Metric:
 
 METRICS: dict[str, Metric] = {
     "detection_rate": _detection_rate,
-    "exact_order_rate": _exact_order_rate,
+    "exact_order_rate": _share_of_rows(lambda row: row["num_objects"] == row["num_objects_true"]),
     "rmse_detected": _rmse(exact=False, relative=False),
     "rmse_exact": _rmse(exact=True, relative=False),
     "rmse_detected_over_crlb": _rmse(exact=False, relative=True),
     "rmse_exact_over_crlb": _rmse(exact=True, relative=True),
     "paired_rmse_over_crlb": _paired_rmse,
     "root_crlb": lambda group: bootstrap_interval(group.column("root_crlb"), root_mean_square),
-    "mean_assigned_error": _mean_assigned_error,
+    "mean_assigned_error": lambda group: bootstrap_interval(mean_assigned_errors(group)),
     "misses": _count("misses"),
     "false_alarms": _count("false_alarms"),
     "false_alarm_ratio": _false_alarm_ratio,
     "excess_misses": _excess("misses"),
     "excess_false_alarms": _excess("false_alarms"),
-    "many_false_alarms_rate": _many_false_alarms,
+    "many_false_alarms_rate": _share_of_rows(
+        lambda row: number(row["false_alarms"]) > MANY_FALSE_ALARMS
+    ),
     "gospa": _average("gospa"),
     "gospa_over_masked": _gospa_over_masked,
     "sinr_db": _average("sinr_db"),
@@ -184,5 +172,5 @@ METRICS: dict[str, Metric] = {
     "separability_weakest_db": _middle("separability_weakest_db"),
     "iterations": _average("iterations"),
     "seconds": _middle("seconds"),
-    "unconverged_rate": _unconverged_rate,
+    "unconverged_rate": _share_of_rows(lambda row: row["termination"] != "converged"),
 }

@@ -93,10 +93,8 @@ def read_methods(methods: Iterable[Any]) -> Methods:
 def entry_of(method: Any) -> Entry:
     """Return the entry of a method that is handed over as an object.
 
-    Raises
-    ------
-    InputError
-        If it is no method, or an estimator of one frame: a study makes its own for every point.
+    Raises `InputError` if it is no method, or an estimator of one frame: a study makes its own for
+    every point.
     """
     if isinstance(method, EstimatorEntry | MitigationEntry):
         return method
@@ -133,10 +131,7 @@ def require_methods(names: tuple[str, ...], handed: Handed = ()) -> tuple[str, .
 
     Those of entries handed over are known as well.
 
-    Raises
-    ------
-    InputError
-        Otherwise.
+    Raises `InputError` otherwise.
 
     Examples
     --------

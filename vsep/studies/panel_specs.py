@@ -13,47 +13,23 @@ ERROR_MISSES_FALSE_ALARMS = (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PanelSpec:
-    """Curves of one metric over one parameter.
+    """Curves of one metric over one parameter."""
 
-    Parameters
-    ----------
-    panel : str
-        The points that it shows, those of this panel.
-    metric : str
-        One of `vsep.studies.measures.METRICS`.
-    x : str
-        The parameter of the points that it is drawn over.
-    y_label, title : str
-        For the reader; panels of one title make one figure.
-    x_label : str
-        The parameter's own by default.
-    variant : str, optional
-        Parameter that tells several curves of one method apart.
-    methods : tuple of str, optional
-        Those that are drawn; all that have rows by default.
-    of_scene : bool
-        Whether the metric is the same for all methods, and drawn once.
-    log_x, log_y : bool
-        Whether an axis is logarithmic.
-    guides : tuple of (str, float)
-        Dashed lines with their labels.
-    with_bound : bool
-        Whether the root of the Cramer-Rao bound is drawn, too.
-    """
-
-    panel: str
-    metric: str
-    x: str
+    panel: str  #: the points that it shows, those of this panel
+    metric: str  #: one of `vsep.studies.measures.METRICS`
+    x: str  #: the parameter of the points that it is drawn over
+    #: for the reader; panels of one title make one figure
     y_label: str
     title: str
-    x_label: str = ""
-    variant: str | None = None
-    methods: tuple[str, ...] | None = None
-    of_scene: bool = False
+    x_label: str = ""  #: the parameter's own by default
+    variant: str | None = None  #: parameter that tells several curves of one method apart
+    methods: tuple[str, ...] | None = None  #: those that are drawn; all that have rows by default
+    of_scene: bool = False  #: whether the metric is the same for all methods, and drawn once
+    #: whether an axis is logarithmic
     log_x: bool = False
     log_y: bool = False
-    guides: tuple[tuple[str, float], ...] = ()
-    with_bound: bool = False
+    guides: tuple[tuple[str, float], ...] = ()  #: dashed lines with their labels
+    with_bound: bool = False  #: whether the root of the Cramer-Rao bound is drawn, too
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -15,34 +15,22 @@ SeriesKind: TypeAlias = Literal["curve", "line", "dashed", "stems", "crosses"]
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Series:
-    """One curve, line or set of marks.
+    """One curve, line or set of marks."""
 
-    Attributes
-    ----------
-    label : str
-        For the legend.
-    role : str
-        What it stands for, a method's name for example; the same role has the same colour in all
-        panels.
-    kind : str
-        "curve" has a marker at every point and an interval; "dashed" is a reference; "stems" and
-        "crosses" mark single positions.
-    variant : int
-        Series of one role in one panel are told apart by this number.
-    x, y : (n,) float
-        Ascending in x, but for marks.
-    low, high : (n,) float
-        Ends of the intervals, NaN where there is none; the foot of a stem is its low end.
-    """
-
-    label: str
+    label: str  #: for the legend
+    #: what it stands for, a method's name for example; the same role has the same colour in all
+    #: panels
     role: str
+    #: "curve" has a marker at every point and an interval; "dashed" is a reference; "stems" and
+    #: "crosses" mark single positions
     kind: SeriesKind
+    #: (n,) ascending in x, but for marks
     x: FloatArray
     y: FloatArray
+    #: (n,) ends of the intervals, NaN where there is none; the foot of a stem is its low end
     low: FloatArray
     high: FloatArray
-    variant: int = 0
+    variant: int = 0  #: series of one role in one panel are told apart by this number
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -60,25 +48,16 @@ class FigurePanel:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Box:
-    """Distribution over the realisations: quartiles, whiskers at 1.5 times their distance.
+    """Distribution over the realisations: quartiles, whiskers at 1.5 times their distance."""
 
-    Attributes
-    ----------
-    role : str
-        The method.
-    low, first, middle, third, high : float
-        Lower whisker, quartiles, upper whisker.
-    outliers : tuple of float
-        Values beyond the whiskers.
-    """
-
-    role: str
+    role: str  #: the method
+    #: lower whisker, quartiles, upper whisker
     low: float
     first: float
     middle: float
     third: float
     high: float
-    outliers: tuple[float, ...]
+    outliers: tuple[float, ...]  #: values beyond the whiskers
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -17,10 +17,7 @@ def dump_trial(trial: Trial) -> bytes:
     A class of a notebook or of an interactive session exists nowhere else, so it has to travel
     itself, which takes cloudpickle.
 
-    Raises
-    ------
-    InputError
-        If worker processes cannot import a method and cloudpickle is missing.
+    Raises `InputError` if worker processes cannot import a method and cloudpickle is missing.
     """
     file = BytesIO()
     pickler = _Pickler(file)

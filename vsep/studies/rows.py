@@ -7,7 +7,7 @@ is made anew.
 import json
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any, TextIO, TypeAlias
 
@@ -54,12 +54,7 @@ def trial_of_row(row: Row) -> Trial:
         point=Point(**row["point"]),
         realization=row["realization"],
         methods=(row["method"],),
-        settings=TrialSettings(
-            seed=row["seed"],
-            schedule=row["schedule"],
-            gospa_cutoff=row["gospa_cutoff"],
-            gospa_order=row["gospa_order"],
-        ),
+        settings=TrialSettings(**{field.name: row[field.name] for field in fields(TrialSettings)}),
     )
 
 
@@ -148,18 +143,9 @@ def study_of_rows(rows: Sequence[Row], path: str | Path) -> Study:
 def require_same_study(rows: Iterable[Row], study: Study, path: str | Path) -> None:
     """Refuse to mix rows of other settings into one file: a figure would average over both.
 
-    Raises
-    ------
-    InputError
-        If a row of this study has another seed, schedule, GOSPA or point.
+    Raises `InputError` if a row of this study has another seed, schedule, GOSPA or point.
     """
-    settings = study.settings
-    expected = {
-        "seed": settings.seed,
-        "schedule": settings.schedule,
-        "gospa_cutoff": settings.gospa_cutoff,
-        "gospa_order": settings.gospa_order,
-    }
+    expected = asdict(study.settings)
     for row in rows:
         if row["study"] != study.name:
             continue

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep.errors import InputError
+from vsep._validation import require_choice
 from vsep.studies.axes import x_value
 from vsep.studies.groups import number
 from vsep.studies.trial import DONE, Row
@@ -17,21 +17,11 @@ from vsep.studies.trial import DONE, Row
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Scatter:
-    """One dot a row.
+    """One dot a row."""
 
-    Attributes
-    ----------
-    x : (n,) float
-        The point's parameter.
-    y : (n,) float
-        The frame's own value.
-    rows : tuple of dict
-        The rows themselves, see `vsep.studies.rows.trial_of_row`.
-    """
-
-    x: FloatArray
-    y: FloatArray
-    rows: tuple[Row, ...]
+    x: FloatArray  #: (n,) the point's parameter
+    y: FloatArray  #: (n,) the frame's own value
+    rows: tuple[Row, ...]  #: the rows themselves, see `vsep.studies.rows.trial_of_row`
 
 
 def _mean_error(row: Row) -> float:
@@ -71,8 +61,7 @@ def scatter(rows: Iterable[Row], value: str, *, panel: str, method: str, x: str)
     InputError
         If the value is unknown.
     """
-    if value not in FRAME_VALUES:
-        raise InputError(f"value is {value!r}; it must be one of {', '.join(FRAME_VALUES)}.")
+    require_choice("value", value, FRAME_VALUES)
     chosen = [
         row
         for row in rows

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.errors import InputError
 from vsep.inference.core.schedule import schedule_by_name
@@ -22,69 +22,39 @@ from vsep.studies.panel_specs import AnySpec, PanelSpec
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Point:
-    """One point of a study: a family of scenes and the threshold they are searched with.
+    """One point of a study: a family of scenes and the threshold they are searched with."""
 
-    Parameters
-    ----------
-    panel : str
-        The part of the figure it belongs to, for example "3b".
-    scene : str
-        One of `vsep.presets.registry.SCENES`: a preset, a family of presets that take turns, or
-        frames of noise alone of the size of a preset's.
-    snr_db, sir_db : float
-        (25) and (26).
-    object_threshold_db, false_alarm_rate : float, optional
-        The object threshold, or the rate that sets it; without both the estimator's default rate.
-    butterworth_order : int
-        Order of the true filter; 0 is the raised cosine that the estimators assume.
-    interference_model : str
-        How the simulator makes the bursts.
-    num_interferers : int
-        1, or 2 for a burst of each in every interfered ramp.
-    num_second_crossings : int
-        1, or 2 if two chirps of the second interferer cross in every interfered ramp.
-    interferer_slope_hz_per_s : float, optional
-        Another slope k_I than that of Table I.
-    num_interfered_ramps : int, optional
-        In Simulation II: that many ramps in a row from the first on have a burst, in the place of
-        those that Table I makes.
-    num_objects : int, optional
-        Another number of objects than that of Table I.
-    object_delay_s : float, optional
-        Another delay of the first object.
-    filter_cutoff_hz : float, optional
-        Half-amplitude frequency of the true filter, in the place of the preset's.
-    filter_mismatch : float
-        By which share of it the estimators take the cut-off for larger than it is.
-    """
-
-    panel: str
+    panel: str  #: the part of the figure it belongs to, for example "3b"
+    #: one of `vsep.presets.registry.SCENES`: a preset, a family of presets that take turns, or
+    #: frames of noise alone of the size of a preset's
     scene: str
+    #: (25) and (26)
     snr_db: float
     sir_db: float
+    #: the object threshold, or the rate that sets it; without both the estimator's default rate
     object_threshold_db: float | None = None
     false_alarm_rate: float | None = None
+    #: order of the true filter; 0 is the raised cosine that the estimators assume
     butterworth_order: int = 0
-    interference_model: InterferenceModel = "multiplicative"
-    num_interferers: int = 1
+    interference_model: InterferenceModel = "multiplicative"  #: how the simulator makes the bursts
+    num_interferers: int = 1  #: 1, or 2 for a burst of each in every interfered ramp
+    #: 1, or 2 if two chirps of the second interferer cross in every interfered ramp
     num_second_crossings: int = 1
-    interferer_slope_hz_per_s: float | None = None
+    interferer_slope_hz_per_s: float | None = None  #: another slope k_I than that of Table I
+    #: in Simulation II: that many ramps in a row from the first on have a burst, in the place of
+    #: those that Table I makes
     num_interfered_ramps: int | None = None
-    num_objects: int | None = None
-    object_delay_s: float | None = None
+    num_objects: int | None = None  #: another number of objects than that of Table I
+    object_delay_s: float | None = None  #: another delay of the first object
+    #: half-amplitude frequency of the true filter, in the place of the preset's
     filter_cutoff_hz: float | None = None
+    #: by which share of it the estimators take the cut-off for larger than it is
     filter_mismatch: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the names and the counts; the simulator and the estimators check the rest."""
-        if self.scene not in SCENES:
-            allowed = ", ".join(SCENES)
-            raise InputError(f"scene is {self.scene!r}; it must be one of {allowed}.")
-        if self.interference_model not in INTERFERENCE_MODELS:
-            allowed = ", ".join(INTERFERENCE_MODELS)
-            raise InputError(
-                f"interference_model is {self.interference_model!r}; it must be one of {allowed}."
-            )
+        require_choice("scene", self.scene, SCENES)
+        require_choice("interference_model", self.interference_model, INTERFERENCE_MODELS)
         require_range("num_interferers", self.num_interferers, 1, 2)
         require_range("num_second_crossings", self.num_second_crossings, 1, self.num_interferers)
         require_range("butterworth_order", self.butterworth_order, 0, 16)
@@ -97,24 +67,13 @@ class Point:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TrialSettings:
-    """What all trials of a study have in common.
+    """What all trials of a study have in common."""
 
-    Parameters
-    ----------
-    seed : int
-        Of the study.
-    schedule : {"robust", "paper"}
-        Of the estimators that have one.
-    gospa_cutoff : float
-        In resolution cells; decides what is a miss and a false alarm.
-    gospa_order : float
-        p of GOSPA.
-    """
-
-    seed: int = 1
-    schedule: str = "robust"
+    seed: int = 1  #: of the study
+    schedule: str = "robust"  #: of the estimators that have one
+    #: in resolution cells; decides what is a miss and a false alarm
     gospa_cutoff: float = DEFAULT_CUTOFF
-    gospa_order: float = DEFAULT_ORDER
+    gospa_order: float = DEFAULT_ORDER  #: p of GOSPA
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -126,32 +85,16 @@ class TrialSettings:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Trial:
-    """One realisation of one point, with the methods to run on it.
+    """One realisation of one point, with the methods to run on it."""
 
-    Parameters
-    ----------
-    study : str
-        Name of the study.
-    point_index : int
-        Position of the point in the study.
-    point : Point
-        The point itself.
-    realization : int
-        Number of the realisation, from 0.
-    methods : tuple of str
-        Names of `vsep.studies.methods`; every one sees the same scene and noise.
-    settings : TrialSettings
-        Common to the study.
-    handed : tuple of Entry
-        Methods that are not registered, see `vsep.studies.methods`.
-    """
-
-    study: str
-    point_index: int
-    point: Point
-    realization: int
+    study: str  #: name of the study
+    point_index: int  #: position of the point in the study
+    point: Point  #: the point itself
+    realization: int  #: number of the realisation, from 0
+    #: names of `vsep.studies.methods`; every one sees the same scene and noise
     methods: tuple[str, ...]
-    settings: TrialSettings
+    settings: TrialSettings  #: common to the study
+    #: methods that are not registered, see `vsep.studies.methods`
     handed: tuple[Entry, ...] = field(default=(), compare=False)
 
     @property
@@ -163,41 +106,18 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Study:
-    """A named set of points, with a number of realisations of each.
+    """A named set of points, with a number of realisations of each."""
 
-    Parameters
-    ----------
-    name : str
-        As the command line spells it.
-    title : str
-        One line for a reader.
-    points : tuple of Point
-        Their order fixes their randomness: add new points at the end.
-    realizations : int
-        Per point.
-    methods : tuple of str
-        Names of `vsep.studies.methods`.
-    settings : TrialSettings
-        Seed, schedule, GOSPA.
-    selected : tuple of int, optional
-        Indices of the points to run; all by default.
-    handed : tuple of Entry
-        Methods that are not registered.
-    panels : tuple of PanelSpec, BoxSpec or QuantileSpec
-        What its figure shows.
-    example : bool
-        Whether its figure shows the signals of single realisations, not statistics.
-    """
-
-    name: str
-    title: str
-    points: tuple[Point, ...]
-    realizations: int
-    methods: tuple[str, ...]
-    settings: TrialSettings = field(default_factory=TrialSettings)
-    selected: tuple[int, ...] | None = None
-    handed: tuple[Entry, ...] = field(default=(), compare=False)
-    panels: tuple[AnySpec, ...] = ()
+    name: str  #: as the command line spells it
+    title: str  #: one line for a reader
+    points: tuple[Point, ...]  #: their order fixes their randomness: add new points at the end
+    realizations: int  #: per point
+    methods: tuple[str, ...]  #: names of `vsep.studies.methods`
+    settings: TrialSettings = field(default_factory=TrialSettings)  #: seed, schedule, GOSPA
+    selected: tuple[int, ...] | None = None  #: indices of the points to run; all by default
+    handed: tuple[Entry, ...] = field(default=(), compare=False)  #: methods that are not registered
+    panels: tuple[AnySpec, ...] = ()  #: what its figure shows
+    #: whether its figure shows the signals of single realisations, not statistics
     example: bool = False
 
     def __post_init__(self) -> None:
@@ -224,10 +144,7 @@ class Study:
     def trial(self, point_index: int, realization: int) -> Trial:
         """Return one trial, whether or not it is among those to run.
 
-        Raises
-        ------
-        InputError
-            If there is no such point, or the realisation is negative.
+        Raises `InputError` if there is no such point, or the realisation is negative.
         """
         require_range("point", point_index, 0, len(self.points) - 1)
         require_range("realization", realization, 0, 2**32 - 1)
@@ -245,15 +162,9 @@ class Study:
 def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
     """Read a selection such as ``"3b,0,40-51"``: panels, indices and ranges of indices.
 
-    Returns
-    -------
-    tuple of int
-        Ascending, each once.
+    Raises `InputError` if a part is neither a panel nor an index of a point.
 
-    Raises
-    ------
-    InputError
-        If a part is neither a panel nor an index of a point.
+    Returns ascending, each once.
     """
     panels = {point.panel for point in points}
     chosen: set[int] = set()

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from vsep._validation import require_choice
 from vsep.analysis.intervals import Interval
-from vsep.errors import InputError
 from vsep.studies.groups import groups
 from vsep.studies.measures import METRICS
 from vsep.studies.trial import Row
@@ -19,31 +19,16 @@ _SIGNIFICANT_DIGITS = 6
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Measure:
-    """One figure of one method at one point.
+    """One figure of one method at one point."""
 
-    Attributes
-    ----------
-    study : str
-        Name of the study.
-    point_index : int
-        Which point of it.
-    point : mapping
-        Its parameters by name.
-    method, metric : str
-        What was measured of which method.
-    interval : Interval
-        The figure, its interval, how that was made, and of how many realisations.
-    versions : tuple of str
-        Those of this package that made the rows.
-    """
-
-    study: str
-    point_index: int
-    point: Mapping[str, Any]
+    study: str  #: name of the study
+    point_index: int  #: which point of it
+    point: Mapping[str, Any]  #: its parameters by name
+    #: what was measured of which method
     method: str
     metric: str
-    interval: Interval
-    versions: tuple[str, ...]
+    interval: Interval  #: the figure, its interval, how that was made, and of how many realisations
+    versions: tuple[str, ...]  #: those of this package that made the rows
 
     def as_row(self) -> dict[str, Any]:
         """Return the figure as a flat dictionary."""
@@ -86,8 +71,7 @@ def summarise(rows: Iterable[Row], metrics: Iterable[str] | None = None) -> list
     """
     names = tuple(METRICS) if metrics is None else tuple(metrics)
     for name in names:
-        if name not in METRICS:
-            raise InputError(f"metric is {name!r}; it must be one of {', '.join(METRICS)}.")
+        require_choice("metric", name, METRICS)
     measures = []
     for (study, index, method), group in groups(rows).items():
         for name in names if group.rows else ():

@@ -5,7 +5,7 @@ machine can run it. What goes wrong inside becomes a row with its reason.
 """
 
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -97,17 +97,13 @@ def _failed_row(trial: Trial, method: str, reason: str) -> Row:
 
 def _head(trial: Trial, method: str) -> Row:
     """Everything that says which trial a row belongs to."""
-    settings = trial.settings
     return {
         "study": trial.study,
         "point_index": trial.point_index,
         "point": trial.point.parameters(),
         "realization": trial.realization,
         "method": method,
-        "seed": settings.seed,
-        "schedule": settings.schedule,
-        "gospa_cutoff": settings.gospa_cutoff,
-        "gospa_order": settings.gospa_order,
+        **asdict(trial.settings),
         "version": __version__,
     }
 

@@ -32,24 +32,14 @@ _CROSSING_SHIFTS = (0.15, 0.35)  # in ramps
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class TrialScenario:
-    """What the methods of a trial are compared on.
+    """What the methods of a trial are compared on."""
 
-    Attributes
-    ----------
-    preset : str
-        Which scene of Table I, or the noise scene's name.
-    scenario : Scenario
-        Radar, scene and the *true* filter.
-    model : SignalModel
-        What the estimators assume: a raised cosine with the roll-off of the preset's, and the
-        point's cut-off frequency give or take its mismatch.
-    interfered, clean : Observation
-        The frame with and without interference, on the same objects and noise.
-    """
-
-    preset: str
-    scenario: Scenario
+    preset: str  #: which scene of Table I, or the noise scene's name
+    scenario: Scenario  #: radar, scene and the *true* filter
+    #: what the estimators assume: a raised cosine with the roll-off of the preset's, and the
+    #: point's cut-off frequency give or take its mismatch
     model: SignalModel
+    #: the frame with and without interference, on the same objects and noise
     interfered: Observation
     clean: Observation
 
@@ -83,10 +73,6 @@ def simulate_trial(trial: Trial) -> TrialScenario:
         Its randomness is `Trial.seed_sequence` alone: the first child draws the scene, the second
         the noise, as `vsep.simulate_preset` does, the third a second interferer.
 
-    Returns
-    -------
-    TrialScenario
-
     Raises
     ------
     InputError
@@ -114,11 +100,7 @@ def simulate_trial(trial: Trial) -> TrialScenario:
         **options,
     )
     _, clean = simulate_preset(
-        name,
-        snr_db=point.snr_db,
-        sir_db=point.sir_db,
-        seed=trial.seed_sequence,
-        **no_bursts,
+        name, snr_db=point.snr_db, sir_db=point.sir_db, seed=trial.seed_sequence, **no_bursts
     )
     if point.num_interferers == 2:
         scenario, interfered = _with_second_interferer(name, scenario, trial)
@@ -211,11 +193,7 @@ def _with_second_interferer(
         shifts_s.append(-side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s)
     more = tuple(
         Interferer(
-            sequence=interferer_sequence(
-                name,
-                slope_hz_per_s=slope,
-                burst_shift_s=wanted_s,
-            ),
+            sequence=interferer_sequence(name, slope_hz_per_s=slope, burst_shift_s=wanted_s),
             channel=other.channel,
         )
         for wanted_s in shifts_s

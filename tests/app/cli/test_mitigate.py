@@ -119,42 +119,28 @@ def test_signals_keep_the_sign_of_the_file(tmp_path, frame_arrays):
     np.testing.assert_array_equal(cleaned, np.where(mask, 0, arrays["received"]))
 
 
-def refused(capsys, *arguments):
-    try:
-        code = cli.main(arguments)
-    except SystemExit as stop:
-        code = stop.code
-    assert code == 2
-    sentence = capsys.readouterr().err
-    assert sentence.startswith("vsep: ")
-    assert sentence.count("\n") == 1
-    return sentence
-
-
-def test_what_cannot_be_done_ends_in_one_sentence(capsys, tmp_path, frame_arrays):
+def test_what_cannot_be_done_ends_in_one_sentence(refused, tmp_path, frame_arrays):
     real = tmp_path / "real.npz"
     np.savez(real, **frame_arrays())
     out = str(tmp_path / "out")
     run = ("mitigate", str(real), "--out", out, "--method")
-    assert "method is 'magic'" in refused(capsys, *run, "magic")
-    assert "--debias is given; mca takes none" in refused(capsys, *run, "mca", "--debias")
-    assert "real.npz holds neither truth_mask" in refused(
-        capsys, *run, "zeroing", "--mask", "truth"
-    )
-    assert "invalid choice: 'guess'" in refused(capsys, *run, "zeroing", "--mask", "guess")
+    assert "method is 'magic'" in refused(*run, "magic")
+    assert "--debias is given; mca takes none" in refused(*run, "mca", "--debias")
+    assert "real.npz holds neither truth_mask" in refused(*run, "zeroing", "--mask", "truth")
+    assert "invalid choice: 'guess'" in refused(*run, "zeroing", "--mask", "guess")
     lost = tmp_path / "lost.npz"
     np.savez(lost, **frame_arrays(truth_mask=np.ones((4, 32), dtype=bool)))
-    sentence = refused(capsys, "mitigate", str(lost), "--out", out, "--method", "zeroing")
+    sentence = refused("mitigate", str(lost), "--out", out, "--method", "zeroing")
     assert sentence == f"vsep: {lost}: All 128 samples are flagged as interfered; at least one " + (
         "must be clean.\n"
     )
     for option, words in ((("--domain", "masked-2d"), "is masked-2d"), (("--debias",), "is given")):
-        sentence = refused(capsys, *run, "zeroing", *option)
+        sentence = refused(*run, "zeroing", *option)
         assert sentence.startswith(f"vsep: {option[0]} {words}; zeroing takes none (ist, iht, ")
     own = ("mitigate", str(real), "--method", "zeroing", "--out", str(tmp_path))
-    assert "would overwrite a frame" in refused(capsys, *own)
+    assert "would overwrite a frame" in refused(*own)
     twice = ("mitigate", str(real), str(real), "--method", "zeroing", "--out", out)
-    assert "2 frames are named real" in refused(capsys, *twice)
+    assert "2 frames are named real" in refused(*twice)
 
 
 def test_one_unreadable_frame_does_not_lose_the_others(capsys, tmp_path, frame_file):
@@ -183,6 +169,6 @@ def test_the_masked_estimator_separates_a_frame_file(tmp_path, frame_file, mask)
     assert 7 <= len(line["objects"]) <= 11
 
 
-def test_a_mask_without_the_masked_estimator_is_refused(capsys, tmp_path, frame_file):
+def test_a_mask_without_the_masked_estimator_is_refused(refused, tmp_path, frame_file):
     arguments = ("separate", str(frame_file), "--out", str(tmp_path / "r.jsonl"), "--mask", "truth")
-    assert "--mask is truth; factorised takes none (masked does)" in refused(capsys, *arguments)
+    assert "--mask is truth; factorised takes none (masked does)" in refused(*arguments)

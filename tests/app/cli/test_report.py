@@ -1,6 +1,7 @@
 """``vsep report``: sources, settings, outputs, and what is refused."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +21,6 @@ def frame(tmp_path: Path, frame_arrays: Any) -> str:
     path = tmp_path / "frame.npz"
     np.savez(path, **frame_arrays(preset="simulation-2-a", seed=7, filter_kind="none"))
     return str(path)
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert cli.main(["report", *arguments]) == 2
-    text = capsys.readouterr().err
-    assert text.startswith("vsep: ")
-    assert text.count("\n") == 1
-    return text
 
 
 def test_options_reach_plan_and_spec(frame: str) -> None:
@@ -116,13 +109,13 @@ def test_several_frames_become_a_folder(
 def test_what_cannot_be_reported_is_one_sentence(
     frame: str,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    refused: Callable[..., str],
     arguments: str,
     words: str,
 ) -> None:
     monkeypatch.chdir(Path(frame).parent)
     before = set(Path.cwd().iterdir())
-    assert words in refused(capsys, *arguments.split())
+    assert words in refused("report", *arguments.split())
     assert set(Path.cwd().iterdir()) == before
 
 

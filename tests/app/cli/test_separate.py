@@ -275,11 +275,7 @@ def test_a_frame_beyond_the_memory_does_not_lose_the_others(
     ],
 )
 def test_absurd_options_are_refused_before_anything_is_written(
-    refused: Refused,
-    tmp_path: Path,
-    frame_file: Callable[..., str],
-    options: list[str],
-    words: str,
+    refused: Refused, tmp_path: Path, frame_file: Callable[..., str], options: list[str], words: str
 ) -> None:
     frames = [frame_file("a.npz"), frame_file("b.npz")]
     out = tmp_path / "results.jsonl"

@@ -30,12 +30,7 @@ def test_simulate_writes_a_frame_with_truth_and_settings(
     assert cli.main(["simulate", "--preset", preset, *levels, "--out", str(out)]) == 0
     frame = read_frame(out)
     assert frame.received.shape == shape
-    assert frame.settings == {
-        "preset": preset,
-        "snr_db": "40.0",
-        "sir_db": "-10.5",
-        "seed": "7",
-    }
+    assert frame.settings == {"preset": preset, "snr_db": "40.0", "sir_db": "-10.5", "seed": "7"}
     assert frame.anti_aliasing_filter == vsep.RaisedCosineFilter(
         cutoff_hz=frame.radar.sample_rate_hz / 4, rolloff=0.25
     )

@@ -19,14 +19,7 @@ MAX_GAP = 4  # samples below the threshold inside a run: a burst passes through 
 def amplitude_mask(received: FrameArray) -> BoolArray:
     """Flag samples by their magnitude and by their difference from the sample before.
 
-    Parameters
-    ----------
-    received : (P, N) complex
-        The frame.
-
-    Returns
-    -------
-    (P, N) bool
+    `received` (P, N): the frame. Returns (P, N).
 
     Examples
     --------

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from vsep._typing import BoolArray, frozen
-from vsep.errors import InputError
+from vsep._validation import require_choice
 from vsep.mitigation.masks.amplitude import amplitude_mask
 from vsep.mitigation.masks.prediction import prediction_mask
 from vsep.mitigation.masks.residual import residual_mask
@@ -46,6 +46,5 @@ def detect_interference(name: str, received: FrameArray) -> BoolArray:
     >>> bool(mask[0, 30:40].all()), bool(mask[0, :20].any())
     (True, False)
     """
-    if name not in DETECTORS:
-        raise InputError(f"mask is {name!r}; it must be one of {', '.join(DETECTORS)}.")
+    require_choice("mask", name, DETECTORS)
     return frozen(DETECTORS[name](checked_frame(received)))

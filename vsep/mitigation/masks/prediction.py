@@ -26,14 +26,7 @@ MARGIN = 3  # samples flagged beside a run: there a burst fades into the noise
 def prediction_mask(received: FrameArray) -> BoolArray:
     """Flag samples that neither their predecessors nor their successors predict.
 
-    Parameters
-    ----------
-    received : (P, N) complex
-        The frame; ramps of two samples at most are never flagged.
-
-    Returns
-    -------
-    (P, N) bool
+    `received` (P, N): the frame; ramps of two samples at most are never flagged. Returns (P, N).
     """
     magnitude = np.abs(received)
     mask: BoolArray = magnitude > FIRST_MAGNITUDE * np.median(magnitude)

@@ -28,19 +28,8 @@ MARGIN = 1
 def residual_mask(received: FrameArray) -> BoolArray:
     """Flag samples that the objects fitted to the other samples do not explain.
 
-    Parameters
-    ----------
-    received : (P, N) complex
-        The frame; it must not be zero everywhere.
-
-    Returns
-    -------
-    (P, N) bool
-
-    Raises
-    ------
-    InputError
-        If the frame cannot be fitted: a ramp shorter than eight samples, no signal.
+    `received` (P, N): the frame; it must not be zero everywhere. Returns (P, N). Raises
+    `InputError` if the frame cannot be fitted: a ramp shorter than eight samples, no signal.
     """
     num_ramps, num_samples = received.shape
     # Neither sampling rate nor filter plays a part in a fit of objects.

@@ -13,23 +13,22 @@ from typing import Any, cast, get_args
 import numpy as np
 from scipy.fft import fft2
 
-from vsep._typing import BoolArray, FloatArray, frozen
-from vsep._validation import require_range
-from vsep.errors import InputError
+from vsep._typing import BoolArray, frozen
+from vsep._validation import require_choice, require_range
 from vsep.inference.core.progress import Termination
 from vsep.mitigation.entry import COMPRESSIVE_SENSING, MitigationEntry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.sparse.operators import (
+    DOMAINS,
     Domain,
     RealSamples,
     Samples,
     SensingOperator,
     make_operator,
-    require_domain,
 )
 from vsep.mitigation.sparse.solver import Solver, SolverState, freeze_arrays
 from vsep.mitigation.sparse.support import least_squares
-from vsep.signal.spectra import Window, hann_window
+from vsep.signal.spectra import Window, window_weights
 
 # No frame has this many times the energy of its clean samples, scaled to the whole frame.
 _RUNAWAY = 100.0
@@ -37,33 +36,16 @@ _RUNAWAY = 100.0
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SparseMemory:
-    """What the next step needs beside the cleaned frame.
+    """What the next step needs beside the cleaned frame."""
 
-    Parameters
-    ----------
-    operator : SensingOperator
-        A of the frame's mask.
-    measured : complex
-        Windowed clean samples, scaled to unit power, in the operator's form.
-    scale : float
-        The factor that was divided out.
-    window : (P, N) float
-        The window.
-    solution : SolverState
-        Where the solver stands.
-    termination : Termination
-        Verdict on the solver; what may follow its end is the debiasing step.
-    debiased : bool
-        Whether that step is done.
-    """
-
-    operator: SensingOperator
-    measured: Samples
-    scale: float
-    window: RealSamples
-    solution: SolverState
+    operator: SensingOperator  #: A of the frame's mask
+    measured: Samples  #: windowed clean samples, scaled to unit power, in the operator's form
+    scale: float  #: the factor that was divided out
+    window: RealSamples  #: (P, N) the window
+    solution: SolverState  #: where the solver stands
+    #: verdict on the solver; what may follow its end is the debiasing step
     termination: Termination = Termination.RUNNING
-    debiased: bool = False
+    debiased: bool = False  #: whether that step is done
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -79,60 +61,38 @@ class SparseMemory:
 class SparseMitigation:
     """A sparse solver behind the interface of mitigation methods.
 
-    Parameters
-    ----------
-    name : str
-        The name a user calls it by.
-    solver : Solver
-        One of the solvers of this package.
-    domain : str
-        "masked-2d" or "explicit-1d"; the iterates are the same.
-    window : str
-        "hann" or "rectangular", in both dimensions.
-    tolerance : float
-        A run has settled when the spectrum changes by less than this share of its norm. At 1e-2
-        iterative soft thresholding would stop some 10 dB too early.
-    max_iterations : int
-        At most this many iterations.
-    debias : bool
-        Whether a last step fits the cells found by least squares, which undoes what a threshold
-        took from them.
-
-    Raises
-    ------
-    InputError
-        If a setting is out of its range.
+    Raises `InputError` if a setting is out of its range.
     """
 
-    name: str
-    solver: Solver
-    domain: Domain = "masked-2d"
-    window: Window = "hann"
+    name: str  #: the name a user calls it by
+    solver: Solver  #: one of the solvers of this package
+    domain: Domain = "masked-2d"  #: "masked-2d" or "explicit-1d"; the iterates are the same
+    window: Window = "hann"  #: "hann" or "rectangular", in both dimensions
+    #: A run has settled when the spectrum changes by less than this share of its norm. At 1e-2
+    #: iterative soft thresholding would stop some 10 dB too early.
     tolerance: float = 1e-3
-    max_iterations: int = 300
+    max_iterations: int = 300  #: at most this many iterations
+    #: whether a last step fits the cells found by least squares, which undoes what a threshold took
+    #: from them
     debias: bool = False
 
     def __post_init__(self) -> None:
         """Check the settings that are not checked elsewhere."""
-        require_domain(self.domain)
-        if self.window not in get_args(Window):
-            allowed = " or ".join(get_args(Window))
-            raise InputError(f"window is {self.window!r}; it must be {allowed}.")
+        require_choice("The domain", self.domain, DOMAINS)
+        require_choice("window", self.window, get_args(Window))
         require_range("tolerance", self.tolerance, 1e-12, 1.0)
         require_range("max_iterations", self.max_iterations, 1, 1_000_000)
 
     def init(self, received: FrameArray, mask: BoolArray) -> MitigationState:
         """State before the first step: the gaps are zero.
 
-        Raises
-        ------
-        InputError
-            If no sample is clean, or the explicit matrix would not fit into memory.
+        Raises `InputError` if no sample is clean, or the explicit matrix would not fit into memory.
         """
         require_clean(mask)
         if not np.any(mask):
             return MitigationState(iteration=0, cleaned=received, change=0.0)
-        window = _weights(received.shape, self.window).astype(received.real.dtype)
+        slow, fast = (window_weights(count, self.window) for count in received.shape)
+        window = np.outer(slow, fast).astype(received.real.dtype)
         scale = _level(window * received, mask)
         operator = make_operator(self.domain, mask, received.dtype)
         measured = operator.measured((window * received) * (1.0 / scale))
@@ -184,12 +144,6 @@ class SparseMitigation:
         if waiting and memory.termination is not Termination.NONFINITE:
             return Termination.RUNNING
         return memory.termination
-
-
-def _weights(shape: tuple[int, ...], window: Window) -> FloatArray:
-    if window == "rectangular":
-        return np.ones(shape)
-    return np.outer(hann_window(shape[0]), hann_window(shape[1]))
 
 
 def _level(frame: FrameArray, mask: BoolArray) -> float:

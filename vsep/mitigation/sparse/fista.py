@@ -19,36 +19,18 @@ from vsep.mitigation.sparse.thresholding import SOFT_CONTROL, soft_threshold
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class FistaState(SolverState):
-    """Spectrum with its extrapolation.
+    """Spectrum with its extrapolation."""
 
-    Parameters
-    ----------
-    spectrum, may_stop
-        As of `SolverState`.
-    extrapolated : complex
-        Where the next gradient is taken.
-    momentum : float
-        t_k of the extrapolation, one at the start.
-    """
-
-    extrapolated: Samples
-    momentum: float
+    extrapolated: Samples  #: where the next gradient is taken
+    momentum: float  #: t_k of the extrapolation, one at the start
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Fista(Solver):
-    """Fast iterative shrinkage-thresholding.
+    """Fast iterative shrinkage-thresholding."""
 
-    Parameters
-    ----------
-    control : float
-        beta of (12).
-    penalty : float or None
-        nu, in the unit of the spectrum; by (12) if None.
-    """
-
-    control: float = 2.0
-    penalty: float | None = None
+    control: float = 2.0  #: beta of (12)
+    penalty: float | None = None  #: nu, in the unit of the spectrum; by (12) if None
 
     def init(self, operator: SensingOperator, measured: Samples) -> FistaState:
         """Zero spectrum without momentum."""

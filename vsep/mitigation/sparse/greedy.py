@@ -19,37 +19,21 @@ _DEPENDENT = 1e-9
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class OmpState(SolverState):
-    """Spectrum with the support that carries it.
+    """Spectrum with the support that carries it."""
 
-    Parameters
-    ----------
-    spectrum, may_stop
-        As of `SolverState`; stops as soon as no cell is worth adding.
-    cells : (K,) int
-        Chosen cells, counted along the stacked spectrum, in the order they were found.
-    factor : (K, K) complex
-        Lower Cholesky factor of their Gram matrix, double precision.
-    """
-
+    #: (K,) chosen cells, counted along the stacked spectrum, in the order they were found
     cells: IntArray
-    factor: ComplexArray
+    factor: ComplexArray  #: (K, K) lower Cholesky factor of their Gram matrix, double precision
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Omp(Solver):
-    """Orthogonal matching pursuit.
+    """Orthogonal matching pursuit."""
 
-    Parameters
-    ----------
-    false_alarm_rate : float
-        The pursuit ends when the largest cell of A^H r may be noise: with this rate the largest of
-        PN cells of white noise exceeds ``sqrt(ln(PN / rate))`` standard deviations.
-    max_cells : int
-        At most this many cells.
-    """
-
+    #: the pursuit ends when the largest cell of A^H r may be noise: with this rate the largest of
+    #: PN cells of white noise exceeds ``sqrt(ln(PN / rate))`` standard deviations
     false_alarm_rate: float = 0.05
-    max_cells: int = 1000
+    max_cells: int = 1000  #: at most this many cells
 
     def init(self, operator: SensingOperator, measured: Samples) -> OmpState:
         """Zero spectrum, empty support."""
@@ -86,17 +70,9 @@ class Omp(Solver):
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class CosampState(SolverState):
-    """Spectrum with the size that the support may have.
+    """Spectrum with the size that the support may have."""
 
-    Parameters
-    ----------
-    spectrum, may_stop
-        As of `SolverState`.
-    num_cells : int
-        K of the last iteration.
-    """
-
-    num_cells: int
+    num_cells: int  #: K of the last iteration
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -106,20 +82,13 @@ class Cosamp(Solver):
     With the whole K from the start the first candidates are side lobes that the mask made of the
     strongest objects; where whole ramps are lost they explain the clean samples as well as the
     objects do, and the pursuit settles on them at once. So K grows.
-
-    Parameters
-    ----------
-    num_cells : int
-        The largest K; at most a third of the clean samples is used, because a least-squares
-        problem of 3K unknowns is solved on the way.
-    growth : int
-        By how much K grows from one iteration to the next.
-    false_alarm_rate : float
-        As of `Omp`: only cells of A^H r above its limit are candidates.
     """
 
+    #: the largest K; at most a third of the clean samples is used, because a least-squares problem
+    #: of 3K unknowns is solved on the way
     num_cells: int = 300
-    growth: int = 5
+    growth: int = 5  #: by how much K grows from one iteration to the next
+    #: as of `Omp`: only cells of A^H r above its limit are candidates
     false_alarm_rate: float = 0.05
 
     def init(self, operator: SensingOperator, measured: Samples) -> CosampState:

@@ -24,32 +24,17 @@ _RARE = 1e-6  # bounds the share of occupied cells away from none and from all
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class AmpState(SolverState):
-    """Spectrum with the corrected residual.
+    """Spectrum with the corrected residual."""
 
-    Parameters
-    ----------
-    spectrum, may_stop
-        As of `SolverState`.
-    residual : complex
-        z_t, residual with the memory term.
-    """
-
-    residual: Samples
+    residual: Samples  #: z_t, residual with the memory term
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Amp(Solver):
-    """AMP with the complex soft threshold.
+    """AMP with the complex soft threshold."""
 
-    Parameters
-    ----------
-    control : float
-        The threshold in units of the noise of the pseudo-measurement.
-    damping : float
-        Share of a new residual that is taken where at most half of the samples are clean.
-    """
-
-    control: float = 2.0
+    control: float = 2.0  #: the threshold in units of the noise of the pseudo-measurement
+    #: share of a new residual that is taken where at most half of the samples are clean
     damping: float = 0.7
 
     def init(self, operator: SensingOperator, measured: Samples) -> AmpState:
@@ -76,45 +61,25 @@ class Amp(Solver):
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class GampState(SolverState):
-    """Posterior of the cells and the three learned parameters.
+    """Posterior of the cells and the three learned parameters."""
 
-    Parameters
-    ----------
-    spectrum, may_stop
-        As of `SolverState`; the spectrum holds posterior means.
-    scaled_residual : complex
-        s of GAMP.
-    variance : float
-        Mean posterior variance of a cell.
-    noise_power, occupied, cell_power : float
-        Noise power of a sample, share of occupied cells, power of an occupied one.
-    floor : float
-        The schedule's lower bound on the variance of the next pseudo-measurement.
-    """
-
-    scaled_residual: Samples
-    variance: float
+    scaled_residual: Samples  #: s of GAMP
+    variance: float  #: mean posterior variance of a cell
+    #: noise power of a sample, share of occupied cells, power of an occupied one
     noise_power: float
     occupied: float
     cell_power: float
-    floor: float
+    floor: float  #: the schedule's lower bound on the variance of the next pseudo-measurement
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Gamp(Solver):
-    """Sum-product GAMP, one variance for all cells, parameters by expectation maximisation.
+    """Sum-product GAMP, one variance for all cells, parameters by expectation maximisation."""
 
-    Parameters
-    ----------
-    initial_occupied : float
-        Share of occupied cells that the first iteration assumes.
-    decay : float
-        Factor of the schedule. Taken as known, the variance of the pseudo-measurement says that
-        the side lobes of the mask are objects, and as with plain IHT they stay; so it starts where
-        only the strongest cell stands out and falls by the square of this factor.
-    """
-
-    initial_occupied: float = 0.01
+    initial_occupied: float = 0.01  #: share of occupied cells that the first iteration assumes
+    #: factor of the schedule. Taken as known, the variance of the pseudo-measurement says that the
+    #: side lobes of the mask are objects, and as with plain IHT they stay; so it starts where only
+    #: the strongest cell stands out and falls by the square of this factor.
     decay: float = 0.9
 
     def init(self, operator: SensingOperator, measured: Samples) -> GampState:

@@ -20,6 +20,7 @@ from scipy.fft import fft2, ifft2
 from scipy.linalg import dft
 
 from vsep._typing import BoolArray, ComplexArray, IntArray, frozen
+from vsep._validation import require_choice
 from vsep.errors import InputError
 
 # Single or double precision; what comes out is of the precision that went in.
@@ -132,17 +133,7 @@ class MaskedFft:
 class ExplicitMatrix:
     """A as a (q, PN) matrix on the stacked frame, (11): the reference.
 
-    Parameters
-    ----------
-    interfered : (P, N) bool
-        True where a sample is interfered.
-    precision : dtype
-        complex64 or complex128.
-
-    Raises
-    ------
-    InputError
-        If the matrix would not fit into memory.
+    Arguments are those of `MaskedFft`. Raises `InputError` if the matrix would not fit into memory.
     """
 
     def __init__(self, interfered: BoolArray, precision: Any) -> None:
@@ -200,27 +191,11 @@ class ExplicitMatrix:
 def make_operator(domain: str, interfered: BoolArray, precision: Any) -> SensingOperator:
     """Return the operator of a mask.
 
-    Parameters
-    ----------
-    domain : str
-        One of `DOMAINS`.
-    interfered : (P, N) bool
-        True where a sample is interfered.
-    precision : dtype
-        complex64 or complex128.
-
-    Raises
-    ------
-    InputError
-        If the domain is unknown or the explicit matrix would not fit.
+    `domain`: one of `DOMAINS`; `interfered` (P, N): True where a sample is interfered; `precision`:
+    complex64 or complex128. Raises `InputError` if the domain is unknown or the explicit matrix
+    would not fit.
     """
-    require_domain(domain)
+    require_choice("The domain", domain, DOMAINS)
     if domain == "masked-2d":
         return MaskedFft(interfered, precision)
     return ExplicitMatrix(interfered, precision)
-
-
-def require_domain(domain: str) -> None:
-    """Raise `InputError` unless the domain is one of `DOMAINS`."""
-    if domain not in DOMAINS:
-        raise InputError(f"The domain is {domain!r}; it must be one of {', '.join(DOMAINS)}.")

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.fft import fft2, ifft2
 
 from vsep._typing import BoolArray, FloatArray, frozen
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 from vsep.mitigation.cfar import Cfar
 from vsep.mitigation.method import FrameArray
@@ -24,67 +24,43 @@ _MIN_SPREAD = 0.25  # sigma over mu: a cell seen once has no empirical spread at
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SeenFrame:
-    """What one past frame says about its cells.
+    """What one past frame says about its cells."""
 
-    Parameters
-    ----------
-    magnitude : (P, N) float
-        Of the windowed range-Doppler spectrum.
-    peaks : (P, N) bool
-        Where CA-CFAR found a peak.
-    """
-
-    magnitude: FloatArray
-    peaks: BoolArray
+    magnitude: FloatArray  #: (P, N) of the windowed range-Doppler spectrum
+    peaks: BoolArray  #: (P, N) where CA-CFAR found a peak
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PriorModel:
     """Settings of the prior model.
 
-    Parameters
-    ----------
-    num_frames : int
-        Q, how many past frames count.
-    reading : str
-        What p of (16) is. "likelihood": the normal distribution relative to its peak,
-        ``exp(-(x - mu)^2 / (2 sigma^2))``, which has no unit and lies between 0 and 1. "density":
-        the probability density itself, as the source prints it; it has the inverse unit of the
-        spectrum, so zeta depends on the level of the frame and its divisor must suit it.
-    reach : tuple of int
-        Half-widths of G, a Hann window of unit peak, in cells along ramps and samples. The main
-        lobe of a windowed object reaches over two cells on either side, its motion over more.
-    gain, offset, divisor : float
-        a, b, e of ``zeta(p) = (a p + b) / e``, (14).
-    largest : float
-        zeta is clipped to this value; soft thresholds may fall close to zero, hard ones may not,
-        or noise passes unshrunk.
-    detector : Cfar
-        Finds the peaks.
-
-    Raises
-    ------
-    InputError
-        If a setting is out of its range.
+    Raises `InputError` if a setting is out of its range.
     """
 
-    num_frames: int = 3
+    num_frames: int = 3  #: Q, how many past frames count
+    #: What p of (16) is. "likelihood": the normal distribution relative to its peak,
+    #: ``exp(-(x - mu)^2 / (2 sigma^2))``, which has no unit and lies between 0 and 1. "density":
+    #: the probability density itself, as the source prints it; it has the inverse unit of the
+    #: spectrum, so zeta depends on the level of the frame and its divisor must suit it.
     reading: Reading = "likelihood"
+    #: half-widths of G, a Hann window of unit peak, in cells along ramps and samples. The main lobe
+    #: of a windowed object reaches over two cells on either side, its motion over more.
     reach: tuple[int, int] = (3, 3)
+    #: a, b, e of ``zeta(p) = (a p + b) / e``, (14)
     gain: float = 1.0
     offset: float = 0.0
     divisor: float = 1.25
+    #: zeta is clipped to this value; soft thresholds may fall close to zero, hard ones may not, or
+    #: noise passes unshrunk
     largest: float = 0.95
-    detector: Cfar = field(default_factory=lambda: Cfar(false_alarm_rate=1e-6))
+    detector: Cfar = field(default_factory=lambda: Cfar(false_alarm_rate=1e-6))  #: finds the peaks
 
     def __post_init__(self) -> None:
         """Check the settings."""
         require_range("num_frames", self.num_frames, 1, 1000)
         require_range("largest", self.largest, 0.0, 1.0)
         require_range("smallest reach", min(self.reach), 0, 1000)
-        if self.reading not in get_args(Reading):
-            allowed = " or ".join(get_args(Reading))
-            raise InputError(f"reading is {self.reading!r}; it must be {allowed}.")
+        require_choice("reading", self.reading, get_args(Reading))
         if self.divisor == 0.0:
             raise InputError("divisor is 0; it must not be zero.")
 

@@ -1,10 +1,10 @@
 """A sequence of frames: what was found in the last ones is the prior of the next."""
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 from vsep._typing import BoolArray
-from vsep.errors import InputError
+from vsep._validation import require_choice
 from vsep.mitigation.method import FrameArray, Mitigation, MitigationState, mitigate
 from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
 
@@ -12,18 +12,10 @@ Source: TypeAlias = Literal["recovered", "original"]
 
 
 class SequenceStep(NamedTuple):
-    """One frame of a sequence.
+    """One frame of a sequence."""
 
-    Parameters
-    ----------
-    state : MitigationState
-        The last state of the frame's run.
-    history : tuple of SeenFrame
-        What the run knew of earlier frames.
-    """
-
-    state: MitigationState
-    history: tuple[SeenFrame, ...]
+    state: MitigationState  #: the last state of the frame's run
+    history: tuple[SeenFrame, ...]  #: what the run knew of earlier frames
 
 
 def mitigate_sequence(
@@ -57,8 +49,7 @@ def mitigate_sequence(
     InputError
         If a frame or a mask cannot be used, or the source is unknown.
     """
-    if source not in ("recovered", "original"):
-        raise InputError(f"source is {source!r}; it must be recovered or original.")
+    require_choice("source", source, get_args(Source))
     history: tuple[SeenFrame, ...] = ()
     for received, mask in frames:
         state = mitigate(make_method(history), received, mask)

@@ -12,18 +12,10 @@ from vsep.mitigation.sparse.operators import Samples, SensingOperator
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SolverState:
-    """The current spectrum, and whether a small change of it means the end.
+    """The current spectrum, and whether a small change of it means the end."""
 
-    Parameters
-    ----------
-    spectrum : complex
-        x_t, in the operator's form.
-    may_stop : bool
-        False while a threshold still falls or a support still grows.
-    """
-
-    spectrum: Samples
-    may_stop: bool
+    spectrum: Samples  #: x_t, in the operator's form
+    may_stop: bool  #: False while a threshold still falls or a support still grows
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""

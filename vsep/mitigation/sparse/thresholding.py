@@ -31,38 +31,20 @@ SOFT_CONTROL = 2.5  # beta of the methods with a soft threshold
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ThresholdingState(SolverState):
-    """Spectrum with the schedule.
+    """Spectrum with the schedule."""
 
-    Parameters
-    ----------
-    spectrum, may_stop
-        As of `SolverState`.
-    floor : float
-        The schedule's bound on the next threshold; zero without a schedule.
-    """
-
-    floor: float
+    floor: float  #: the schedule's bound on the next threshold; zero without a schedule
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class IterativeThresholding(Solver):
-    """IST and IHT, plain, with the schedule, and with a prior model.
+    """IST and IHT, plain, with the schedule, and with a prior model."""
 
-    Parameters
-    ----------
-    shrinkage : str
-        "soft" (13) or "hard" (15).
-    control : float
-        beta of (12), typically 2 to 4.
-    decay : float
-        Factor of the schedule from one iteration to the next, below one; zero for no schedule.
-    relief : (P, N) float or None
-        zeta(p) of every cell, in [0, 1): the share by which its threshold is lowered.
-    """
-
-    shrinkage: Shrinkage
-    control: float
+    shrinkage: Shrinkage  #: "soft" (13) or "hard" (15)
+    control: float  #: beta of (12), typically 2 to 4
+    #: factor of the schedule from one iteration to the next, below one; zero for no schedule
     decay: float = 0.0
+    #: (P, N) zeta(p) of every cell, in [0, 1): the share by which its threshold is lowered
     relief: FloatArray | None = None
 
     def init(self, operator: SensingOperator, measured: Samples) -> ThresholdingState:
@@ -101,7 +83,6 @@ def soft_threshold(values: Samples, threshold: float | RealSamples) -> Samples:
 
     Examples
     --------
-    >>> import numpy as np
     >>> soft_threshold(np.array([3.0 + 4.0j, 0.5j]), 1.0)
     array([2.4+3.2j, 0. +0.j ])
     """
@@ -117,7 +98,6 @@ def hard_threshold(values: Samples, threshold: float | RealSamples) -> Samples:
 
     Examples
     --------
-    >>> import numpy as np
     >>> hard_threshold(np.array([3.0 + 4.0j, 0.5j]), 1.0)
     array([3.+4.j, 0.+0.j])
     """
@@ -141,14 +121,8 @@ def with_prior(
 ) -> SparseMitigation:
     """Make iterative thresholding with a prior from past frames; without any it is `solver` alone.
 
-    Parameters
-    ----------
-    name, solver, domain, debias
-        As of `SparseMitigation`.
-    prior : PriorModel
-        The model.
-    history : tuple of SeenFrame
-        What it has seen.
+    `name`, `solver`, `domain`, `debias` as of `SparseMitigation`; `prior`: the model; `history`:
+    what it has seen.
     """
     solver = replace(solver, relief=prior.relief(history))
     return SparseMitigation(name=name, solver=solver, domain=domain, debias=debias)

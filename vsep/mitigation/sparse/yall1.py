@@ -24,36 +24,18 @@ _STEP = 1.618  # converges below the golden ratio, (1 + sqrt 5)/2 = 1.618034
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Yall1State(SolverState):
-    """Primal spectrum with the dual vector.
+    """Primal spectrum with the dual vector."""
 
-    Parameters
-    ----------
-    spectrum, may_stop
-        As of `SolverState`.
-    dual_image : complex
-        A^H d, in the form of the spectrum.
-    """
-
-    dual_image: Samples
+    dual_image: Samples  #: A^H d, in the form of the spectrum
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Yall1(Solver):
-    """Alternating directions on the dual problem.
+    """Alternating directions on the dual problem."""
 
-    Parameters
-    ----------
-    control : float
-        beta of (12), which sets nu.
-    scaling : float
-        mu in units of the mean magnitude of the clean samples.
-    penalty : float or None
-        nu, in the unit of the spectrum; by (12) if None.
-    """
-
-    control: float = 2.0
-    scaling: float = 1.0
-    penalty: float | None = None
+    control: float = 2.0  #: beta of (12), which sets nu
+    scaling: float = 1.0  #: mu in units of the mean magnitude of the clean samples
+    penalty: float | None = None  #: nu, in the unit of the spectrum; by (12) if None
 
     def init(self, operator: SensingOperator, measured: Samples) -> Yall1State:
         """Zero spectrum, zero dual vector."""

@@ -54,10 +54,7 @@ CATALOGUE: Final[dict[str, Study]] = {
 def require_study(name: str) -> Study:
     """Return a study of the catalogue by its name.
 
-    Raises
-    ------
-    InputError
-        If there is none of that name.
+    Raises `InputError` if there is none of that name.
     """
     if name not in CATALOGUE:
         require_loadable(GROUP, name)
@@ -97,10 +94,6 @@ def make_study(
         Seed, schedule and GOSPA.
     object_threshold_db : float, optional
         In the place of the points' own thresholds.
-
-    Returns
-    -------
-    Study
 
     Raises
     ------

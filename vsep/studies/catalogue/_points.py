@@ -3,8 +3,9 @@
 from typing import Any
 
 from vsep.presets.registry import SCENES
+from vsep.studies.methods import estimator_names
 from vsep.studies.panel_specs import ERROR_MISSES_FALSE_ALARMS, PanelSpec
-from vsep.studies.study import Point
+from vsep.studies.study import Point, Study
 
 VICTIM_SLOPE_HZ_PER_S = 1e13
 _PAPER_THRESHOLD_DB = 9.0
@@ -27,6 +28,18 @@ def many_objects(panel: str, **parameters: Any) -> Point:
     """Return a point of Simulation II."""
     return _point(
         panel, _MANY_OBJECTS, {"object_threshold_db": _SIMULATION_2_THRESHOLD_DB, **parameters}
+    )
+
+
+def example_signals(name: str, title: str, *points: Point) -> Study:
+    """Return a study whose figure shows the signals of one realisation of each point."""
+    return Study(
+        name=name,
+        title=f"Example signals of {title}",
+        realizations=1,
+        points=points,
+        methods=estimator_names(),
+        example=True,
     )
 
 

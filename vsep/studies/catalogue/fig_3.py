@@ -12,12 +12,7 @@ _EXPECTED_RATIO = 1.08
 _FIGURES: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("3a", "snr_db", "over SNR at SIR 0 dB", {}),
     ("3b", "sir_db", "over SIR at SNR 30 dB", {}),
-    (
-        "3c",
-        "sir_db",
-        "Butterworth bursts, raised cosine assumed",
-        {"variant": "butterworth_order"},
-    ),
+    ("3c", "sir_db", "Butterworth bursts, raised cosine assumed", {"variant": "butterworth_order"}),
 )
 _METRICS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("rmse_detected", "RMSE [cycles/sample]", {"log_y": True, "with_bound": True}),

@@ -2,12 +2,7 @@
 
 from typing import Any
 
-from vsep.studies.catalogue._points import (
-    VICTIM_SLOPE_HZ_PER_S,
-    levels,
-    many_objects,
-    one_object,
-)
+from vsep.studies.catalogue._points import VICTIM_SLOPE_HZ_PER_S, levels, many_objects, one_object
 from vsep.studies.methods import estimator_names
 from vsep.studies.panel_specs import PanelSpec
 from vsep.studies.study import Study
