@@ -31,7 +31,7 @@ class FinishedRun(NamedTuple):
         shown = self.steps if num_steps is None else self.steps[:num_steps]
         return Snapshot(
             run_number=1,
-            opening=self.prepared,
+            prepared_run=self.prepared,
             steps=shown,
             num_steps=len(self.steps),
             phase=Phase.FINISHED,

@@ -61,12 +61,12 @@ def test_frames_follow_each_other_and_a_changed_scene_begins_anew(pool):
         page._restart()
         await until(lambda: page.session.phase is Phase.FINISHED)
         page.next_frame()
-        await until(lambda: page.session.phase is Phase.FINISHED and page.session.opening)
-        plan = page.session.opening.plan
+        await until(lambda: page.session.phase is Phase.FINISHED and page.session.prepared_run)
+        plan = page.session.prepared_run.plan
         assert (plan.frame_number, set(plan.histories)) == (1, {"pm-ist"})
         page.settings.seed = 8
-        await until(lambda: page.session.opening is not None)
-        assert page.session.opening.plan.frame_number == 0
+        await until(lambda: page.session.prepared_run is not None)
+        assert page.session.prepared_run.plan.frame_number == 0
         page.loop.close()
 
     asyncio.run(asyncio.wait_for(drive(), 60))

@@ -8,12 +8,12 @@ from vsep_app.model.compare_settings import LAST_FRAME, ComparePlan
 from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.pages.compare.tasks import (
     advance,
+    compact,
     compose,
     find_mask,
     has_next_frame,
     next_plan,
     prepare,
-    thin,
 )
 
 from vsep.analysis.repair import windowed_error_db
@@ -52,7 +52,11 @@ def steps_of(comparison):
 
 def snapshot_of(comparison, steps):
     return Snapshot(
-        run_number=3, opening=comparison, steps=steps, num_steps=len(steps), phase=Phase.FINISHED
+        run_number=3,
+        prepared_run=comparison,
+        steps=steps,
+        num_steps=len(steps),
+        phase=Phase.FINISHED,
     )
 
 
@@ -97,11 +101,11 @@ def test_the_repair_comes_first_and_then_the_detection():
     assert steps[done].state[0] is steps[-1].state[0]
 
 
-def test_a_thin_step_draws_as_before():
+def test_a_compact_step_draws_as_before():
     comparison = prepare(plan_of("linear", "factorised"))
     step = advance(comparison, comparison.initial_state)
-    assert thin(step).state == ()
-    picture = compose(snapshot_of(comparison, (thin(step),)))
+    assert compact(step).state == ()
+    picture = compose(snapshot_of(comparison, (compact(step),)))
     assert picture.method_runs == step.views
     assert (picture.run_number, picture.iteration) == (3, 1)
     assert compose(snapshot_of(comparison, ())).method_runs == comparison.initial_views

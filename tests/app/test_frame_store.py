@@ -54,7 +54,7 @@ def test_the_live_view_begins_with_it_until_another_scene_is_chosen(content, mon
     context = PageContext(
         pool=None, query={}, post=lambda function: function(), watched=lambda: True
     )
-    word = context.commons.frames.keep(KeptFrame(name="own.npz", content=content))
+    word = context.shared_resources.frames.keep(KeptFrame(name="own.npz", content=content))
     context.query[FRAME_KEY] = word
     written = {}
     monkeypatch.setattr("vsep_app.pages.live.set_query", written.__setitem__)

@@ -23,8 +23,8 @@ class Driven:
 
     async def shown(self, name):
         """Wait until the recording of a name is shown."""
-        await until(lambda: self.page._opening is not None)
-        await until(lambda: self.page._opening.plan.file.name == name)
+        await until(lambda: self.page._prepared_run is not None)
+        await until(lambda: self.page._prepared_run.plan.file.name == name)
 
     async def opened(self):
         """Drop the capture with its settings and wait until it is shown."""
@@ -64,10 +64,10 @@ def on_a_page(work):
 async def test_the_example_is_shown_but_not_run(driven):
     page = driven.page
     assert page.session.phase is Phase.IDLE
-    assert page._opening.plan.is_frame
+    assert page._prepared_run.plan.is_frame
     assert not page.form.live.disabled
     assert "128 ramps of 128 samples" in page.view.facts.object
-    assert page.settings.ramp == page._opening.loudest_ramp
+    assert page.settings.ramp == page._prepared_run.loudest_ramp
 
 
 @on_a_page
@@ -99,12 +99,12 @@ async def test_controls_and_text_are_the_same_settings(driven):
     await driven.shown("adc.bin")
     page.form.quick["sign"].value = "positive"
     page.form.quick["crop_start_samples"].value = 8
-    await until(lambda: page._opening.plan.settings.crop_start_samples == 8)
+    await until(lambda: page._prepared_run.plan.settings.crop_start_samples == 8)
     assert page.form.text.value.endswith("# as printed\ncrop_start_samples: 8\n")
     assert "sign: positive\n" in page.form.text.value
     assert "is perhaps the other one" in page.view.facts.object
     page.form.text.value = page.form.text.value.replace("positive", "negative")
-    await until(lambda: page._opening.plan.settings.sign == "negative")
+    await until(lambda: page._prepared_run.plan.settings.sign == "negative")
     assert page.form.quick["sign"].value == "negative"
 
 
@@ -121,7 +121,7 @@ async def test_a_second_capture_of_the_sensor_needs_no_settings(driven):
     np.save(file, driven.capture.received)
     page.drop([("c.npy", file.getvalue())])
     await driven.shown("c.npy")
-    assert page._opening.plan.settings.format == "npy"
+    assert page._prepared_run.plan.settings.format == "npy"
     assert driven.told == []
 
 
@@ -151,7 +151,7 @@ async def test_what_cannot_be_is_told_and_the_last_good_stays(driven):
     await driven.told_of("no whole number of ramps")
     assert page.form.live.disabled
     page.drop([("radar.yaml", driven.capture.settings)])
-    await until(lambda: page._opening is not None)
+    await until(lambda: page._prepared_run is not None)
     assert not page.form.live.disabled
     assert not page.form.text.error_state
 
@@ -161,13 +161,13 @@ async def test_a_clean_recording_is_shown_beside_until_it_does_not_fit(driven):
     page = driven.page
     page.drop([("a.bin", driven.capture.content), ("a.yaml", driven.capture.settings)])
     page.drop_reference([("clean.bin", driven.capture.content)])
-    await until(lambda: page._opening and page._opening.reference_maps)
+    await until(lambda: page._prepared_run and page._prepared_run.reference_maps)
     assert page.view._reference.visible
     page.drop_reference([("short.bin", driven.capture.content[: len(driven.capture.content) // 2])])
     await driven.told_of("short.bin has 8 ramps")
     assert page._reference is None
     page.form.clutter.value = True
-    await until(lambda: page._opening.plan.removes_clutter)
+    await until(lambda: page._prepared_run.plan.removes_clutter)
     assert not page.view._reference.visible
 
 
@@ -179,7 +179,7 @@ async def test_the_frame_is_stored_to_the_live_view_and_saved(driven):
     await until(lambda: page._link.source.data["place"][0])
     start, word = page._link.source.data["place"][0].split(f"{FRAME_KEY}=")
     assert start == "./?"
-    stored = page._context.commons.frames.find(word)
+    stored = page._context.shared_resources.frames.find(word)
     frame = read_frame(io.BytesIO(stored.content), name=stored.name)
     assert (frame.name, frame.beat_sign, frame.radar.shape) == ("a-frame.npz", -1, (16, 128))
     page.form.save.clicks += 1

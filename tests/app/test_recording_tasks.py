@@ -59,27 +59,31 @@ def raw_plan(stored, raw_capture):
 
 
 def test_a_raw_capture_becomes_the_frame_that_it_holds(raw_plan, raw_capture):
-    opening = pickle.loads(pickle.dumps(prepare(raw_plan)))
-    received = opening.prepared.observation.received
+    prepared_run = pickle.loads(pickle.dumps(prepare(raw_plan)))
+    received = prepared_run.prepared.observation.received
     largest = np.max(np.abs(raw_capture.received))
     # Rounded to words of 16 bits at 0.9 of full scale, half a unit in both parts.
     scale = np.vdot(received, raw_capture.received).real / np.vdot(received, received).real
     error = np.max(np.abs(scale * received - raw_capture.received))
     assert error <= 1.01 * largest * np.sqrt(0.5) / (2**15 * 0.9)
     power = np.max(np.abs(raw_capture.received), axis=1)
-    assert (opening.loudest_ramp, opening.num_antennas) == (int(np.argmax(power)), 1)
-    assert opening.remarks == ()
+    assert (prepared_run.loudest_ramp, prepared_run.num_antennas) == (int(np.argmax(power)), 1)
+    assert prepared_run.remarks == ()
 
 
 def test_its_run_streams_pictures_as_the_live_view_does(raw_plan):
-    opening = prepare(raw_plan)
-    step = advance(opening, opening.initial_state)
+    prepared_run = prepare(raw_plan)
+    step = advance(prepared_run, prepared_run.initial_state)
     snapshot = Snapshot(
-        run_number=5, opening=opening, steps=(step,), num_steps=1, phase=Phase.PAUSED
+        run_number=5, prepared_run=prepared_run, steps=(step,), num_steps=1, phase=Phase.PAUSED
     )
-    picture = compose(snapshot, opening.loudest_ramp, "level")
-    assert (picture.run_number, picture.iteration, picture.ramp) == (5, 1, opening.loudest_ramp)
-    assert np.isfinite(picture.burst_level_db[opening.loudest_ramp])
+    picture = compose(snapshot, prepared_run.loudest_ramp, "level")
+    assert (picture.run_number, picture.iteration, picture.ramp) == (
+        5,
+        1,
+        prepared_run.loudest_ramp,
+    )
+    assert np.isfinite(picture.burst_level_db[prepared_run.loudest_ramp])
 
 
 def test_the_other_sign_is_advised_against(raw_plan):
@@ -106,14 +110,16 @@ def frame_plan(stored, frame_arrays):
 
 def test_all_antennas_are_separated_together_with_the_filter_of_the_file(frame_plan):
     plan, received = frame_plan
-    opening = prepare(plan)
-    assert opening.num_antennas == len(opening.prepared.static_pictures) == 3
+    prepared_run = prepare(plan)
+    assert prepared_run.num_antennas == len(prepared_run.prepared.static_pictures) == 3
     rows = received.conj().reshape(36, 32)
-    assert np.array_equal(opening.prepared.observation.received, rows)
-    assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "none"
-    assert "3 antennas, separated together" in facts_html(opening)
-    step = advance(opening, opening.initial_state)
-    shown = Snapshot(run_number=1, opening=opening, steps=(step,), num_steps=1, phase=Phase.PAUSED)
+    assert np.array_equal(prepared_run.prepared.observation.received, rows)
+    assert prepared_run.prepared.estimator.model.anti_aliasing_filter.kind == "none"
+    assert "3 antennas, separated together" in facts_html(prepared_run)
+    step = advance(prepared_run, prepared_run.initial_state)
+    shown = Snapshot(
+        run_number=1, prepared_run=prepared_run, steps=(step,), num_steps=1, phase=Phase.PAUSED
+    )
     for antenna in (0, 2):
         fast = compose(shown, 5, "real", antenna).fast_time
         np.testing.assert_array_equal(fast.received, received[antenna, 5].real)
@@ -127,19 +133,19 @@ def test_an_antenna_alone_is_chosen_for_joint_and_of_transmitters_that_take_turn
     joint = replace(plan, scene=replace(plan.scene, estimator="joint"))
     turns = replace(plan, settings=replace(plan.settings, num_transmitters=2), is_frame=True)
     for alone, antenna, shown in ((joint, 1, 1), (joint, 7, 2), (turns, 1, 1)):
-        opening = prepare(replace(alone, antenna=antenna))
-        assert (opening.antenna, opening.num_antennas) == (shown, 3)
-        assert f"antenna {shown} of 3, separated alone" in facts_html(opening)
-        assert np.array_equal(opening.prepared.observation.received, received[shown].conj())
-        assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "none"
+        prepared_run = prepare(replace(alone, antenna=antenna))
+        assert (prepared_run.antenna, prepared_run.num_antennas) == (shown, 3)
+        assert f"antenna {shown} of 3, separated alone" in facts_html(prepared_run)
+        assert np.array_equal(prepared_run.prepared.observation.received, received[shown].conj())
+        assert prepared_run.prepared.estimator.model.anti_aliasing_filter.kind == "none"
 
 
 def test_a_setting_changed_by_hand_leaves_the_filter_of_the_frame(frame_plan):
     plan, received = frame_plan
     changed = replace(plan, is_frame=False, settings=replace(plan.settings, sign="negative"))
-    opening = prepare(changed)
-    assert np.array_equal(opening.prepared.observation.received, received.reshape(36, 32))
-    assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "none"
+    prepared_run = prepare(changed)
+    assert np.array_equal(prepared_run.prepared.observation.received, received.reshape(36, 32))
+    assert prepared_run.prepared.estimator.model.anti_aliasing_filter.kind == "none"
     own = replace(plan.scene, assume_true_filter=False, assumed_kind="butterworth")
     chosen = prepare(replace(changed, scene=own)).prepared.estimator.model.anti_aliasing_filter
     assert chosen.kind == "butterworth"
@@ -147,9 +153,9 @@ def test_a_setting_changed_by_hand_leaves_the_filter_of_the_frame(frame_plan):
 
 def test_what_stands_still_is_left_out(frame_plan):
     plan, received = frame_plan
-    opening = prepare(replace(plan, removes_clutter=True))
+    prepared_run = prepare(replace(plan, removes_clutter=True))
     moving = [each - static_clutter(each) for each in received.conj()]
-    assert np.array_equal(opening.prepared.observation.received, np.concatenate(moving))
+    assert np.array_equal(prepared_run.prepared.observation.received, np.concatenate(moving))
 
 
 def test_a_response_takes_the_place_of_the_filter(frame_plan, stored):
@@ -161,8 +167,8 @@ def test_a_response_takes_the_place_of_the_filter(frame_plan, stored):
         packed(filter_kind="measured", filter_frequency_hz=frequency, filter_response=gains),
     )
     require_response(file)
-    opening = prepare(replace(plan, response=file, antenna=1))
-    assert opening.prepared.estimator.model.anti_aliasing_filter.kind == "measured"
+    prepared_run = prepare(replace(plan, response=file, antenna=1))
+    assert prepared_run.prepared.estimator.model.anti_aliasing_filter.kind == "measured"
     shown = read_frame(io.BytesIO(frame_content(replace(plan, response=file), as_shown=True)))
     assert shown.anti_aliasing_filter.kind == "measured"
     with pytest.raises(InputError, match=r"^own.npz holds no array .filter_frequency_hz"):
@@ -188,9 +194,9 @@ def test_a_clean_recording_is_shown_on_the_same_scale(raw_plan, raw_capture, sto
     itself = prepare(replace(raw_plan, reference=raw_plan.file))
     assert np.array_equal(itself.reference_maps[0], itself.prepared.static_picture.map_before)
     half = stored("half.bin", raw_capture.content[: len(raw_capture.content) // 2])
-    opening = prepare(replace(raw_plan, reference=half))
-    assert opening.reference_maps == {}
-    assert opening.reference_fault == (
+    prepared_run = prepare(replace(raw_plan, reference=half))
+    assert prepared_run.reference_maps == {}
+    assert prepared_run.reference_fault == (
         "half.bin has 8 ramps of 128 samples; the recording has 16 of 128."
     )
     odd = stored("odd.bin", raw_capture.content[:-2])
@@ -200,8 +206,10 @@ def test_a_clean_recording_is_shown_on_the_same_scale(raw_plan, raw_capture, sto
 
 def test_a_frame_beside_a_raw_capture_speaks_for_itself(raw_plan, stored):
     frame = stored("clean.npz", frame_content(raw_plan, as_shown=False))
-    opening = prepare(replace(raw_plan, reference=frame))
-    assert np.array_equal(opening.reference_maps[0], opening.prepared.static_picture.map_before)
+    prepared_run = prepare(replace(raw_plan, reference=frame))
+    assert np.array_equal(
+        prepared_run.reference_maps[0], prepared_run.prepared.static_picture.map_before
+    )
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ def shown(one_ramp):
 
 
 def test_a_snapshot_is_the_report_of_what_is_shown(shown):
-    spec = snapshot_spec(shown, ReportSpec(plan=shown.opening.plan), 99)
+    spec = snapshot_spec(shown, ReportSpec(plan=shown.prepared_run.plan), 99)
     assert (spec.iteration, spec.ramp) == (2, 0)
     again = execute(spec)
     for key in ("html", "png", "json"):
@@ -35,16 +35,16 @@ def test_a_run_that_has_ended_is_shown_to_its_end(one_ramp):
 
 
 def test_the_frame_file_is_the_frame_with_the_assumed_filter(shown):
-    spec = snapshot_spec(shown, ReportSpec(plan=shown.opening.plan), 0)
+    spec = snapshot_spec(shown, ReportSpec(plan=shown.prepared_run.plan), 0)
     made = make_snapshot("npz", spec)
     frame = read_frame(io.BytesIO(made.content), name=made.name)
-    assert np.array_equal(frame.received, shown.opening.observation.received)
-    assert frame.anti_aliasing_filter == shown.opening.estimator.model.anti_aliasing_filter
+    assert np.array_equal(frame.received, shown.prepared_run.observation.received)
+    assert frame.anti_aliasing_filter == shown.prepared_run.estimator.model.anti_aliasing_filter
     assert make_snapshot("npz", spec).content == made.content
 
 
 def test_a_loaded_frame_comes_back_as_it_was(shown):
-    spec = snapshot_spec(shown, ReportSpec(plan=shown.opening.plan), 0)
+    spec = snapshot_spec(shown, ReportSpec(plan=shown.prepared_run.plan), 0)
     content = make_snapshot("npz", spec).content
     loaded = ReportSpec(plan=spec.plan, frame=KeptFrame(name="a.npz", content=content))
     assert make_snapshot("npz", loaded).content is content

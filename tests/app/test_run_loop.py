@@ -9,7 +9,7 @@ import pytest
 from vsep_app.jobs.run_loop import MAX_IN_FLIGHT, FrameLoop, PictureSink, RunCallbacks
 from vsep_app.jobs.run_session import Phase, RunSession
 
-from tests.app.test_run_session import LAST_ITERATION, Opening, _state, _step
+from tests.app.test_run_session import LAST_ITERATION, PreparedRun, _state, _step
 from vsep.errors import InputError
 
 
@@ -27,23 +27,25 @@ class Theatre:
 def _prepare(plan):
     if plan == "bad":
         raise InputError("The plan is bad; it must be good.")
-    return Opening(plan, _state(0))
+    return PreparedRun(plan, _state(0))
 
 
 released = threading.Event()
 
 
-def _advance(opening, state):
-    if opening.plan == "slow":
+def _advance(prepared_run, state):
+    if prepared_run.plan == "slow":
         released.wait(10.0)
-    if opening.plan == "breaks" and state.iteration == 1:
+    if prepared_run.plan == "breaks" and state.iteration == 1:
         raise ZeroDivisionError("no")
     return _step(state)
 
 
 def _compose(snapshot):
     return SimpleNamespace(
-        run_number=snapshot.run_number, iteration=len(snapshot.steps), plan=snapshot.opening.plan
+        run_number=snapshot.run_number,
+        iteration=len(snapshot.steps),
+        plan=snapshot.prepared_run.plan,
     )
 
 
@@ -164,7 +166,7 @@ def test_a_slow_pace_does_not_hold_up_a_restart(pool):
 def test_a_step_of_an_older_run_does_not_hold_up_a_new_one(pool):
     async def scene(theatre):
         _start(theatre, "slow")
-        await _until(lambda: theatre.session.opening is not None)
+        await _until(lambda: theatre.session.prepared_run is not None)
         await asyncio.sleep(0.05)
         _start(theatre, "plan")
         await _until(lambda: theatre.pictures and theatre.pictures[-1].plan == "plan")
@@ -220,9 +222,9 @@ def test_a_session_takes_one_command_after_the_other():
         leave.wait(10.0)
         return step
 
-    session.prepared(job, Opening("plan", _state(0)))
+    session.prepared(job, PreparedRun("plan", _state(0)))
     session.advanced(session.next_job(), _step(_state(0)))
-    session._thin = hold
+    session._compact = hold
     hold.made = lambda _: False
     outcome = session.next_job(), _step(_state(1))
     advance = threading.Thread(target=session.advanced, args=outcome)
@@ -235,7 +237,7 @@ def test_a_session_takes_one_command_after_the_other():
     leave.set()
     advance.join(10.0)
     restart.join(10.0)
-    assert (session.num_steps, session.opening) == (0, None)
+    assert (session.num_steps, session.prepared_run) == (0, None)
 
 
 def test_scrubbing_shows_that_iteration(pool):

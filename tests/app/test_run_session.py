@@ -3,7 +3,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from vsep_app.jobs.run_session import JobKind, Phase, RunSession
-from vsep_app.jobs.weak_memo import Once
+from vsep_app.jobs.weak_memo import WeakMemo
 
 from vsep.inference.core.progress import IterationInfo, Step, Termination
 from vsep.inference.core.state import ObjectComponents, SeparationState
@@ -34,7 +34,7 @@ def _state(iteration):
 
 
 @dataclass(frozen=True)
-class Opening:
+class PreparedRun:
     """A run of three steps."""
 
     plan: str
@@ -67,7 +67,7 @@ def _do(session):
     if job is None:
         return None
     if job.kind is JobKind.PREPARE:
-        session.prepared(job, Opening(job.plan, _state(0)))
+        session.prepared(job, PreparedRun(job.plan, _state(0)))
     elif job.kind is JobKind.REPLAY:
         session.replayed(job)
     else:
@@ -218,10 +218,10 @@ def test_outcomes_of_an_older_run_are_dropped(session):
     job = session.next_job()
     session.restart("new plan")
     assert not session.advanced(job, _step(job.state))
-    assert not session.prepared(job, Opening("plan", _state(0)))
+    assert not session.prepared(job, PreparedRun("plan", _state(0)))
     assert not session.replayed(job)
     assert not session.failed(job)
-    assert session.opening is None
+    assert session.prepared_run is None
     assert session.next_job().plan == "new plan"
 
 
@@ -257,10 +257,10 @@ def test_restart_runs_even_if_the_last_run_was_paused(session):
 
 
 def test_of_a_long_run_some_steps_are_kept_without_what_shows_them():
-    bare = []
+    stripped = []
 
     def strip(step):
-        bare.append(step.state.iteration)
+        stripped.append(step.state.iteration)
         return replace(step, seconds=-1.0)
 
     session = RunSession(None, strip, most_kept=2)
@@ -269,11 +269,11 @@ def test_of_a_long_run_some_steps_are_kept_without_what_shows_them():
     for _ in range(LAST_ITERATION - 1):
         _do(session)
     session.pause()
-    assert bare == []
+    assert stripped == []
     session.run()
     _do(session)
     # Three steps, two may be shown: every second one and the last.
-    assert bare == [1]
+    assert stripped == [1]
     session.scrub(1)
     assert session.cursor == 2
     session.step_back()
@@ -285,12 +285,12 @@ def test_of_a_long_run_some_steps_are_kept_without_what_shows_them():
 
 
 def test_a_job_says_whether_its_state_is_exact():
-    session = RunSession(Once(replace))
+    session = RunSession(WeakMemo(replace))
     session.restart("plan")
     _do(session)
     job = session.next_job()
     assert (job.iteration, job.is_exact) == (1, True)
-    shared = Once(replace)
+    shared = WeakMemo(replace)
     session = RunSession(shared)
     session.restart("plan")
     _do(session)

@@ -31,7 +31,7 @@ class Page:
 
 def _session(registry, *, watched, age_s=0.0):
     page, queue = Page(), Page()
-    registry.guests[page] = Session(
+    registry.open_sessions[page] = Session(
         page=page, queue=queue, watched=lambda: watched, since=time.monotonic() - age_s
     )
     return page, queue

@@ -11,7 +11,7 @@ from vsep_app.jobs.shared_runs import (
     RateLimiter,
     SharedRuns,
 )
-from vsep_app.jobs.weak_memo import Once
+from vsep_app.jobs.weak_memo import WeakMemo
 
 from tests.app.test_run_session import _state, _step
 
@@ -35,7 +35,7 @@ def test_what_several_want_is_made_once():
     async def scene():
         runs, made = SharedRuns(), []
         same = await asyncio.gather(
-            *(runs.opening("key", _maker("opening", made, 0.01), None) for _ in range(3))
+            *(runs.prepared_run("key", _maker("opening", made, 0.01), None) for _ in range(3))
         )
         steps = await asyncio.gather(
             *(runs.step("key", 1, _maker(_step(_state(0)), made, 0.01)) for _ in range(3))
@@ -52,7 +52,7 @@ def test_without_a_key_nothing_is_shared():
     async def scene():
         runs, made = SharedRuns(), []
         for _ in range(2):
-            await runs.opening(None, _maker("opening", made), None)
+            await runs.prepared_run(None, _maker("opening", made), None)
             await runs.step(None, 1, _maker("step", made))
         assert len(made) == 4
         assert len(runs) == 0
@@ -63,8 +63,8 @@ def test_without_a_key_nothing_is_shared():
 def test_who_leaves_does_not_take_the_others_work_along():
     async def scene():
         runs, made = SharedRuns(), []
-        first = asyncio.create_task(runs.opening("key", _maker("opening", made, 0.05), None))
-        second = asyncio.create_task(runs.opening("key", _maker("opening", made, 0.05), None))
+        first = asyncio.create_task(runs.prepared_run("key", _maker("opening", made, 0.05), None))
+        second = asyncio.create_task(runs.prepared_run("key", _maker("opening", made, 0.05), None))
         await asyncio.sleep(0.01)
         first.cancel()
         assert await second == "opening"
@@ -84,7 +84,7 @@ def test_work_that_nobody_waits_for_is_dropped():
                 ended.append(True)
                 raise
 
-        only = asyncio.create_task(runs.opening("key", make, None))
+        only = asyncio.create_task(runs.prepared_run("key", make, None))
         await asyncio.sleep(0.01)
         only.cancel()
         await asyncio.sleep(0.01)
@@ -101,10 +101,10 @@ def test_an_error_reaches_all_and_is_not_kept():
             await asyncio.sleep(0.01)
             raise ValueError("no")
 
-        waiting = [runs.opening("key", fail, None) for _ in range(2)]
+        waiting = [runs.prepared_run("key", fail, None) for _ in range(2)]
         outcomes = await asyncio.gather(*waiting, return_exceptions=True)
         assert [str(one) for one in outcomes] == ["no", "no"]
-        assert await runs.opening("key", _maker("good", []), None) == "good"
+        assert await runs.prepared_run("key", _maker("good", []), None) == "good"
 
     _run(scene())
 
@@ -113,21 +113,21 @@ def test_memory_is_bounded_and_the_oldest_runs_are_forgotten():
     async def scene():
         runs = SharedRuns(largest_bytes=250 * 8)
         for key in "abc":
-            await runs.opening(key, _maker((np.zeros(100),), []), None)
+            await runs.prepared_run(key, _maker((np.zeros(100),), []), None)
         assert len(runs) == 2
         assert runs.size == 200 * 8
         made = []
-        await runs.opening("c", _maker("never", made), None)
+        await runs.prepared_run("c", _maker("never", made), None)
         assert made == []
 
     _run(scene())
 
 
-def test_earlier_steps_are_kept_thin():
+def test_earlier_steps_are_kept_compact():
     async def scene():
         runs, small = SharedRuns(), _step(_state(7))
-        thin = Once(lambda _: small)
-        await runs.opening("key", _maker("opening", []), thin)
+        compact = WeakMemo(lambda _: small)
+        await runs.prepared_run("key", _maker("opening", []), compact)
         for iteration in (1, 2):
             await runs.step("key", iteration, _maker(_step(_state(iteration)), []))
         assert await runs.step("key", 1, _maker("never", [])) is small

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vsep_app.jobs.tasks import advance, compose, make_filter, prepare, recorded_frame, thin
+from vsep_app.jobs.tasks import advance, compact, compose, make_filter, prepare, recorded_frame
 from vsep_app.model.settings import LOADED_FRAME, Settings, preset_values
 from vsep_app.views.tables import table_html
 
@@ -162,7 +162,7 @@ def array_run():
     for _ in range(10):
         steps.append(advance(prepared, states[-1]))
         states.append(steps[-1].state)
-    return FinishedRun(prepared, (*map(thin, steps[:-1]), steps[-1])), frame
+    return FinishedRun(prepared, (*map(compact, steps[:-1]), steps[-1])), frame
 
 
 def test_angles_of_antennas_together_stand_beside_their_truth(array_run):

@@ -13,7 +13,7 @@ def session(one_ramp):
     session.restart("a plan")
     session.prepared(session.next_job(), one_ramp.prepared)
     while (job := session.next_job()) is not None:
-        session.advanced(job, advance(job.opening, job.state))
+        session.advanced(job, advance(job.prepared_run, job.state))
     return session
 
 

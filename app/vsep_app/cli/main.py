@@ -83,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         return _fail(str(error))
     except BrokenPipeError:
-        # Nobody reads any more; point the stream elsewhere, or its closing would complain.
+        # Nobody reads any more; point the stream elsewhere, or its closing would raise again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _EXIT_BROKEN_PIPE
     except OSError as error:

@@ -24,9 +24,9 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from vsep.errors import InputError
 from vsep_app.jobs.background import BackgroundTasks
-from vsep_app.jobs.run_session import AnyStep, Job, JobKind, Opening, RunSession, Snapshot
+from vsep_app.jobs.run_session import AnyStep, Job, JobKind, PreparedRun, RunSession, Snapshot
 from vsep_app.jobs.shared_runs import SharedResources
-from vsep_app.jobs.weak_memo import Once
+from vsep_app.jobs.weak_memo import WeakMemo
 
 _LOG = logging.getLogger(__name__)
 
@@ -45,7 +45,7 @@ class AnyPicture(Protocol):
 
 
 PlanT = TypeVar("PlanT")
-OpeningT = TypeVar("OpeningT", bound=Opening)
+PreparedT = TypeVar("PreparedT", bound=PreparedRun)
 StepT = TypeVar("StepT", bound=AnyStep)
 PictureT = TypeVar("PictureT", bound=AnyPicture)
 
@@ -55,36 +55,36 @@ def _no_key(_: Any) -> Hashable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunCallbacks(Generic[PlanT, OpeningT, StepT, PictureT]):
+class RunCallbacks(Generic[PlanT, PreparedT, StepT, PictureT]):
     """The three pieces of work, done by the pool.
 
     Parameters
     ----------
     prepare : callable
-        Plan, and what `given` returns, to prepared run; may raise `InputError` with a sentence for
-        the user.
+        Plan, and what `extra_arguments` returns, to prepared run; may raise `InputError` with a
+        sentence for the user.
     advance : callable
         Prepared run and state to the next step.
     compose : callable
         Snapshot, and what `view` returns, to picture.
-    given, view : callable
+    extra_arguments, view : callable
         Further arguments: what a plan does not hold, and how the user wants to see the run.
     key : callable
         Name of the run of a plan, under which all sessions share it; None shares nothing.
-    thin : Once or None
+    compact : WeakMemo or None
         Makes of a step what is kept of it for the display.
-    bare : callable or None
+    strip : callable or None
         Makes of a step what the picture of a later one needs; None takes it whole.
     """
 
-    prepare: Callable[..., OpeningT]
-    advance: Callable[[OpeningT, Any], StepT]
+    prepare: Callable[..., PreparedT]
+    advance: Callable[[PreparedT, Any], StepT]
     compose: Callable[..., PictureT]
-    given: Callable[[], tuple[Any, ...]] = tuple
+    extra_arguments: Callable[[], tuple[Any, ...]] = tuple
     view: Callable[[], tuple[Any, ...]] = tuple
     key: Callable[[PlanT], Hashable] = _no_key
-    thin: Once[StepT] | None = None
-    bare: Callable[[StepT], StepT] | None = None
+    compact: WeakMemo[StepT] | None = None
+    strip: Callable[[StepT], StepT] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,22 +112,22 @@ class PictureSink(Generic[PictureT]):
     watched: Callable[[], bool]
 
 
-class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
+class FrameLoop(Generic[PlanT, PreparedT, StepT, PictureT]):
     """Drives one session; its methods may be called from any thread."""
 
     def __init__(
         self,
-        session: RunSession[PlanT, OpeningT, StepT],
-        callbacks: RunCallbacks[PlanT, OpeningT, StepT, PictureT],
+        session: RunSession[PlanT, PreparedT, StepT],
+        callbacks: RunCallbacks[PlanT, PreparedT, StepT, PictureT],
         sink: PictureSink[PictureT],
         pool: Executor,
-        commons: SharedResources | None = None,
+        shared_resources: SharedResources | None = None,
         background: BackgroundTasks | None = None,
     ) -> None:
         self.session = session
         self.shown = 0
         self._callbacks, self._sink, self._pool = callbacks, sink, pool
-        self._commons = commons or SharedResources()
+        self._shared_resources = shared_resources or SharedResources()
         self._background = background or BackgroundTasks()
         self._command = asyncio.Event()
         self._changed = asyncio.Event()
@@ -197,7 +197,7 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
             due = max(due + 1.0 / self._sink.speed(), time.monotonic())
             await _wait(self._command, due - time.monotonic())
 
-    async def _unless_stale(self, job: Job[PlanT, OpeningT], doing: asyncio.Future[None]) -> None:
+    async def _unless_stale(self, job: Job[PlanT, PreparedT], doing: asyncio.Future[None]) -> None:
         """Wait for a job, but not once its run is over; it is dropped then."""
         while not doing.done() and job.run_number == self.session.run_number:
             self._command.clear()
@@ -212,17 +212,17 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
                 command.cancel()
         doing.cancel()
 
-    async def _do(self, job: Job[PlanT, OpeningT]) -> None:
+    async def _do(self, job: Job[PlanT, PreparedT]) -> None:
         """Do one job; whatever goes wrong becomes a sentence for the user."""
         try:
             if job.kind is JobKind.PREPARE:
-                opening = await self._opening(job.plan)
-                news = self.session.prepared(job, opening)
+                prepared_run = await self._prepared_run(job.plan)
+                news = self.session.prepared(job, prepared_run)
             elif job.kind is JobKind.REPLAY:
                 news = self.session.replayed(job)
             else:
                 key, make = self._callbacks.key(job.plan), partial(self._step, job)
-                step = await self._commons.runs.step(key, job.iteration, make)
+                step = await self._shared_resources.runs.step(key, job.iteration, make)
                 news = self.session.advanced(job, step)
         except Exception as error:
             news = self.session.failed(job)
@@ -231,28 +231,30 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
         if news:
             self._changed.set()
 
-    async def _opening(self, plan: PlanT) -> Any:
+    async def _prepared_run(self, plan: PlanT) -> Any:
         callbacks = self._callbacks
-        make = partial(self._in_pool, callbacks.prepare, plan, *callbacks.given())
-        return await self._commons.runs.opening(callbacks.key(plan), make, callbacks.thin)
+        make = partial(self._in_pool, callbacks.prepare, plan, *callbacks.extra_arguments())
+        return await self._shared_resources.runs.prepared_run(
+            callbacks.key(plan), make, callbacks.compact
+        )
 
-    async def _step(self, job: Job[PlanT, OpeningT]) -> Any:
+    async def _step(self, job: Job[PlanT, PreparedT]) -> Any:
         """Compute the step of a job; where its state is only kept for the display, from the start.
 
         That happens when the run was shared and is forgotten.
         """
-        opening: Any = job.opening
+        prepared_run: Any = job.prepared_run
         state = job.state
         if not job.is_exact:
-            state = opening.initial_state
+            state = prepared_run.initial_state
             for _ in range(job.iteration - 1):
-                state = (await self._in_pool(self._callbacks.advance, opening, state)).state
-        return await self._in_pool(self._callbacks.advance, opening, state)
+                state = (await self._in_pool(self._callbacks.advance, prepared_run, state)).state
+        return await self._in_pool(self._callbacks.advance, prepared_run, state)
 
-    async def _picture(self, snapshot: Snapshot[OpeningT, StepT]) -> PictureT:
+    async def _picture(self, snapshot: Snapshot[PreparedT, StepT]) -> PictureT:
         callbacks, steps = self._callbacks, snapshot.steps
-        if callbacks.bare is not None and steps:
-            earlier = tuple(callbacks.bare(step) for step in steps[:-1])
+        if callbacks.strip is not None and steps:
+            earlier = tuple(callbacks.strip(step) for step in steps[:-1])
             snapshot = replace(snapshot, steps=(*earlier, steps[-1]))
         picture: PictureT = await self._in_pool(callbacks.compose, snapshot, *callbacks.view())
         return picture
@@ -276,7 +278,7 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
                 continue
             self._in_flight += 1
             self._sink.post(partial(self._show, picture, time.monotonic()))
-            period_s = self._commons.pace.period_s
+            period_s = self._shared_resources.pace.period_s
             await _wait(self._hurry, started + period_s - time.monotonic())
 
     async def _room_in_flight(self) -> None:
@@ -287,7 +289,7 @@ class FrameLoop(Generic[PlanT, OpeningT, StepT, PictureT]):
                 self._in_flight = 0
 
     def _show(self, picture: PictureT, ready_at: float) -> None:
-        self._commons.pace.drawn(time.monotonic() - ready_at)
+        self._shared_resources.pace.drawn(time.monotonic() - ready_at)
         if picture.run_number != self.session.run_number:
             self.acknowledged()
             return

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar
 
 from vsep.inference.core.progress import Termination
-from vsep_app.jobs.weak_memo import Once
+from vsep_app.jobs.weak_memo import WeakMemo
 
 MAX_KEPT = 128
 
@@ -38,7 +38,7 @@ class JobKind(enum.Enum):
     REPLAY = "show the next of the steps that are there"
 
 
-class Opening(Protocol):
+class PreparedRun(Protocol):
     """Outcome of preparing a run; the session needs its first state only."""
 
     @property
@@ -58,7 +58,7 @@ class AnyStep(Protocol):
         """Whether the run has ended here, and why."""
 
 
-OpeningT = TypeVar("OpeningT", bound=Opening)
+PreparedT = TypeVar("PreparedT", bound=PreparedRun)
 StepT = TypeVar("StepT", bound=AnyStep)
 PlanT = TypeVar("PlanT")
 _Options = ParamSpec("_Options")
@@ -80,13 +80,13 @@ def _whole(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Job(Generic[PlanT, OpeningT]):
+class Job(Generic[PlanT, PreparedT]):
     """Work to be done outside of the session."""
 
     run_number: int  #: The run that asks.
     kind: JobKind  #: What is asked for.
     plan: PlanT  #: What determines the run.
-    opening: OpeningT | None = None  #: The prepared run; None while it is to be prepared.
+    prepared_run: PreparedT | None = None  #: The prepared run; None while it is to be prepared.
     state: Any = None  #: The state to advance from; None while the run is to be prepared.
     iteration: int = 0  #: The iteration that an advance leads to.
     #: Whether `state` is as it was computed, not what is kept of it for the display.
@@ -94,39 +94,40 @@ class Job(Generic[PlanT, OpeningT]):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Snapshot(Generic[OpeningT, StepT]):
+class Snapshot(Generic[PreparedT, StepT]):
     """What a view needs: the prepared run, the steps up to the cursor, and how many there are."""
 
     run_number: int
-    opening: OpeningT
+    prepared_run: PreparedT
     steps: tuple[StepT, ...]
     num_steps: int
     phase: Phase
 
 
-class RunSession(Generic[PlanT, OpeningT, StepT]):
+class RunSession(Generic[PlanT, PreparedT, StepT]):
     """One user's run: idle, running, paused or finished.
 
     Parameters
     ----------
-    thin : Once or None
+    compact : WeakMemo or None
         Makes of a step what is kept of it once the next one is there; None keeps all.
-    bare : callable or None
+    strip : callable or None
         Makes of a step what is kept of it where a run is too long to keep all its steps: enough to
         go on with the log, not enough to show it.
     most_kept : int
-        So many steps of a run can be shown, evenly spread; the others are bare.
+        So many steps of a run can be shown, evenly spread; of the others
+        only what later pictures need is kept.
     """
 
     def __init__(
         self,
-        thin: Once[StepT] | None = None,
-        bare: Callable[[StepT], StepT] | None = None,
+        compact: WeakMemo[StepT] | None = None,
+        strip: Callable[[StepT], StepT] | None = None,
         *,
         most_kept: int = MAX_KEPT,
     ) -> None:
         self.lock = threading.RLock()
-        self._thin, self._bare = thin, bare
+        self._compact, self._strip = compact, strip
         self.most_kept = most_kept
         self._stride, self._hidden = 1, set[int]()
         self.phase = Phase.IDLE
@@ -134,7 +135,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self.cursor = 0
         self._steps: list[StepT] = []
         self._plan: PlanT | None = None
-        self._opening: OpeningT | None = None
+        self._prepared_run: PreparedT | None = None
         self._single_step = False
         self._stop_at: int | None = None
 
@@ -144,9 +145,9 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         return len(self._steps)
 
     @property
-    def opening(self) -> OpeningT | None:
+    def prepared_run(self) -> PreparedT | None:
         """The prepared run, None until it is prepared."""
-        return self._opening
+        return self._prepared_run
 
     @property
     def termination(self) -> Termination:
@@ -158,7 +159,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
     def restart(self, plan: PlanT) -> None:
         """Begin a new run of `plan` at once; whatever is under way becomes stale."""
         self._plan = plan
-        self._opening = None
+        self._prepared_run = None
         self._begin(Phase.RUNNING)
 
     @_whole
@@ -215,36 +216,36 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         self._settle()
 
     @_whole
-    def next_job(self) -> Job[PlanT, OpeningT] | None:
+    def next_job(self) -> Job[PlanT, PreparedT] | None:
         """Return the work to be done next, None when there is nothing to do."""
         if self._plan is None:
             return None
-        if self._opening is None:
+        if self._prepared_run is None:
             return Job(run_number=self.run_number, kind=JobKind.PREPARE, plan=self._plan)
         if not (self._single_step or self.phase is Phase.RUNNING):
             return None
         kind = JobKind.REPLAY if self.cursor < len(self._steps) else JobKind.ADVANCE
-        state = self._steps[-1].state if self._steps else self._opening.initial_state
+        state = self._steps[-1].state if self._steps else self._prepared_run.initial_state
         return Job(
             run_number=self.run_number,
             kind=kind,
             plan=self._plan,
-            opening=self._opening,
+            prepared_run=self._prepared_run,
             state=state,
             iteration=len(self._steps) + 1,
-            is_exact=not (self._thin and self._steps and self._thin.made(self._steps[-1])),
+            is_exact=not (self._compact and self._steps and self._compact.made(self._steps[-1])),
         )
 
     @_whole
-    def prepared(self, job: Job[PlanT, OpeningT], opening: OpeningT) -> bool:
+    def prepared(self, job: Job[PlanT, PreparedT], prepared_run: PreparedT) -> bool:
         """Take a prepared run; return False if it is stale."""
         if job.run_number != self.run_number:
             return False
-        self._opening = opening
+        self._prepared_run = prepared_run
         return True
 
     @_whole
-    def advanced(self, job: Job[PlanT, OpeningT], step: StepT) -> bool:
+    def advanced(self, job: Job[PlanT, PreparedT], step: StepT) -> bool:
         """Take a computed step; return False if it is stale.
 
         A step that was under way when the user paused or scrubbed is kept, as it will be the next
@@ -253,8 +254,8 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         if job.run_number != self.run_number:
             return False
         at_end = self.cursor == len(self._steps)
-        if self._thin is not None and self._steps:
-            self._steps[-1] = self._thin(self._steps[-1])
+        if self._compact is not None and self._steps:
+            self._steps[-1] = self._compact(self._steps[-1])
         self._steps.append(step)
         if at_end and (self._single_step or self.phase is Phase.RUNNING):
             self._move_on()
@@ -262,7 +263,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         return True
 
     @_whole
-    def replayed(self, job: Job[PlanT, OpeningT]) -> bool:
+    def replayed(self, job: Job[PlanT, PreparedT]) -> bool:
         """Show the next of the steps that are there; return False if the job is stale."""
         if job.run_number != self.run_number or self.cursor >= len(self._steps):
             return False
@@ -270,7 +271,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         return True
 
     @_whole
-    def failed(self, job: Job[PlanT, OpeningT]) -> bool:
+    def failed(self, job: Job[PlanT, PreparedT]) -> bool:
         """Take note that a job failed: no run can be prepared, or it stops where it is."""
         if job.run_number != self.run_number:
             return False
@@ -283,13 +284,13 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
         return True
 
     @_whole
-    def snapshot(self) -> Snapshot[OpeningT, StepT] | None:
+    def snapshot(self) -> Snapshot[PreparedT, StepT] | None:
         """Return what a view needs, None until the run is prepared."""
-        if self._opening is None:
+        if self._prepared_run is None:
             return None
         return Snapshot(
             run_number=self.run_number,
-            opening=self._opening,
+            prepared_run=self._prepared_run,
             steps=tuple(self._steps[: self.cursor]),
             num_steps=len(self._steps),
             phase=self.phase,
@@ -315,7 +316,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
 
     def _hide_some(self) -> None:
         """Keep only every second, fourth, ... step whole, so that a long run stays small."""
-        if self._bare is None:
+        if self._strip is None:
             return
         last = len(self._steps)
         while last // self._stride > self.most_kept:
@@ -324,7 +325,7 @@ class RunSession(Generic[PlanT, OpeningT, StepT]):
             shown = iteration % self._stride == 0 or iteration == self.cursor
             if not shown and iteration not in self._hidden:
                 self._hidden.add(iteration)
-                self._steps[iteration - 1] = self._bare(self._steps[iteration - 1])
+                self._steps[iteration - 1] = self._strip(self._steps[iteration - 1])
 
     def _settle(self) -> None:
         self.phase = Phase.FINISHED if self._ended() else Phase.PAUSED

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vsep_app.jobs.frame_store import FrameStore
-from vsep_app.jobs.weak_memo import Once, num_bytes
+from vsep_app.jobs.weak_memo import WeakMemo, num_bytes
 
 SHARED_BYTES = 160_000_000
 # A longer run is no longer shared.
@@ -58,16 +58,16 @@ class RateLimiter:
 
 @dataclass
 class _Run:
-    opening: Any
-    thin: Once[Any] | None
+    prepared_run: Any
+    compact: WeakMemo[Any] | None
     steps: list[Any] = field(default_factory=list)
     size: int = 0
 
     def append(self, step: Any) -> None:
         """Take the next step; of the one before, what is kept of it is enough."""
-        if self.steps and self.thin is not None:
+        if self.steps and self.compact is not None:
             before = self.steps[-1]
-            self.steps[-1] = self.thin(before)
+            self.steps[-1] = self.compact(before)
             self.size += num_bytes(self.steps[-1]) - num_bytes(before)
         self.steps.append(step)
         self.size += num_bytes(step)
@@ -99,19 +99,19 @@ class SharedRuns:
         """Memory of all runs in bytes."""
         return sum(run.size for run in self._runs.values())
 
-    async def opening(
-        self, key: Hashable, make: Callable[[], Awaitable[Any]], thin: Once[Any] | None
+    async def prepared_run(
+        self, key: Hashable, make: Callable[[], Awaitable[Any]], compact: WeakMemo[Any] | None
     ) -> Any:
         """Return the prepared run of a key; None as key shares nothing."""
         if key is None:
             return await make()
         if key not in self._runs:
-            opening = await self._share((key, 0), make)
+            prepared_run = await self._share((key, 0), make)
             if key not in self._runs:
-                self._runs[key] = _Run(opening, thin, size=num_bytes(opening))
+                self._runs[key] = _Run(prepared_run, compact, size=num_bytes(prepared_run))
                 self._forget_some()
         self._runs.move_to_end(key)
-        return self._runs[key].opening
+        return self._runs[key].prepared_run
 
     async def step(self, key: Hashable, iteration: int, make: Callable[[], Awaitable[Any]]) -> Any:
         """Return a step of a run, as computed or as it is kept for the display."""

@@ -28,7 +28,7 @@ from vsep.signal.simulate import add_interference
 from vsep.signal.template import SignalModel
 from vsep_app.assets import path
 from vsep_app.jobs.run_session import Snapshot
-from vsep_app.jobs.weak_memo import Once
+from vsep_app.jobs.weak_memo import WeakMemo
 from vsep_app.model.picture import Picture, make_picture
 from vsep_app.model.settings import LOADED_FRAME, Plan, simulator_options
 from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_static_picture
@@ -156,10 +156,10 @@ def compose(
     snapshot: Snapshot[Prepared, Step], ramp: int, fast_time_mode: str, antenna: int = 0
 ) -> Picture:
     """Make the picture of a snapshot; where there is no such antenna, of the last one."""
-    static_pictures = snapshot.opening.static_pictures
+    static_pictures = snapshot.prepared_run.static_pictures
     return make_picture(
         static_pictures[min(antenna, len(static_pictures) - 1)],
-        snapshot.opening.initial_state,
+        snapshot.prepared_run.initial_state,
         snapshot.steps,
         ramp=ramp,
         fast_time_mode=fast_time_mode,
@@ -173,7 +173,7 @@ def run_key(plan: Plan) -> Plan | None:
     return None if plan.preset == LOADED_FRAME else plan
 
 
-def _thin(step: Step) -> Step:
+def _compact(step: Step) -> Step:
     state = step.state
     return replace(
         step,
@@ -196,14 +196,14 @@ def _with_short_numbers(record: Any) -> Any:
     )
 
 
-def _bare(step: Step) -> Step:
+def _strip(step: Step) -> Step:
     nothing = np.zeros((0, 0), dtype=np.complex128)
     state = replace(step.state, bursts=(), object_signal=nothing, interference_signal=nothing)
     return replace(step, state=state)
 
 
 # What is kept of a step for the display, and what the picture of a later one needs of it.
-thin, bare = Once(_thin), Once(_bare)
+compact, strip = WeakMemo(_compact), WeakMemo(_strip)
 
 
 def make_filter(kind: str, cutoff_mhz: float, rolloff: float, order: int) -> AntiAliasingFilter:

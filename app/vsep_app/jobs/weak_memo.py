@@ -10,7 +10,7 @@ import numpy as np
 RecordT = TypeVar("RecordT")
 
 
-class Once(Generic[RecordT]):
+class WeakMemo(Generic[RecordT]):
     """A function of a record that is called once for each; its results are left as they are.
 
     Parameters
@@ -22,7 +22,7 @@ class Once(Generic[RecordT]):
     --------
     >>> class Record:
     ...     pass
-    >>> smaller = Once(lambda record: Record())
+    >>> smaller = WeakMemo(lambda record: Record())
     >>> record = Record()
     >>> smaller(record) is smaller(record) is smaller(smaller(record))
     True

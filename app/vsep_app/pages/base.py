@@ -45,7 +45,9 @@ class PageContext:
     own_folder: bool = True
     #: Guided experiments to choose from.
     experiments: Sequence[Experiment] = field(default_factory=shipped_experiments)
-    commons: SharedResources = field(default_factory=SharedResources)  #: What all sessions share.
+    shared_resources: SharedResources = field(
+        default_factory=SharedResources
+    )  #: What all sessions share.
     #: Coroutines of the page; they end when it closes.
     background: BackgroundTasks = field(default_factory=BackgroundTasks)
     most_kept: int = MAX_KEPT  #: So many iterations of a run can be shown.

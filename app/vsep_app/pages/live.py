@@ -12,7 +12,7 @@ from vsep.inference.core.progress import Step
 from vsep_app.jobs.frame_store import FRAME_KEY, frame_of_query
 from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.run_session import Phase
-from vsep_app.jobs.tasks import Prepared, advance, bare, compose, prepare, run_key, thin
+from vsep_app.jobs.tasks import Prepared, advance, compact, compose, prepare, run_key, strip
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
 from vsep_app.model.trial_link import TRIAL_KEY, trial_of_query
@@ -47,7 +47,9 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     address = "./"
 
     def __init__(self, context: PageContext) -> None:
-        self._stored, query, handover_errors = frame_of_query(context.query, context.commons.frames)
+        self._stored, query, handover_errors = frame_of_query(
+            context.query, context.shared_resources.frames
+        )
         self._trial, query, trial_errors = trial_of_query(query)
         query, opened, unknown = open_experiment(query, context.experiments, LIVE)
         values, errors = parse_query(query)
@@ -69,14 +71,14 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
                 prepare=prepare,
                 advance=advance,
                 compose=compose,
-                given=lambda: (self._frame, self.settings.antenna),
+                extra_arguments=lambda: (self._frame, self.settings.antenna),
                 view=self._view,
                 key=run_key,
-                thin=thin,
-                bare=bare,
+                compact=compact,
+                strip=strip,
             )
         )
-        self._pace, self._most_kept = context.commons.pace, context.most_kept
+        self._pace, self._most_kept = context.shared_resources.pace, context.most_kept
         self.transport = Transport(self.settings, self.session, self.loop.wake)
         self.share = Share(
             self._snapshot,
@@ -164,9 +166,11 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     def show(self, picture: Picture) -> None:
         """Draw a picture on all views; called with the document locked."""
         several = picture.static_picture.radar.num_ramps > 1
-        if self.session.opening is not None:
+        if self.session.prepared_run is not None:
             # What several antennas take of the memory is that of fewer iterations.
-            self.session.most_kept = self._most_kept // len(self.session.opening.static_pictures)
+            self.session.most_kept = self._most_kept // len(
+                self.session.prepared_run.static_pictures
+            )
         with pn.io.hold():
             self._map_row.visible = self._strip.visible = several
             self.delay.update(picture)
@@ -181,8 +185,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
                 self.times.object = times_html(picture.step_ms)
                 self.tables.show(picture)
                 self.controls.show_levels(picture.static_picture.levels_text)
-                if self.session.opening is not None:
-                    self.controls.show_threshold(self.session.opening.estimator.threshold_db)
+                if self.session.prepared_run is not None:
+                    self.controls.show_threshold(self.session.prepared_run.estimator.threshold_db)
                 self.transport.show(picture, self.loop.rate)
             elif picture.run_number != self._shown_run:
                 self.transport.refresh(self.loop.rate, picture)
@@ -214,14 +218,14 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         shown = self.session.snapshot()
         if shown is None:
             return None
-        loaded = shown.opening.plan.preset == LOADED_FRAME
+        loaded = shown.prepared_run.plan.preset == LOADED_FRAME
         trial = self._trial.link if self._trial is not None and loaded else ""
         spec = ReportSpec(
-            plan=shown.opening.plan,
+            plan=shown.prepared_run.plan,
             trial=trial,
             frame=self._kept if loaded and not trial else None,
-            antenna=self.settings.antenna if shown.opening.num_antennas > 1 else 0,
-            together=len(shown.opening.static_pictures) > 1,
+            antenna=self.settings.antenna if shown.prepared_run.num_antennas > 1 else 0,
+            together=len(shown.prepared_run.static_pictures) > 1,
             fast_time=self.settings.fast_time,
         )
         return partial(make_snapshot, key, snapshot_spec(shown, spec, self.settings.ramp))
@@ -234,6 +238,6 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
 
     def _antenna_chosen(self) -> None:
         """Begin a run of another antenna, where the estimator takes one alone."""
-        shown = self.session.opening
+        shown = self.session.prepared_run
         if shown is not None and len(shown.static_pictures) < shown.num_antennas:
             self._restart()

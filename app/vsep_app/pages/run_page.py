@@ -9,7 +9,7 @@ from bokeh.models import ColumnDataSource, CustomJS
 
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
-from vsep_app.jobs.run_loop import FrameLoop, OpeningT, PictureSink, PictureT, PlanT, RunCallbacks
+from vsep_app.jobs.run_loop import FrameLoop, PictureSink, PictureT, PlanT, PreparedT, RunCallbacks
 from vsep_app.jobs.run_session import RunSession, StepT
 from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.pages.base import PageBase, PageContext
@@ -24,11 +24,11 @@ requestAnimationFrame(() => setTimeout(() => {
 """
 
 
-class RunPage(PageBase, Generic[PlanT, OpeningT, StepT, PictureT]):
+class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
     """A page that shows a run as it goes on, of the settings that its controls set."""
 
-    session: RunSession[PlanT, OpeningT, StepT]
-    loop: FrameLoop[PlanT, OpeningT, StepT, PictureT]
+    session: RunSession[PlanT, PreparedT, StepT]
+    loop: FrameLoop[PlanT, PreparedT, StepT, PictureT]
 
     def __init__(self, context: PageContext, settings: Settings) -> None:
         super().__init__(context)
@@ -42,9 +42,9 @@ class RunPage(PageBase, Generic[PlanT, OpeningT, StepT, PictureT]):
     def _restart(self) -> Any:
         """Begin a run of what is chosen now."""
 
-    def _make_loop(self, callbacks: RunCallbacks[PlanT, OpeningT, StepT, PictureT]) -> None:
+    def _make_loop(self, callbacks: RunCallbacks[PlanT, PreparedT, StepT, PictureT]) -> None:
         context = self._context
-        self.session = RunSession(callbacks.thin, callbacks.bare, most_kept=context.most_kept)
+        self.session = RunSession(callbacks.compact, callbacks.strip, most_kept=context.most_kept)
         sink = PictureSink(
             post=context.post,
             show=self.show,
@@ -53,7 +53,12 @@ class RunPage(PageBase, Generic[PlanT, OpeningT, StepT, PictureT]):
             watched=context.watched,
         )
         self.loop = FrameLoop(
-            self.session, callbacks, sink, context.pool, context.commons, context.background
+            self.session,
+            callbacks,
+            sink,
+            context.pool,
+            context.shared_resources,
+            context.background,
         )
 
     def _view(self) -> tuple[Any, ...]:
@@ -82,7 +87,7 @@ class RunPage(PageBase, Generic[PlanT, OpeningT, StepT, PictureT]):
         self.settings.ramp = ramp
 
 
-class ScenePage(RunPage[PlanT, OpeningT, StepT, PictureT]):
+class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
     """A page of runs of a preset or of a frame that is loaded."""
 
     controls: Controls

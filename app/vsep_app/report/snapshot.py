@@ -41,8 +41,8 @@ def snapshot_spec(shown: Snapshot[Prepared, Step], spec: ReportSpec, ramp: int) 
     ended = bool(shown.steps) and shown.steps[-1].termination is not Termination.RUNNING
     return replace(
         spec,
-        plan=shown.opening.plan,
-        ramp=min(ramp, shown.opening.static_picture.radar.num_ramps - 1),
+        plan=shown.prepared_run.plan,
+        ramp=min(ramp, shown.prepared_run.static_picture.radar.num_ramps - 1),
         iteration=None if ended else len(shown.steps),
     )
 

@@ -28,27 +28,27 @@ class HealthHandler(RequestHandler):
 
 def figures(registry: SessionRegistry) -> dict[str, Any]:
     """Return what a server is doing: pages, jobs, memory in MB, pictures a second."""
-    guests, pool, commons = (
-        tuple(registry.guests.values()),
+    open_sessions, pool, shared_resources = (
+        tuple(registry.open_sessions.values()),
         shared_pool().figures(),
-        registry.commons,
+        registry.shared_resources,
     )
     return {
-        "pages": len(guests),
-        "pages_watched": sum(session.watched() for session in guests),
+        "pages": len(open_sessions),
+        "pages_watched": sum(session.watched() for session in open_sessions),
         "pages_at_most": registry.rules.most_pages,
         "pages_opened": registry.num_opened,
         "pages_refused": registry.num_refused,
-        "pages_with_jobs": sum(bool(session.queue.at_work) for session in guests),
+        "pages_with_jobs": sum(bool(session.queue.at_work) for session in open_sessions),
         "workers": pool.workers,
         "workers_replaced": pool.replaced,
         "jobs_at_work": pool.at_work,
         "jobs_waiting": pool.waiting,
         "jobs_done": pool.done,
-        "pictures_per_s": commons.pace.rate,
-        "shortest_time_between_pictures_s": commons.pace.period_s,
-        "shared_runs": len(commons.runs),
-        "shared_runs_mb": commons.runs.size / MEGABYTE,
+        "pictures_per_s": shared_resources.pace.rate,
+        "shortest_time_between_pictures_s": shared_resources.pace.period_s,
+        "shared_runs": len(shared_resources.runs),
+        "shared_runs_mb": shared_resources.runs.size / MEGABYTE,
         "server_mb": memory_mb(os.getpid()),
         "workers_mb": [memory_mb(number) for number in pool.process_ids],
         "server_cpu_s": cpu_s(os.getpid()),

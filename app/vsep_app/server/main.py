@@ -44,7 +44,7 @@ def make_server(
     experiments: Path | None = None,
     rules: ServerLimits | None = None,
 ) -> Any:
-    """Return a server that is ready to start; its `lobby` holds the open pages.
+    """Return a server that is ready to start; its `registry` holds the open pages.
 
     The parameters are those of `serve`.
 

@@ -28,7 +28,7 @@ from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
-from vsep_app.pages.recording.tasks import RecordingOpening
+from vsep_app.pages.recording.tasks import PreparedRecording
 from vsep_app.teaching.experiment import Experiment
 from vsep_app.widgets.location import read_query
 
@@ -57,7 +57,7 @@ KEPT = (
     MethodRunState,
     MethodView,
     Prepared,
-    RecordingOpening,
+    PreparedRecording,
     SeparationState,
     Step,
 )
@@ -137,8 +137,8 @@ class SessionRegistry:
         self._experiments, self._loop = experiments, loop
         self._background = BackgroundTasks(loop)
         self._building = threading.Lock()
-        self.commons = SharedResources()
-        self.guests: dict[PageBase, Session] = {}
+        self.shared_resources = SharedResources()
+        self.open_sessions: dict[PageBase, Session] = {}
         self.num_refused = self.num_opened = 0
 
     @property
@@ -147,7 +147,7 @@ class SessionRegistry:
         now = time.monotonic()
         return sum(
             session.watched() or now - session.since < LOADING_S
-            for session in tuple(self.guests.values())
+            for session in tuple(self.open_sessions.values())
         )
 
     @property
@@ -187,14 +187,16 @@ class SessionRegistry:
                 watched=watched,
                 own_folder=self._own_folder,
                 experiments=self._experiments,
-                commons=self.commons,
+                shared_resources=self.shared_resources,
                 background=BackgroundTasks(self._loop),
                 most_kept=self.rules.most_kept,
                 most_studies=self.rules.most_studies,
             )
         )
         self.num_opened += 1
-        self.guests[page] = Session(page=page, queue=queue, watched=watched, since=time.monotonic())
+        self.open_sessions[page] = Session(
+            page=page, queue=queue, watched=watched, since=time.monotonic()
+        )
         pn.state.onload(partial(post, page.start))
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
@@ -203,14 +205,14 @@ class SessionRegistry:
 
     def leave(self, page: PageBase) -> None:
         """End all work of a page; nothing happens if it has left already."""
-        session = self.guests.pop(page, None)
+        session = self.open_sessions.pop(page, None)
         if session is not None:
             page.close()
             session.queue.close()
 
     def close(self) -> None:
         """End all work."""
-        for page in tuple(self.guests):
+        for page in tuple(self.open_sessions):
             self.leave(page)
 
     def _lost(self, page: PageBase, _: Any) -> None:
@@ -219,7 +221,7 @@ class SessionRegistry:
 
     async def _leave_unwatched(self, page: PageBase) -> None:
         await asyncio.sleep(ABSENCE_MS / 1000.0)
-        session = self.guests.get(page)
+        session = self.open_sessions.get(page)
         if session is not None and not session.watched():
             self.leave(page)
 

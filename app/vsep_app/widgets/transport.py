@@ -82,7 +82,7 @@ class RunTransport:
     def refresh_buttons(self) -> None:
         """Offer what the session can do."""
         session, phase = self._session, self._session.phase
-        ready = session.opening is not None
+        ready = session.prepared_run is not None
         over = phase is Phase.FINISHED
         self.buttons["run"].disabled = not ready or over or phase is Phase.RUNNING
         self.buttons["pause"].disabled = phase is not Phase.RUNNING
@@ -144,9 +144,9 @@ class Transport(RunTransport):
         self.show_place(picture.iteration, picture.num_iterations)
         last_ramp = picture.static_picture.radar.num_ramps - 1
         self.ramp.param.update(end=max(last_ramp, 1), visible=last_ramp > 0)
-        opening = self._session.opening
-        if opening is not None:
-            self._offer_antennas(opening.num_antennas)
+        prepared_run = self._session.prepared_run
+        if prepared_run is not None:
+            self._offer_antennas(prepared_run.num_antennas)
         self.refresh(rate, picture)
 
     def refresh(self, rate: float, picture: Picture | None = None) -> None:

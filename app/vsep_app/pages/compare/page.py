@@ -66,10 +66,10 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
                 prepare=tasks.prepare,
                 advance=tasks.advance,
                 compose=tasks.compose,
-                given=lambda: (self._frame,),
+                extra_arguments=lambda: (self._frame,),
                 key=tasks.run_key,
-                thin=tasks.thin,
-                bare=tasks.bare,
+                compact=tasks.compact,
+                strip=tasks.strip,
             )
         )
         self.transport = CompareTransport(
@@ -115,7 +115,7 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
 
     def next_frame(self) -> None:
         """Go to the next frame of the sequence, if all methods have finished this one."""
-        comparison, snapshot = self.session.opening, self.session.snapshot()
+        comparison, snapshot = self.session.prepared_run, self.session.snapshot()
         if comparison is None or snapshot is None or self.session.phase is not Phase.FINISHED:
             return
         if tasks.has_next_frame(comparison.plan):
@@ -124,15 +124,15 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
 
     def show(self, picture: ComparePicture) -> None:
         """Draw a picture on all views; called with the document locked."""
-        opening = self.session.opening
+        prepared_run = self.session.prepared_run
         with pn.io.hold():
             self.maps.show(picture)
             self.results.show(picture)
             self.controls.show_levels(picture.static_picture.levels_text)
-            if opening is not None:
-                self.controls.show_threshold(opening.method_runs[0].estimator.threshold_db)
+            if prepared_run is not None:
+                self.controls.show_threshold(prepared_run.method_runs[0].estimator.threshold_db)
                 self.transport.show(
-                    picture, rate=self.loop.rate, has_next=tasks.has_next_frame(opening.plan)
+                    picture, rate=self.loop.rate, has_next=tasks.has_next_frame(prepared_run.plan)
                 )
             self._painted.data = {"number": [self._painted.data["number"][0] + 1]}
         self._shared_iteration.write(self.session.phase, picture.iteration)

@@ -18,7 +18,7 @@ from vsep.signal.scene import Observation
 from vsep_app.jobs.run_session import Snapshot
 from vsep_app.jobs.tasks import MadeScene, is_simulated, make_scene, plan_estimator
 from vsep_app.jobs.tasks import run_key as run_key_of_scene
-from vsep_app.jobs.weak_memo import Once
+from vsep_app.jobs.weak_memo import WeakMemo
 from vsep_app.model.compare_settings import LAST_FRAME, ComparePlan
 from vsep_app.model.markers import Markers, true_marks
 from vsep_app.model.static_picture import StaticPicture, make_static_picture
@@ -63,8 +63,8 @@ def run_key(plan: ComparePlan) -> tuple[object, ...] | None:
 
 
 # What is kept of a step for the display, and what the picture of a later one needs of it.
-thin = Once[CompareStep](lambda step: replace(step, state=()))
-bare = Once[CompareStep](lambda step: replace(step, state=(), views=()))
+compact = WeakMemo[CompareStep](lambda step: replace(step, state=()))
+strip = WeakMemo[CompareStep](lambda step: replace(step, state=(), views=()))
 
 
 def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:
@@ -109,18 +109,18 @@ def advance(comparison: Comparison, states: tuple[MethodRunState, ...]) -> Compa
 
 def compose(snapshot: Snapshot[Comparison, CompareStep]) -> ComparePicture:
     """Make the picture of a snapshot."""
-    opening, steps = snapshot.opening, snapshot.steps
+    prepared_run, steps = snapshot.prepared_run, snapshot.steps
     return ComparePicture(
-        static_picture=opening.static_picture,
+        static_picture=prepared_run.static_picture,
         run_number=snapshot.run_number,
         iteration=len(steps),
         num_iterations=snapshot.num_steps,
         termination=steps[-1].termination if steps else Termination.RUNNING,
-        method_runs=steps[-1].views if steps else opening.initial_views,
-        true_objects=opening.true_objects,
-        received=opening.received,
-        frame_number=opening.plan.frame_number,
-        past=opening.plan.past,
+        method_runs=steps[-1].views if steps else prepared_run.initial_views,
+        true_objects=prepared_run.true_objects,
+        received=prepared_run.received,
+        frame_number=prepared_run.plan.frame_number,
+        past=prepared_run.plan.past,
     )
 
 

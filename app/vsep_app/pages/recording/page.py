@@ -19,14 +19,14 @@ from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep_app.assets import path
 from vsep_app.jobs.frame_store import FRAME_KEY
 from vsep_app.jobs.run_loop import RunCallbacks
-from vsep_app.jobs.tasks import bare, thin
+from vsep_app.jobs.tasks import compact, strip
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.files import DroppedFiles, StoredFile
 from vsep_app.pages.recording.form import RecordingForm
-from vsep_app.pages.recording.tasks import RecordingOpening, RecordingPlan
+from vsep_app.pages.recording.tasks import PreparedRecording, RecordingPlan
 from vsep_app.pages.recording.view import RecordingView
 from vsep_app.pages.run_page import RunPage
 from vsep_app.report.spec import KeptFrame
@@ -40,7 +40,7 @@ EXAMPLE = "example (without interference).npz"
 _OF_ARRAYS = ("key", "axes")
 
 
-class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
+class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
     """One user's recordings."""
 
     address = "recording"
@@ -55,7 +55,7 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
         self._reference: StoredFile | None = None
         self._rate_hz = 0.0
         self._offered_ramp = 0
-        self._opening: RecordingOpening | None = None
+        self._prepared_run: PreparedRecording | None = None
         self.controls = Controls(self.settings, lambda *_: None)
         self.form = RecordingForm(
             self.controls,
@@ -75,8 +75,8 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
                 advance=tasks.advance,
                 compose=tasks.compose,
                 view=self._view,
-                thin=thin,
-                bare=bare,
+                compact=compact,
+                strip=strip,
             )
         )
         self.transport = Transport(self.settings, self.session, self.loop.wake)
@@ -178,16 +178,18 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
 
     def show(self, picture: Picture) -> None:
         """Draw a picture; called with the document locked."""
-        opening = self.session.opening
-        if opening is None:
+        prepared_run = self.session.prepared_run
+        if prepared_run is None:
             return
-        self.session.most_kept = self._context.most_kept // len(opening.prepared.static_pictures)
+        self.session.most_kept = self._context.most_kept // len(
+            prepared_run.prepared.static_pictures
+        )
         with pn.io.hold():
-            self.view.show(picture, opening)
-            self.controls.show_threshold(opening.prepared.estimator.threshold_db)
+            self.view.show(picture, prepared_run)
+            self.controls.show_threshold(prepared_run.prepared.estimator.threshold_db)
             self.transport.show(picture, self.loop.rate)
-            if opening is not self._opening:
-                self._take_opening(opening)
+            if prepared_run is not self._prepared_run:
+                self._take_prepared_run(prepared_run)
 
     def _take(self, file: StoredFile, said: Mapping[Any, Any] | None) -> None:
         """Begin with a recording and what is known of it."""
@@ -236,14 +238,17 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
 
     def _antenna_chosen(self) -> None:
         """Begin with another antenna, where one alone is separated."""
-        opening = self.session.opening
-        if opening is not None and len(opening.prepared.static_pictures) < opening.num_antennas:
+        prepared_run = self.session.prepared_run
+        if (
+            prepared_run is not None
+            and len(prepared_run.prepared.static_pictures) < prepared_run.num_antennas
+        ):
             self._restart()
 
     def _show_fault(self, sentence: str) -> None:
         """Say what is wrong with the settings; until it is mended, the last good ones are shown."""
         self.form.show_fault(sentence)
-        self.view.show_facts(self._opening, sentence)
+        self.view.show_facts(self._prepared_run, sentence)
 
     def _plan(self, file: StoredFile, settings: RecordingSettings) -> RecordingPlan:
         return RecordingPlan(
@@ -267,32 +272,32 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
             with param.parameterized.discard_events(self.settings):
                 self.controls.fit_frame(rate_hz, measured=False)
 
-    def _take_opening(self, opening: RecordingOpening) -> None:
+    def _take_prepared_run(self, prepared_run: PreparedRecording) -> None:
         """Take note of what has been read."""
-        self._opening = opening
-        self.view.show_facts(opening, "")
+        self._prepared_run = prepared_run
+        self.view.show_facts(prepared_run, "")
         self.form.show_ready(True)
-        if opening.reference_fault:
+        if prepared_run.reference_fault:
             self._files.discard(self._reference)
             self._reference = None
-            self.notify_error(opening.reference_fault)
+            self.notify_error(prepared_run.reference_fault)
         if self.settings.ramp == self._offered_ramp:
-            self.settings.ramp = opening.loudest_ramp
-        self._offered_ramp = opening.loudest_ramp
+            self.settings.ramp = prepared_run.loudest_ramp
+        self._offered_ramp = prepared_run.loudest_ramp
 
     def _failed(self, sentence: str) -> None:
         """Say what cannot be shown; called with the document locked."""
         self.notify_error(sentence)
-        if self.session.opening is None:
-            self._opening = None
+        if self.session.prepared_run is None:
+            self._prepared_run = None
             self.form.show_ready(False)
             self._show_fault(sentence)
         self.transport.refresh(self.loop.rate)
 
     def _deliver(self, use: Callable[[str, bytes], None], *, as_shown: bool) -> None:
-        if self._opening is None:
+        if self._prepared_run is None:
             return
-        plan = self._opening.plan
+        plan = self._prepared_run.plan
 
         async def make() -> None:
             loop = asyncio.get_running_loop()
@@ -314,7 +319,7 @@ class RecordingPage(RunPage[RecordingPlan, RecordingOpening, Step, Picture]):
         self._download.send(name, "application/octet-stream", content)
 
     def _open_live(self, name: str, content: bytes) -> None:
-        word = self._context.commons.frames.keep(KeptFrame(name=name, content=content))
+        word = self._context.shared_resources.frames.keep(KeptFrame(name=name, content=content))
         self._link.open(f"./?{FRAME_KEY}={word}")
 
 

@@ -50,7 +50,7 @@ class RecordingPlan:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RecordingOpening:
+class PreparedRecording:
     """A recording that is ready for its first iteration."""
 
     plan: RecordingPlan  #: What it was made from.
@@ -71,7 +71,7 @@ class RecordingOpening:
         return self.prepared.initial_state
 
 
-def prepare(plan: RecordingPlan) -> RecordingOpening:
+def prepare(plan: RecordingPlan) -> PreparedRecording:
     """Read the recording and make the estimator's first state.
 
     Raises `InputError` if the plan cannot be carried out; the message is for the user.
@@ -84,7 +84,7 @@ def prepare(plan: RecordingPlan) -> RecordingOpening:
         np.max(np.abs(each.observation.received), axis=1) for each in prepared.static_pictures
     ]
     references, fault = _references(plan, prepared)
-    return RecordingOpening(
+    return PreparedRecording(
         plan=plan,
         prepared=prepared,
         remarks=remarks,
@@ -96,18 +96,18 @@ def prepare(plan: RecordingPlan) -> RecordingOpening:
     )
 
 
-def advance(opening: RecordingOpening, state: SeparationState) -> Step:
+def advance(prepared_run: PreparedRecording, state: SeparationState) -> Step:
     """Compute the step that follows `state`."""
-    return advance_prepared(opening.prepared, state)
+    return advance_prepared(prepared_run.prepared, state)
 
 
 def compose(
-    snapshot: Snapshot[RecordingOpening, Step], ramp: int, fast_time_mode: str, antenna: int = 0
+    snapshot: Snapshot[PreparedRecording, Step], ramp: int, fast_time_mode: str, antenna: int = 0
 ) -> Picture:
     """Make the picture of a snapshot."""
     inner: Snapshot[Prepared, Step] = Snapshot(
         run_number=snapshot.run_number,
-        opening=snapshot.opening.prepared,
+        prepared_run=snapshot.prepared_run.prepared,
         steps=snapshot.steps,
         num_steps=snapshot.num_steps,
         phase=snapshot.phase,

@@ -7,7 +7,7 @@ from typing import Any
 from vsep_app.model.picture import Picture
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 from vsep_app.model.text import resolution_cells
-from vsep_app.pages.recording.tasks import RecordingOpening
+from vsep_app.pages.recording.tasks import PreparedRecording
 from vsep_app.views.ramps import RampStrip
 from vsep_app.views.range_doppler import RangeDopplerView, empty_image, image_box
 from vsep_app.views.signals import DelayView, FastTimeView
@@ -53,11 +53,11 @@ class RecordingView:
         panels = stack(facts, *tables, weight=8, row=True, sheet="body")
         return [views, panels]
 
-    def show(self, picture: Picture, opening: RecordingOpening) -> None:
+    def show(self, picture: Picture, prepared_run: PreparedRecording) -> None:
         """Draw a picture of a recording; called with the document locked."""
         several = picture.static_picture.radar.num_ramps > 1
         self._map_row.visible = self._strip.visible = several
-        reference = opening.reference_maps.get(picture.static_picture.antenna.number)
+        reference = prepared_run.reference_maps.get(picture.static_picture.antenna.number)
         self._reference.visible = several and reference is not None
         if several:
             self.ramps.update(picture)
@@ -67,9 +67,9 @@ class RecordingView:
         self.tables.show(picture)
         self.fast_time.update(picture)
 
-    def show_facts(self, opening: RecordingOpening | None, fault: str) -> None:
+    def show_facts(self, prepared_run: PreparedRecording | None, fault: str) -> None:
         """Say what is shown, and why what is set now cannot be."""
-        self.facts.object = facts_html(opening, fault)
+        self.facts.object = facts_html(prepared_run, fault)
 
     def _show_reference(self, static_picture: StaticPicture, reference: ByteArray | None) -> None:
         """Draw the map of the clean recording; it is sent once."""
@@ -79,35 +79,36 @@ class RecordingView:
         self._drawn = reference
 
 
-def facts_html(opening: RecordingOpening | None, fault: str = "") -> str:
+def facts_html(prepared_run: PreparedRecording | None, fault: str = "") -> str:
     """Return the frame that is shown in a few words, and what looks wrong with its settings.
 
     `fault` says why the settings as they are now cannot be shown.
     """
     wrong = f'<p class="wrong">{escape(fault)}</p>' if fault else ""
-    return wrong if opening is None else wrong + _shown_html(opening)
+    return wrong if prepared_run is None else wrong + _shown_html(prepared_run)
 
 
-def _antennas(opening: RecordingOpening) -> str:
-    number, shown = opening.num_antennas, opening.prepared.static_picture.antenna
+def _antennas(prepared_run: PreparedRecording) -> str:
+    number, shown = prepared_run.num_antennas, prepared_run.prepared.static_picture.antenna
     if shown.together > 1:
         return f"{number} antennas, separated together"
-    return f"antenna {opening.antenna} of {number}, separated alone"
+    return f"antenna {prepared_run.antenna} of {number}, separated alone"
 
 
-def _shown_html(opening: RecordingOpening) -> str:
-    radar = opening.prepared.static_picture.radar
+def _shown_html(prepared_run: PreparedRecording) -> str:
+    radar = prepared_run.prepared.static_picture.radar
     cell_m, cell_mps = resolution_cells(radar)
-    antennas = "" if opening.num_antennas == 1 else f", {_antennas(opening)}"
+    antennas = "" if prepared_run.num_antennas == 1 else f", {_antennas(prepared_run)}"
     facts = [
         f"{radar.num_ramps} ramps of {radar.num_samples} samples{antennas}",
         f"{radar.start_frequency_hz / 1e9:.4g} GHz, {radar.slope_hz_per_s / 1e12:.4g} MHz/µs",
         f"cells of {cell_m:.3g} m and {abs(cell_mps):.3g} m/s",
-        f"largest sample in ramp {opening.loudest_ramp}",
+        f"largest sample in ramp {prepared_run.loudest_ramp}",
     ]
-    remarks = opening.remarks or ("Settings and samples do not contradict each other.",)
-    kind = "wrong" if opening.remarks else "right"
+    remarks = prepared_run.remarks or ("Settings and samples do not contradict each other.",)
+    kind = "wrong" if prepared_run.remarks else "right"
     return (
-        f"<p><strong>{escape(opening.plan.file.name)}</strong>: {escape('; '.join(facts))}.</p>"
+        f"<p><strong>{escape(prepared_run.plan.file.name)}</strong>: "
+        f"{escape('; '.join(facts))}.</p>"
         + "".join(f'<p class="{kind}">{escape(remark)}</p>' for remark in remarks)
     )
