@@ -8,7 +8,7 @@ from tests.app.test_patches import as_bokeh_has_it, opened  # noqa: F401
 
 @pytest.mark.benchmark(group="page")
 @pytest.mark.parametrize("way", ["fast", "reference"])
-@pytest.mark.parametrize("route", ["/", "/studies"])
+@pytest.mark.parametrize("route", ["./", "studies"])
 def test_page(timed, route, way):
     """Against Bokeh as it is."""
     if way == "fast":

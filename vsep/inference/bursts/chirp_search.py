@@ -26,7 +26,7 @@ COARSE_REACH = COARSE // 2  # slopes on both sides that it stands for
 CENTRE_REACH = 2  # samples by which the best centre of a slope next to it may differ
 COARSE_SHARE = 0.4  # of a score: what the coarse slope next to it reaches; 0.47 was the least seen
 CLOSE_SHARE = 0.6  # of the best coarse score: what another place must reach to be polished as well
-RAMPS_AT_A_TIME = 8  # correlated by one call: fewer calls, and still within the cache
+RAMPS_AT_A_TIME = 2  # more make temporaries so large that they are given back after each search
 SLOPES_AT_A_TIME = 16  # made by one call: a bank of all at once would be many times its size
 MIN_OVERLAP = 0.25  # share of the burst's energy that must lie inside the ramp
 
