@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import param
 
+from vsep.inference.registry import ESTIMATORS
 from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, SCENE_PARAMETERS, Parameter
 from vsep.presets.registry import DEFAULT_PRESET, PRESETS
 
 LOADED_FRAME = "loaded-frame"
+# A mask of interfered samples is what the compare page has a control for.
+_SELF_SUFFICIENT = [entry for entry in ESTIMATORS.values() if not entry.needs_mask]
 PRESET = Parameter(
     name="preset",
     title="Preset",
@@ -25,10 +28,9 @@ PRESET = Parameter(
 ESTIMATOR = Parameter(
     name="estimator",
     title="Estimator",
-    help="Factorised: separates objects and bursts. Joint: the same, one covariance, slower. "
-    "Object-only: knows nothing of bursts.",
-    default="factorised",
-    choices={"factorised": "Factorised", "joint": "Joint", "object-only": "Object-only"},
+    help=" ".join(f"{entry.label}: {entry.help}" for entry in _SELF_SUFFICIENT),
+    default=_SELF_SUFFICIENT[0].name,
+    choices={entry.name: entry.label for entry in _SELF_SUFFICIENT},
 )
 PLAN_PARAMETERS = (PRESET, *SCENE_PARAMETERS, *FILTER_PARAMETERS, ESTIMATOR, *ESTIMATOR_PARAMETERS)
 VIEW_PARAMETERS = (

@@ -6,6 +6,7 @@ from typing import Any
 import panel as pn
 import panel_material_ui as pmu
 
+from vsep.inference.registry import ESTIMATORS
 from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, PARAMETERS, SCENE_PARAMETERS
 from vsep.presets.record import RecordedPreset
 from vsep.presets.registry import PRESETS
@@ -104,7 +105,9 @@ class EstimatorControls:
 
     def arrange(self, settings: Settings) -> None:
         """Disable what plays no part."""
-        self.widgets["schedule"].disabled = settings.estimator == "object-only"
+        self.widgets["schedule"].disabled = (
+            "schedule" not in ESTIMATORS[settings.estimator].settings
+        )
         self.widgets["false_alarm_rate"].disabled = settings.object_threshold_db is not None
 
 
