@@ -44,6 +44,7 @@ def _broken(**changes):
         _broken(ramp=-1),
         _broken(ramp=True),
         _broken(iteration=1.5),
+        _broken(iteration=10**19),
         _broken(iterations=[1, "2"]),
         _broken(iterations=3),
         _broken(fast_time="colour"),

@@ -159,6 +159,9 @@ class Study:
         )
 
 
+_MAX_DIGITS = 9  # of an index; longer ones are not read
+
+
 def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
     """Read a selection such as ``"3b,0,40-51"``: panels, indices and ranges of indices.
 
@@ -167,20 +170,23 @@ def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
     Returns ascending, each once.
     """
     panels = {point.panel for point in points}
+    outside = InputError(
+        f"points is {selection[:80]!r}; its indices must lie between 0 and {len(points) - 1}."
+    )
     chosen: set[int] = set()
     for part in (part.strip() for part in selection.split(",")):
         first, dash, last = part.partition("-")
         if part in panels:
             chosen |= {index for index, point in enumerate(points) if point.panel == part}
         elif first.isdecimal() and (last.isdecimal() if dash else True):
+            if max(len(first), len(last)) > _MAX_DIGITS or int(last or first) >= len(points):
+                raise outside
             chosen |= set(range(int(first), int(last or first) + 1))
         else:
             raise InputError(
-                f"points holds {part!r}; it must be one of the panels {', '.join(sorted(panels))}, "
+                f"points holds {part[:80]!r}; it must be one of the panels {', '.join(sorted(panels))}, "
                 "an index or a range such as 0-5."
             )
-    if not chosen or max(chosen) >= len(points):
-        raise InputError(
-            f"points is {selection!r}; its indices must lie between 0 and {len(points) - 1}."
-        )
+    if not chosen:
+        raise outside
     return tuple(sorted(chosen))

@@ -115,8 +115,15 @@ def read_spec(data: Any, name: str, frame: KeptFrame | None = None) -> ReportSpe
     )
 
 
+_MAX_COUNT = 2**31  # of ramps, antennas, iterations
+
+
 def _is_whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _is_count(value: Any) -> bool:
+    return _is_whole(value) and value < _MAX_COUNT
 
 
 def _is_number(value: Any) -> bool:
@@ -125,14 +132,14 @@ def _is_number(value: Any) -> bool:
 
 
 _CHECKS = {
-    "antenna": _is_whole,
+    "antenna": _is_count,
     "together": lambda value: isinstance(value, bool),
     "trial": lambda value: isinstance(value, str),
     "mask": lambda value: value is None or isinstance(value, str),
     "interference_threshold_db": lambda value: value is None or _is_number(value),
-    "ramp": lambda value: value is None or _is_whole(value),
-    "iteration": lambda value: value is None or _is_whole(value),
-    "iterations": lambda value: isinstance(value, list) and all(map(_is_whole, value)),
+    "ramp": lambda value: value is None or _is_count(value),
+    "iteration": lambda value: value is None or _is_count(value),
+    "iterations": lambda value: isinstance(value, list) and all(map(_is_count, value)),
     "fast_time": lambda value: value in Settings.param.fast_time.objects,
 }
 
