@@ -184,7 +184,8 @@ def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
             chosen |= set(range(int(first), int(last or first) + 1))
         else:
             raise InputError(
-                f"points holds {part[:80]!r}; it must be one of the panels {', '.join(sorted(panels))}, "
+                f"points holds {part[:80]!r}; it must be one of the panels "
+                f"{', '.join(sorted(panels))}, "
                 "an index or a range such as 0-5."
             )
     if not chosen:
