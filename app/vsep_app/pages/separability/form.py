@@ -156,7 +156,7 @@ class _AxisChoice:
 
     def __init__(self, axis: Axis) -> None:
         kind = axis.kind
-        names = {one.help: name for name, one in AXES.items()}
+        names = {one.title if one.convention else one.help: name for name, one in AXES.items()}
         self.parameter = field(pmu.Select, "Parameter", "", options=names, value=axis.name)
         self.start = field(pmu.TextInput, "From", "", value=_text(axis.start / kind.scale))
         self.stop = field(pmu.TextInput, "To", "", value=_text(axis.stop / kind.scale))
