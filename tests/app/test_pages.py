@@ -1,5 +1,6 @@
 """The registry of pages: what it says is what the server answers and the header links to."""
 
+import asyncio
 import sys
 from types import ModuleType
 
@@ -49,8 +50,12 @@ def test_one_entry_adds_a_page(monkeypatch):
     entry = PageEntry(address="mine", name="My page", title="Mine", source="mine:MyPage")
     monkeypatch.setitem(pages.PAGES, "mine", entry)
     assert '<a href="mine"' in links("./").object
+    loop = asyncio.new_event_loop()
+    asyncio.set_event_loop(loop)
     server = make_server(port=0, address="127.0.0.1")
     try:
         assert "/mine" in server._tornado._applications
     finally:
         server.stop()
+        asyncio.set_event_loop(None)
+        loop.close()
