@@ -23,7 +23,8 @@ _MODULES: dict[Backend, str] = {
 @cache
 def holoviews(backend: Backend) -> Any:
     """Return the library with a back end loaded, which takes a second or two the first time."""
-    library = import_module("holoviews")
+    import holoviews as library
+
     import_module(_MODULES[backend])
     if library.Store.current_backend not in library.Store.registry:
         library.Store.set_current_backend(backend)

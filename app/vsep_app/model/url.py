@@ -87,7 +87,7 @@ def _parse(parameter: Any, value: Any) -> Any:
             value = _number(value, whole=isinstance(parameter, param.Integer))
         elif isinstance(parameter, param.Boolean) and value in (0, 1):
             value = bool(value)
-        parameter._validate(value)
+        Settings(**{parameter.name: value})
     except (TypeError, OverflowError) as error:
         raise ValueError(str(error)) from error
     return value
