@@ -19,6 +19,8 @@ from vsep.registry import Entry
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
 from vsep.studies.panel_specs import AnySpec, PanelSpec
 
+_MAX_DIGITS = 9  # of an index; longer ones are not read
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Point:
@@ -159,9 +161,6 @@ class Study:
         )
 
 
-_MAX_DIGITS = 9  # of an index; longer ones are not read
-
-
 def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
     """Read a selection such as ``"3b,0,40-51"``: panels, indices and ranges of indices.
 
@@ -185,8 +184,7 @@ def select_points(points: tuple[Point, ...], selection: str) -> tuple[int, ...]:
         else:
             raise InputError(
                 f"points holds {part[:80]!r}; it must be one of the panels "
-                f"{', '.join(sorted(panels))}, "
-                "an index or a range such as 0-5."
+                f"{', '.join(sorted(panels))}, an index or a range such as 0-5."
             )
     if not chosen:
         raise outside

@@ -1,4 +1,4 @@
-"""What the server has the browser do: save a file, or open another page in a new tab."""
+"""Downloads, and links that open another page in a new tab."""
 
 import base64
 from typing import Any
