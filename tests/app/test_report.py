@@ -59,7 +59,7 @@ def test_the_report_shows_what_the_screen_shows(many_ramps):
     picture = report_of(many_ramps).picture()
     last = many_ramps.steps[-1]
     assert picture.iteration == len(many_ramps.steps)
-    assert np.array_equal(picture.objects.snr_db, 10.0 * np.log10(last.state.objects.component_snr))
+    assert np.array_equal(picture.objects.snr_db, 10.0 * np.log10(last.state.component_snr))
     assert picture.ramp == int(np.nanargmax(picture.burst_level_db))
 
 

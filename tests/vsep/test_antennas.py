@@ -64,7 +64,8 @@ def shared_cost_jet(beat, doppler, precision, residual, columns):
 
 def update_shared(points, shared, residual, threshold):
     columns = as_columns(shared, frame_factors(points))
-    return update_lines(points, shared.precisions, flat(residual), columns, threshold)
+    levels = np.ones(len(points))
+    return update_lines(points, shared.precisions, flat(residual), columns, threshold, levels)
 
 
 def dense_atoms(points):

@@ -106,7 +106,8 @@ def _object_entries(
     solution: Solution, radar: ChirpSequence, spacing_wavelengths: float | None
 ) -> list[dict[str, Any]]:
     objects = solution.objects
-    std = dispersion_std(objects, solution.state.effective_precision, radar.shape)
+    state = solution.state
+    std = dispersion_std(objects, state.effective_precision, radar.shape, state.relative_noise)
     columns = {
         "beat": objects.beats,
         "doppler": objects.dopplers,
@@ -117,7 +118,7 @@ def _object_entries(
         "doppler_hz": radar.doppler_to_hz(objects.dopplers),
         "velocity_mps": radar.velocity_from_doppler(objects.dopplers),
         "amplitude": np.stack([objects.amplitudes.real, objects.amplitudes.imag], axis=-1),
-        "component_snr_db": to_db(objects.component_snr),
+        "component_snr_db": to_db(state.component_snr),
     }
     if spacing_wavelengths is not None and objects.amplitudes.ndim == 2:
         variances = np.diagonal(objects.covariance).real

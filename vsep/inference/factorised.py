@@ -18,6 +18,7 @@ from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
+from vsep.inference.core.noise_update import next_noise_spectrum
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
@@ -81,9 +82,10 @@ class FactorisedSeparator(ObjectSettings):
         interference, searched, (used, num_used) = self.prepare(received, state)
         residual = used - state.object_signal  # r_beta = r - Phi alpha
         with part(BURSTS):
-            interference.update(residual, state.noise_precision)  # Algorithm 2 on every ramp
+            precision = self.burst_precision(state, state.noise_precision)
+            interference.update(residual, precision)  # Algorithm 2 on every ramp
             if self.correction_due(state, searched=searched):
-                update_correction(interference, residual, state.noise_precision)
+                update_correction(interference, residual, precision)
 
         # tr(Phi C Phi^H) + tr(U Psi C Psi^H U^H)
         traces = self._object_trace(state) + interference.trace
@@ -96,16 +98,18 @@ class FactorisedSeparator(ObjectSettings):
                 self.threshold_db,
                 interference.schedule.object_additions(state.iteration),
                 self.model.num_antennas,
+                state.relative_noise,
             )
         residual = used - objects.signal  # r_beta
         traces = objects.active.trace() + interference.trace
         error = expected_error(residual - bursts, traces)
         noise_precision = num_used / error  # lambda from (65)
         with part(BURSTS):
-            interference.recompute(residual, noise_precision)  # C_beta from (62), beta from (61)
+            # C_beta from (62), beta from (61)
+            interference.recompute(residual, self.burst_precision(state, noise_precision))
         # (19)
         bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
-        end = self.conclude(state, objects, interference, noise_precision, bound, searched)
+        end = self.conclude(state, objects, interference, noise_precision, bound, searched, used)
         return self.confirmed(received, *end)
 
     def prepare(
@@ -135,6 +139,13 @@ class FactorisedSeparator(ObjectSettings):
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
         return objects_trace(state.objects, self.model.shape, self.model.num_antennas)
 
+    def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
+        """Return the noise precision that bursts see, lambda itself in white noise."""
+        relative = state.relative_noise
+        if relative is None:
+            return noise_precision
+        return noise_precision / relative.burst_level(self.model)
+
     def interference_workspace(self, state: SeparationState) -> InterferenceWorkspace:
         """Working copy of the interference estimate, with this separator's thresholds."""
         schedule = schedule_by_name(self.schedule)
@@ -161,7 +172,7 @@ class FactorisedSeparator(ObjectSettings):
         BurstSearch(
             interference,
             received - state.object_signal,
-            state.noise_precision,
+            self.burst_precision(state, state.noise_precision),
             weakest_share=schedule.weakest_burst_share(state.iteration),
             expected=self.expected_bursts,
         ).run()
@@ -202,6 +213,7 @@ class FactorisedSeparator(ObjectSettings):
         noise_precision: float,
         bound: float,
         searched: bool,
+        used: ComplexArray,
     ) -> tuple[SeparationState, IterationInfo]:
         """Freeze both working copies into the next state and its diagnostics."""
         components, object_signal = objects.components(), objects.signal
@@ -214,6 +226,21 @@ class FactorisedSeparator(ObjectSettings):
             searched=searched,
             separability_ratio_db=_separability_ratio_db(objects, signal),
         )
+        spectrum = state.noise_spectrum
+        if interference.schedule.noise_spectrum:
+            # A burst that is hardly more than noise is looked at as noise.
+            strong = interference.strong_bursts(noise_precision)
+            noise_residual, table = used - object_signal - signal, interference.table
+            np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
+            spectrum = next_noise_spectrum(
+                state,
+                objects.events,
+                noise_residual,
+                # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
+                state.noise_precision if 2 * np.sum(~strong) > len(used) else noise_precision,
+                self.model,
+                interfered=table.rows[strong],
+            )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
         new_state = replace(
@@ -228,6 +255,7 @@ class FactorisedSeparator(ObjectSettings):
             next_component_id=objects.next_id,
             search_pending=search_again and is_quiet(info),
             search_cache=interference.search_cache,
+            noise_spectrum=spectrum,
         )
         return new_state, info
 
@@ -250,8 +278,9 @@ class FactorisedSeparator(ObjectSettings):
             used, _ = self.censor_outliers(received, state)
             residual = used - state.object_signal
             with part(BURSTS):
-                interference.recompute(residual, state.noise_precision)
-                update_correction(interference, residual, state.noise_precision)
+                precision = self.burst_precision(state, state.noise_precision)
+                interference.recompute(residual, precision)
+                update_correction(interference, residual, precision)
         if interference.events:
             return state, info
         return replace(state, search_pending=False), replace(info, searched=True)

@@ -54,6 +54,7 @@ class JointSeparator(FactorisedSeparator):
             threshold=float(from_db(self.threshold_db)),
             next_id=state.next_component_id,
             background=columns.background(),
+            relative_noise=state.relative_noise,
         )
         with part(OBJECTS):
             objects.add_components(interference.schedule.object_additions(state.iteration))
@@ -74,7 +75,7 @@ class JointSeparator(FactorisedSeparator):
             active.log_determinant,
         )
         bound += noise_bound(num_used, noise_precision, columns.expected_error())
-        end = self.conclude(state, objects, interference, noise_precision, bound, searched)
+        end = self.conclude(state, objects, interference, noise_precision, bound, searched, used)
         return self.confirmed(received, *end)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._typing import ComplexArray, IntArray
+from vsep._typing import ComplexArray, FloatArray, IntArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
@@ -33,17 +33,25 @@ class Candidate(NamedTuple):
 
 @compiled
 def candidate_at(
-    beat: float, doppler: float, jet: CostJet, num_antennas: int, noise_precision: float
+    beat: float,
+    doppler: float,
+    jet: CostJet,
+    num_antennas: int,
+    noise_precision: float,
+    level: float,
 ) -> Candidate:
-    """Evaluate a point where the cost of a component without prior is `jet`."""
+    """Evaluate a point where the cost of a component without prior is `jet`.
+
+    The ratio is that over the noise there, `level` times 1/lambda.
+    """
     beat, doppler = (beat + 0.5) % 1.0 - 0.5, (doppler + 0.5) % 1.0 - 0.5
     # nothing of the atom is left beside the others
     if jet.inverse_rho <= MIN_SCHUR * noise_precision:
         return Candidate(beat, doppler, 0.0, np.inf, True)
-    ratio = jet.power / jet.inverse_rho  # omega^2 / rho, (23)-(24)
+    ratio = jet.power / jet.inverse_rho / level  # omega^2 / rho, (23)-(24)
     mean = ratio / num_antennas
     # gamma = 1 / (omega^2 - rho), the fixed point (77)
-    precision = jet.inverse_rho / (mean - 1.0) if mean > 1.0 else np.inf
+    precision = jet.inverse_rho / (mean - 1.0) / level if mean > 1.0 else np.inf
     absorbed = jet.inverse_rho < ABSORBED_SHARE * noise_precision
     return Candidate(beat, doppler, ratio, precision, absorbed)
 
@@ -98,7 +106,11 @@ def next_peak(power: NDArray[np.float32], highest: IntArray) -> tuple[int, int]:
 
 @compiled
 def best_candidate(
-    transforms: NDArray[np.complex64], residual: ComplexArray, columns: Columns, threshold: float
+    transforms: NDArray[np.complex64],
+    residual: ComplexArray,
+    columns: Columns,
+    threshold: float,
+    levels: FloatArray,
 ) -> Candidate:
     """Return the first usable of the highest grid peaks, refined if that stays clear.
 
@@ -112,10 +124,16 @@ def best_candidate(
         The components there are.
     threshold : float
         T, linear; the sum of the antennas' ratios is compared with it.
+    levels : (C,) or (1,) float
+        Noise at the beats of the grid, or at all, in units of 1/lambda.
     """
     parts, others = split(residual), columns_as_parts(columns)
     power = grid_power(transforms)
     num_rows, num_columns = power.shape
+    if len(levels) > 1:
+        for row in range(num_rows):
+            for column in range(num_columns):
+                power[row, column] /= np.float32(levels[column])  # in noise that is not white
     num_antennas, noise_precision = len(transforms), columns.noise_precision
     # The best of each row is kept, so that the next peak costs one row search per cleared row.
     highest = np.array([_highest(power[row]) for row in range(num_rows)])
@@ -130,7 +148,8 @@ def best_candidate(
             (top.beat, top.doppler, top.end),
             (peak[0], peak[1], top.start),
         ):
-            candidate = candidate_at(beat, doppler, jet, num_antennas, noise_precision)
+            level = levels[int(np.rint(beat * len(levels))) % len(levels)]
+            candidate = candidate_at(beat, doppler, jet, num_antennas, noise_precision, level)
             if candidate.ratio > threshold and not candidate.absorbed:
                 return candidate
             if candidate.ratio > best.ratio:

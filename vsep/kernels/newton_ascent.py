@@ -211,6 +211,7 @@ def update_lines(
     residual: ComplexArray,
     columns: Columns,
     threshold: float,
+    levels: FloatArray,
 ) -> Updated:
     """Loop of Algorithm 3: move, test and re-estimate or prune every component in turn.
 
@@ -226,6 +227,8 @@ def update_lines(
         All M.
     threshold : float
         T, linear; the sum of the antennas' ratios is compared with it.
+    levels : (L,) float
+        Noise at the beats of the objects, in units of 1/lambda.
     """
     count, num_antennas = len(points), columns.amplitudes.shape[1]
     parts, posterior = split(residual), columns_as_parts(columns)
@@ -238,14 +241,15 @@ def update_lines(
         fit = refine_line(moved, precisions[index], parts, posterior)
         if fit.inverse_rho > MIN_SCHUR * columns.noise_precision:
             # omega^2 / rho of (23)-(24)
-            new.ratios[index] = fit.power / fit.inverse_rho
+            new.ratios[index] = fit.power / fit.inverse_rho / levels[index]
         # Algorithm 4: pruned unless omega^2/rho > T.
         if new.ratios[index] <= threshold:
             new.kept[index] = False
             continue
         new.points[index] = moved
         # gamma = 1 / (omega^2 - rho), the fixed point (77) with the antennas' mean omega^2
-        new.precisions[index] = fit.inverse_rho / (new.ratios[index] / num_antennas - 1.0)
+        excess = levels[index] * (new.ratios[index] / num_antennas - 1.0)
+        new.precisions[index] = fit.inverse_rho / excess
         # C from (59), alpha from (58) with the new column.
         update_inverse(posterior, index, new.precisions[index], fit.inverse_rho)
     return new

@@ -165,7 +165,8 @@ def _result_entries(
 def _assigned_entries(errors: FrameErrors, solution: Solution, shape: tuple[int, int]) -> Row:
     """Signed errors and reported standard deviations of the assigned objects, truth by truth."""
     found = errors.found_indices
-    std = dispersion_std(solution.objects, solution.state.effective_precision, shape)
+    state = solution.state
+    std = dispersion_std(solution.objects, state.effective_precision, shape, state.relative_noise)
     entries = {
         "assigned": errors.gospa.true_indices.tolist(),
         "beat_errors": _short_list(errors.beat_errors),

@@ -35,7 +35,7 @@ def object_marks(static_picture: StaticPicture, state: SeparationState) -> Marke
         ranges_m=radar.range_from_beat(objects.beats),
         velocities_mps=radar.velocity_from_doppler(objects.dopplers),
         levels_db=static_picture.level_db(np.abs(objects.amplitudes) ** 2 / radar.num_ramps),
-        snr_db=to_db(objects.component_snr),
+        snr_db=to_db(state.component_snr),
         opacity=np.ones(objects.num_components),
     )
 

@@ -171,7 +171,7 @@ def _burst_levels(static_picture: StaticPicture, state: SeparationState) -> Floa
 def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[text.TableRow, ...]:
     """Rows of all objects, as all antennas together tell them."""
     radar, objects = static_picture.radar, state.objects
-    std = dispersion_std(objects, state.effective_precision, radar.shape)
+    std = dispersion_std(objects, state.effective_precision, radar.shape, state.relative_noise)
     cell_m, cell_mps = text.resolution_cells(radar)
     found = text.Located(
         ids=tuple(int(number) for number in objects.component_ids),
@@ -179,7 +179,7 @@ def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[text.
         velocities_mps=radar.velocity_from_doppler(objects.dopplers),
         range_std_m=std.beats * radar.num_samples * cell_m,
         velocity_std_mps=std.dopplers * radar.num_ramps * cell_mps,
-        snr_db=to_db(objects.component_snr),
+        snr_db=to_db(state.component_snr),
     )
     true = static_picture.true_objects
     return text.table_rows(

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import fft
 from scipy.linalg import LinAlgError
 
-from vsep._typing import ComplexArray, IntArray
+from vsep._typing import BoolArray, ComplexArray, IntArray
 from vsep.inference.bursts.channel import ChannelGrid, channel_posterior
 from vsep.inference.bursts.chirp_refinement import (
     ChannelCosts,
@@ -18,6 +18,7 @@ from vsep.inference.bursts.sequence import BurstSequence
 from vsep.inference.bursts.table import BurstTable, RampBursts
 from vsep.inference.core.elbo import weights_bound
 from vsep.inference.core.progress import ComponentEvent, EventKind
+from vsep.inference.core.row_energies import squared_norms
 from vsep.inference.core.schedule import Schedule
 from vsep.inference.core.search_cache import SearchCache
 from vsep.inference.core.state import NO_CORRECTION, BurstComponents, FilterCorrection
@@ -34,6 +35,8 @@ from vsep.kernels.ramps import (
 from vsep.signal.corrected_filter import corrected_model
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
+
+CLEARLY_MORE = 4.0  # than the threshold of a ramp's first component: what no fit to noise reaches
 
 
 class InterferenceWorkspace:
@@ -178,6 +181,14 @@ class InterferenceWorkspace:
         if not math.isfinite(fit.log_determinants.sum()):
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
         self.table.take_posterior(fit)
+
+    def strong_bursts(self, noise_precision: float) -> BoolArray:
+        """(B,) whether a burst holds clearly more energy than the best chirp fitted to noise."""
+        least = self.schedule.first_threshold_db
+        if least is None or len(self.table) == 0:
+            return np.ones(len(self.table), np.bool_)
+        energies = noise_precision * squared_norms(self.table.signals)
+        return np.asarray(energies > CLEARLY_MORE * float(from_db(least)))
 
     def correct(self, correction: FilterCorrection) -> None:
         """Set the correction of the filter and update all templates; posteriors follow later."""

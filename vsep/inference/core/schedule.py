@@ -51,6 +51,8 @@ class Schedule:
     impute_from : int or None
         Iteration (from 0) after which samples that no source explains are censored; earlier it
         would censor bursts that are not modelled yet. None never.
+    noise_spectrum : bool
+        Whether noise is estimated over beat frequency; the paper's is white.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Schedule:
     refinement_steps: int = 1
     correct_filter: tuple[int, int] | None = None
     impute_from: int | None = None
+    noise_spectrum: bool = False
 
     def object_additions(self, iteration: int) -> int:
         """Object components that may be added in this iteration (counted from 0)."""
@@ -112,6 +115,7 @@ ROBUST: Final = Schedule(
     recompute_amplitudes=True,
     correct_filter=(1, 14),
     impute_from=6,
+    noise_spectrum=True,
 )
 
 PAPER: Final = Schedule(

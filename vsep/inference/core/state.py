@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
+from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.search_cache import SearchCache
 from vsep.signal.corrected_filter import NUM_SPLINES
 
@@ -62,7 +63,7 @@ class ObjectComponents:
 
     @property
     def component_snr(self) -> FloatArray:
-        """(L,) estimated component SNR omega^2/rho - 1, linear; the antennas' mean."""
+        """(L,) component SNR omega^2/rho - 1 in white noise, linear; the antennas' mean."""
         variance = np.real(np.diagonal(self.covariance))  # C_ll
         rho = 1.0 / (1.0 / variance - self.precisions)  # (23)
         magnitudes = np.abs(self.amplitudes)
@@ -201,6 +202,8 @@ class SeparationState:
         What the last search for bursts has seen of every ramp, None before the first.
     used_share : float
         Share of the frame's samples that count; below one where an estimator ignores some.
+    noise_spectrum : NoiseSpectrum or None
+        Noise over beat frequency; None where it is white.
     """
 
     iteration: int
@@ -214,6 +217,7 @@ class SeparationState:
     search_pending: bool = False
     search_cache: SearchCache | None = None
     used_share: float = 1.0
+    noise_spectrum: NoiseSpectrum | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -223,6 +227,20 @@ class SeparationState:
     def effective_precision(self) -> float:
         """Noise precision at which a whole frame would tell as much as the samples that count."""
         return self.noise_precision * self.used_share
+
+    @property
+    def relative_noise(self) -> NoiseSpectrum | None:
+        """Noise over beat frequency in units of 1/lambda; None where it is white."""
+        spectrum = self.noise_spectrum
+        return None if spectrum is None else spectrum.scaled(self.noise_precision)
+
+    @property
+    def component_snr(self) -> FloatArray:
+        """(L,) estimated component SNR of the objects over the noise at their beats, linear."""
+        snr, relative = self.objects.component_snr, self.relative_noise
+        if relative is None:
+            return snr
+        return np.asarray((snr + 1.0) / relative.level(self.objects.beats) - 1.0)
 
     @property
     def interfered_ramps(self) -> tuple[int, ...]:

@@ -20,6 +20,7 @@ import numpy as np
 from vsep._typing import BoolArray, ComplexArray, frozen
 from vsep.errors import InputError
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, require_one_antenna, settle
+from vsep.inference.core.noise_update import next_noise_spectrum
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
@@ -107,6 +108,7 @@ class MaskedSeparator(ObjectSettings):
                 replace(state, noise_precision=state.noise_precision / length),  # lambda / w
                 self.threshold_db,
                 ROBUST.object_additions(state.iteration),
+                relative_noise=state.relative_noise,
             )
         object_signal = objects.signal
         difference = received - object_signal
@@ -114,7 +116,19 @@ class MaskedSeparator(ObjectSettings):
         # (65) over the used samples, which see their share of tr(Phi C Phi^H)
         error = expected_error(difference[used], share * objects.active.trace())
         new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
-        return replace(new_state, interference_signal=np.where(used, 0.0, difference)), info
+        spectrum = next_noise_spectrum(
+            state,
+            objects.events,
+            np.where(used, difference, 0.0),
+            new_state.noise_precision,
+            self.model,
+            used=used,
+        )
+        return replace(
+            new_state,
+            interference_signal=np.where(used, 0.0, difference),
+            noise_spectrum=spectrum,
+        ), info
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""

@@ -7,6 +7,8 @@ import numpy as np
 from vsep._typing import ComplexArray
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
+from vsep.inference.core.noise_spectrum import NoiseSpectrum
+from vsep.inference.core.noise_update import next_noise_spectrum
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
@@ -94,11 +96,17 @@ class ObjectOnlySeparator(ObjectSettings):
                 self.threshold_db,
                 ROBUST.object_additions(state.iteration),
                 self.model.num_antennas,
+                state.relative_noise,
             )
         object_signal = objects.signal
+        noise_residual = received - object_signal
         # denominator of (65)
-        error = expected_error(received - object_signal, objects.active.trace())
-        return conclude_objects(state, objects, object_signal, error, received.size)
+        error = expected_error(noise_residual, objects.active.trace())
+        new_state, info = conclude_objects(state, objects, object_signal, error, received.size)
+        spectrum = next_noise_spectrum(
+            state, objects.events, noise_residual, new_state.noise_precision, self.model
+        )
+        return replace(new_state, noise_spectrum=spectrum), info
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""
@@ -111,6 +119,7 @@ def update_objects(
     threshold_db: float,
     max_additions: int,
     num_antennas: int = 1,
+    relative_noise: NoiseSpectrum | None = None,
 ) -> ObjectWorkspace:
     """Run Algorithm 3 on a residual: new components first, then every component in turn.
 
@@ -126,6 +135,8 @@ def update_objects(
         New components at most.
     num_antennas : int
         A.
+    relative_noise : NoiseSpectrum, optional
+        Noise over beat frequency in units of 1/lambda.
     """
     workspace = ObjectWorkspace(
         state.objects,
@@ -134,6 +145,7 @@ def update_objects(
         threshold=float(from_db(threshold_db)),
         next_id=state.next_component_id,
         num_antennas=num_antennas,
+        relative_noise=relative_noise,
     )
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
     workspace.update_components()  # for all l: (70), Algorithm 4

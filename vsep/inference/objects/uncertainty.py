@@ -11,6 +11,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, pinvh
 
 from vsep._typing import ComplexArray, FloatArray
+from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.state import ObjectComponents
 from vsep.signal.atoms import DispersionStd, gram, gram_between, line_factors, moved_atoms
 
@@ -72,7 +73,10 @@ def fisher_information(
 
 
 def dispersion_std(
-    objects: ObjectComponents, noise_precision: float, shape: tuple[int, int]
+    objects: ObjectComponents,
+    noise_precision: float,
+    shape: tuple[int, int],
+    relative_noise: NoiseSpectrum | None = None,
 ) -> DispersionStd:
     """Posterior standard deviations of every object's beat and Doppler frequency.
 
@@ -84,6 +88,8 @@ def dispersion_std(
         lambda.
     shape : tuple of int
         (P, N).
+    relative_noise : NoiseSpectrum, optional
+        Noise over beat frequency in units of 1/lambda.
     """
     num_objects = objects.num_components
     unknown = np.full(num_objects, np.inf)
@@ -98,7 +104,11 @@ def dispersion_std(
         shape,
     )
     # Coincident components make F singular; the pseudo-inverse keeps the others' figures.
-    deviation = np.sqrt(np.maximum(np.diagonal(pinvh(fisher)), 0.0))  # root of the diagonal of F^-1
+    variance = np.maximum(np.diagonal(pinvh(fisher)), 0.0)  # diagonal of F^-1
+    if relative_noise is not None:  # a line sees the noise around its beat
+        level = relative_noise.level(objects.beats)
+        variance = variance * np.tile(level, len(variance) // num_objects)
+    deviation = np.sqrt(variance)
     if shape[0] == 1:
         return DispersionStd(beats=deviation, dopplers=unknown)
     return DispersionStd(beats=deviation[:num_objects], dopplers=deviation[num_objects:])

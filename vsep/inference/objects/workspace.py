@@ -6,6 +6,7 @@ import numpy as np
 from scipy import fft
 
 from vsep._typing import ComplexArray, FloatArray
+from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.progress import ComponentEvent, EventKind
 from vsep.inference.core.state import ObjectComponents
 from vsep.inference.objects.refinement import PlacedComponents, joint_step, place_components
@@ -18,6 +19,8 @@ from vsep.signal.atoms import Factors
 from vsep.units import to_db, wrap_frequency
 
 ADDITION_WINDOW = 0.25  # of the first candidate's ratio: what a further one of the step must reach
+
+KEPT_LEVEL = 0.97  # of a coloured noise level: what a component that is there must exceed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +50,8 @@ class ObjectWorkspace:
         Columns of another source that share the joint posterior, in place of being subtracted.
     num_antennas : int
         A.
+    relative_noise : NoiseSpectrum, optional
+        Noise over beat frequency in units of 1/lambda; without it the noise is white.
     """
 
     def __init__(
@@ -59,11 +64,13 @@ class ObjectWorkspace:
         next_id: int,
         background: Background | None = None,
         num_antennas: int = 1,
+        relative_noise: NoiseSpectrum | None = None,
     ) -> None:
         # Writable copies: for read-only arrays the kernels would be compiled a second time.
         self.residual = residual.copy()
         self.num_antennas = num_antennas
         self.threshold = threshold
+        self.relative_noise = relative_noise
         self.next_id = next_id
         self.events: list[ComponentEvent] = []
         self.ids = components.component_ids.copy()
@@ -134,8 +141,26 @@ class ObjectWorkspace:
         if num_ramps > 1:
             transforms = fft.ifft(transforms, 2 * num_ramps, axis=1)
         transforms = fft.ifft(transforms, 2 * num_samples, axis=2)
-        # Peaks of the periodogram, refined by (70)
-        return best_candidate(transforms, self.residual, columns, self.threshold)
+        levels = np.ones(1)
+        if self.relative_noise is not None:
+            levels = self._levels(np.arange(2 * num_samples) / (2 * num_samples))
+        # Peaks of the periodogram over the noise, refined by (70)
+        return best_candidate(transforms, self.residual, columns, self.threshold, levels)
+
+    def _levels(self, beats: FloatArray) -> FloatArray:
+        """Noise at these beats in units of 1/lambda."""
+        if self.relative_noise is None:
+            return np.ones(len(beats))
+        return self.relative_noise.cautious_level(beats, self.threshold)
+
+    def _levels_of_objects(self) -> FloatArray:
+        """Noise at the objects, a little less where it differs along the way of an object.
+
+        Else one that moves from its candidate's place to a louder one would come and go for ever.
+        """
+        grid = 2 * self.residual.shape[1]  # of the candidates, whose level is that of a grid point
+        levels = self._levels(np.rint(self.points[:, 0] * grid) / grid)
+        return levels if self.relative_noise is None else KEPT_LEVEL * levels
 
     def _insert(self, candidate: Candidate) -> None:
         """Place a new component behind the others, ahead of the background."""
@@ -157,7 +182,12 @@ class ObjectWorkspace:
         before, active = self.placed, self.active
         # For all l: zeta_l from (70), Algorithm 4
         new = update_lines(
-            before.points, active.precisions, self.residual, before.columns, self.threshold
+            before.points,
+            active.precisions,
+            self.residual,
+            before.columns,
+            self.threshold,
+            self._levels_of_objects(),
         )
         points, precisions, start = new.points, new.precisions, before.points
         if not new.kept.all():

@@ -1,0 +1,79 @@
+"""Noise spectrum of a state, estimated anew as long as a run has not settled."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vsep._typing import BoolArray, ComplexArray, IntArray
+from vsep.inference.core.noise_spectrum import (
+    CONVINCING,
+    STILL_CONVINCING,
+    NoiseSpectrum,
+    estimate_noise_spectrum,
+)
+from vsep.inference.core.progress import ComponentEvent, EventKind
+from vsep.inference.core.state import SeparationState
+from vsep.signal.template import SignalModel
+
+NEARLY_NOISE_DB = 13.0  # over the threshold: what the strongest unmodelled line may have
+STEADY = 0.1  # relative change of lambda in a step: by more, and sources are still unmodelled
+LAST_ESTIMATE = 24  # iteration after which the spectrum stands still, so that a run can settle
+
+
+def next_noise_spectrum(
+    state: SeparationState,
+    events: Sequence[ComponentEvent],
+    noise_residual: ComplexArray,
+    noise_precision: float,
+    model: SignalModel,
+    *,
+    used: BoolArray | None = None,
+    interfered: IntArray | None = None,
+) -> NoiseSpectrum | None:
+    """Noise spectrum after a step: estimated anew as long as what is left is nearly noise.
+
+    Parameters
+    ----------
+    state : SeparationState
+        Where the step started from.
+    events : sequence of ComponentEvent
+        Of the step; they say how strong the strongest unmodelled line was.
+    noise_residual : (A P, N) complex
+        What objects and bursts leave, zero where a sample does not count.
+    noise_precision : float
+        lambda after the step.
+    model : SignalModel
+        Sampling and assumed filter.
+    used : (A P, N) bool, optional
+        Samples that count; all without it.
+    interfered : (B,) int, optional
+        Rows that hold bursts.
+    """
+    strongest = max(
+        (
+            event.snr_db - event.threshold_db
+            for event in events
+            if event.kind in (EventKind.OBJECT_ADDED, EventKind.OBJECT_REJECTED)
+        ),
+        default=0.0,
+    )
+    moving = abs(noise_precision / state.noise_precision - 1.0) > STEADY
+    if moving or state.iteration > LAST_ESTIMATE or strongest > NEARLY_NOISE_DB:
+        return state.noise_spectrum
+    rows = noise_residual.reshape(model.num_antennas, *model.shape)
+    clean = np.ones(model.num_ramps, np.bool_)
+    if used is not None:
+        clean &= used.reshape(model.num_antennas, *model.shape).all(axis=(0, 2))
+    if interfered is not None:
+        clean[interfered % model.num_ramps] = False
+    if 2 * np.count_nonzero(clean) >= model.num_ramps:
+        rows = rows[:, clean]
+    elif used is not None:
+        counted = used.reshape(rows.shape).mean(axis=2, keepdims=True)
+        rows = rows / np.sqrt(np.maximum(counted, 0.1))
+    last = state.noise_spectrum
+    convincing = CONVINCING if last is None else STILL_CONVINCING
+    spectrum = estimate_noise_spectrum(rows, model, convincing=convincing)
+    # A run cannot settle while its thresholds move.
+    settled = last is not None and spectrum is not None and not spectrum.differs_from(last)
+    return last if settled else spectrum
