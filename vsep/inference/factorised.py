@@ -13,7 +13,7 @@ from vsep._typing import ComplexArray
 from vsep._validation import require_range
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.bursts.filter_correction import update_correction
-from vsep.inference.bursts.outliers import drop_outliers
+from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.elbo import noise_bound, weights_bound
@@ -23,11 +23,15 @@ from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
+from vsep.inference.objects.masked import MAX_STEP
 from vsep.inference.objects.object_only import ObjectSettings, expected_error, update_objects
 from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace
 from vsep.kernels.object_posterior import separable_projections
 from vsep.units import from_db
 
+NEGLIGIBLE_SHARE = 0.03  # of a frame's information: what bursts may take without being counted
+LEAST_SHARE = 0.1
+KEEP_MAJORISED = 0.9  # of its threshold: what an object keeps, whose share is known roughly only
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 
 
@@ -79,7 +83,9 @@ class FactorisedSeparator(ObjectSettings):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
-        interference, searched, (used, num_used) = self.prepare(received, state)
+        interference, searched, weights = self.prepare(received, state)
+        explained = state.object_signal + state.interference_signal
+        used = received if weights is None else weights.fitted(received, explained)
         residual = used - state.object_signal  # r_beta = r - Phi alpha
         with part(BURSTS):
             precision = self.burst_precision(state, state.noise_precision)
@@ -90,40 +96,107 @@ class FactorisedSeparator(ObjectSettings):
         # tr(Phi C Phi^H) + tr(U Psi C Psi^H U^H)
         traces = self._object_trace(state) + interference.trace
         bursts = interference.signal  # U Psi beta
-        error = expected_error(residual - bursts, traces)  # denominator of (65)
+        target = used - bursts  # r_alpha
+        noise_residual = residual - bursts
+        if weights is not None:
+            noise_residual = received - state.object_signal - bursts
+            target = state.object_signal + weights.values * noise_residual
+        # lambda from (65)
+        noise_precision = self._noise_precision(noise_residual, traces, weights)
+        share = self._share_for_objects(interference, precision, weights)
         with part(OBJECTS):
-            objects = update_objects(  # Algorithm 3
-                used - bursts,  # r_alpha
-                replace(state, noise_precision=num_used / error),  # lambda from (65)
-                self.threshold_db,
+            objects = self._updated_objects(
+                target,
+                replace(state, noise_precision=noise_precision),
                 interference.schedule.object_additions(state.iteration),
-                self.model.num_antennas,
-                state.relative_noise,
+                share,
             )
         residual = used - objects.signal  # r_beta
+        noise_residual = residual - bursts
+        if weights is not None:
+            noise_residual = received - objects.signal - bursts
+            residual = bursts + weights.values * noise_residual
         traces = objects.active.trace() + interference.trace
-        error = expected_error(residual - bursts, traces)
-        noise_precision = num_used / error  # lambda from (65)
+        noise_precision = self._noise_precision(noise_residual, traces, weights)
         with part(BURSTS):
             # C_beta from (62), beta from (61)
             interference.recompute(residual, self.burst_precision(state, noise_precision))
+        num_used = received.size if weights is None else weights.num_counted
         # (19)
         bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
-        end = self.conclude(state, objects, interference, noise_precision, bound, searched, used)
+        used = residual + objects.signal
+        end = self.conclude(
+            state, objects, interference, noise_precision, bound, searched, used, share
+        )
+        values = None if weights is None else weights.values
+        end = replace(end[0], used_share=share, sample_weights=values), end[1]
         return self.confirmed(received, *end)
+
+    def _noise_precision(
+        self, noise_residual: ComplexArray, trace: float, weights: SampleWeights | None
+    ) -> float:
+        """Lambda from (65), of the samples that count."""
+        if weights is None:
+            return noise_residual.size / expected_error(noise_residual, trace)
+        counted = np.sqrt(weights.values) * noise_residual
+        error = expected_error(counted[weights.counted], weights.share * trace)
+        return weights.num_counted / error
+
+    def _share_for_objects(
+        self,
+        interference: InterferenceWorkspace,
+        noise_precision: float,
+        weights: SampleWeights | None,
+    ) -> float:
+        """Share of the frame's information that is left for the objects.
+
+        What the bursts are fitted with, lambda tr(U Psi C Psi^H U^H) weights and a pair of real
+        parameters each, explains as much of the noise, and of every object that is not modelled.
+        """
+        fitted = noise_precision * interference.trace + len(interference.table)
+        lost = fitted / math.prod(self.model.rows_shape)
+        if weights is None:
+            return 1.0 if lost < NEGLIGIBLE_SHARE else max(1.0 - lost, LEAST_SHARE)
+        return max(weights.share - lost, LEAST_SHARE)
+
+    def _updated_objects(
+        self,
+        residual: ComplexArray,
+        state: SeparationState,
+        max_additions: int,
+        share: float,
+    ) -> ObjectWorkspace:
+        """Algorithm 3; on the majorised frame of `vsep.inference.objects.masked` where need be.
+
+        The residual r_alpha is Phi alpha + W (r - U Psi beta - Phi alpha).
+        """
+        relative_noise = state.relative_noise
+        if share < 1.0:
+            step = min(1.0 / share, MAX_STEP)
+            residual = state.object_signal + step * (residual - state.object_signal)
+            state = replace(state, noise_precision=state.noise_precision / step)
+        return update_objects(
+            residual,
+            state,
+            self.threshold_db,
+            max_additions,
+            self.model.num_antennas,
+            relative_noise,
+            1.0 if share == 1.0 else KEEP_MAJORISED,
+        )
 
     def prepare(
         self, received: ComplexArray, state: SeparationState
-    ) -> tuple[InterferenceWorkspace, bool, tuple[ComplexArray, int]]:
-        """Begin a step: search for bursts where one is due, then censor outliers.
+    ) -> tuple[InterferenceWorkspace, bool, SampleWeights | None]:
+        """Begin a step: search for bursts where one is due, then weigh the samples.
 
         Returns
         -------
         interference : InterferenceWorkspace
             Working copy of q(beta), theta and the filter's correction.
         searched : bool
-        used : tuple
-            The frame to fit and how many of its samples count, see `censor_outliers`.
+        weights : SampleWeights or None
+            See `sample_weights`.
         """
         with part(BURSTS):
             interference = self.interference_workspace(state)
@@ -132,8 +205,7 @@ class FactorisedSeparator(ObjectSettings):
             # Coarse grid of (71): bursts start, restart and end.
             with part(SEARCH):
                 self.search(interference, received, state)
-        # Samples that neither source explains count as missing from here on.
-        return interference, searched, self.censor_outliers(received, state)
+        return interference, searched, self.sample_weights(received, state)
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
@@ -168,7 +240,7 @@ class FactorisedSeparator(ObjectSettings):
         schedule = interference.schedule
         # Early on a burst that is not modelled yet looks like outliers itself.
         if schedule.search_is_late(state.iteration):
-            received, _ = self.censor_outliers(received, state)
+            received = self.fitted_frame(received, state)
         BurstSearch(
             interference,
             received - state.object_signal,
@@ -177,22 +249,20 @@ class FactorisedSeparator(ObjectSettings):
             expected=self.expected_bursts,
         ).run()
 
-    def censor_outliers(
+    def sample_weights(
         self, received: ComplexArray, state: SeparationState
-    ) -> tuple[ComplexArray, int]:
-        """Replace samples that neither source explains, see `vsep.inference.bursts.outliers`.
+    ) -> SampleWeights | None:
+        """Weights of samples that both sources explain badly; None where all count fully."""
+        if not schedule_by_name(self.schedule).weights_due(state.iteration):
+            return None if state.sample_weights is None else SampleWeights(state.sample_weights)
+        return sample_weights(received, state.object_signal, state.interference_signal)
 
-        Returns
-        -------
-        received : (P, N) complex
-            The frame to fit in this step.
-        num_used : int
-            Samples that count for the noise precision.
-        """
-        first = schedule_by_name(self.schedule).impute_from
-        if first is None or state.iteration < first:
-            return received, received.size
-        return drop_outliers(received, state.object_signal + state.interference_signal)
+    def fitted_frame(self, received: ComplexArray, state: SeparationState) -> ComplexArray:
+        """Return the frame with what is explained in the place of what does not count."""
+        weights = self.sample_weights(received, state)
+        if weights is None:
+            return received
+        return weights.fitted(received, state.object_signal + state.interference_signal)
 
     def correction_due(self, state: SeparationState, *, searched: bool) -> bool:
         """Whether the next step estimates the filter's correction: a first one with a search."""
@@ -214,6 +284,7 @@ class FactorisedSeparator(ObjectSettings):
         bound: float,
         searched: bool,
         used: ComplexArray,
+        share: float = 1.0,
     ) -> tuple[SeparationState, IterationInfo]:
         """Freeze both working copies into the next state and its diagnostics."""
         components, object_signal = objects.components(), objects.signal
@@ -240,6 +311,7 @@ class FactorisedSeparator(ObjectSettings):
                 state.noise_precision if 2 * np.sum(~strong) > len(used) else noise_precision,
                 self.model,
                 interfered=table.rows[strong],
+                share=share,
             )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
@@ -275,8 +347,7 @@ class FactorisedSeparator(ObjectSettings):
         with part(SEARCH):
             self.search(interference, received, state)
         if not interference.events and self.correction_due(state, searched=True):
-            used, _ = self.censor_outliers(received, state)
-            residual = used - state.object_signal
+            residual = self.fitted_frame(received, state) - state.object_signal
             with part(BURSTS):
                 precision = self.burst_precision(state, state.noise_precision)
                 interference.recompute(residual, precision)

@@ -17,7 +17,7 @@ from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, part
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.joint_columns import JointColumns
-from vsep.inference.objects.workspace import ObjectWorkspace
+from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace
 from vsep.units import from_db
 
 
@@ -37,7 +37,12 @@ class JointSeparator(FactorisedSeparator):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration: interference, lambda, objects, lambda, all on one posterior."""
-        interference, searched, (used, num_used) = self.prepare(received, state)
+        interference, searched, weights = self.prepare(received, state)
+        used, num_used = received, received.size
+        if weights is not None:  # one posterior has no step of its own for the objects: all or none
+            explained = state.object_signal + state.interference_signal
+            used = np.where(weights.counted, received, explained)
+            num_used = weights.num_counted
         with part(BURSTS):
             # One posterior of alpha and beta: C and mean of [Phi, U Psi]
             columns = JointColumns(used, state.objects, interference, state.noise_precision)
@@ -51,10 +56,9 @@ class JointSeparator(FactorisedSeparator):
             state.objects,
             used,
             noise_precision,
-            threshold=float(from_db(self.threshold_db)),
+            threshold=ObjectThreshold(float(from_db(self.threshold_db)), state.relative_noise),
             next_id=state.next_component_id,
             background=columns.background(),
-            relative_noise=state.relative_noise,
         )
         with part(OBJECTS):
             objects.add_components(interference.schedule.object_additions(state.iteration))
@@ -75,7 +79,10 @@ class JointSeparator(FactorisedSeparator):
             active.log_determinant,
         )
         bound += noise_bound(num_used, noise_precision, columns.expected_error())
-        end = self.conclude(state, objects, interference, noise_precision, bound, searched, used)
+        share = num_used / received.size
+        end = self.conclude(
+            state, objects, interference, noise_precision, bound, searched, used, share
+        )
         return self.confirmed(received, *end)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vsep._typing import BoolArray, ComplexArray, IntArray
+from vsep._typing import ComplexArray, IntArray
 from vsep.inference.core.noise_spectrum import (
     CONVINCING,
     STILL_CONVINCING,
@@ -27,8 +27,8 @@ def next_noise_spectrum(
     noise_precision: float,
     model: SignalModel,
     *,
-    used: BoolArray | None = None,
     interfered: IntArray | None = None,
+    share: float = 1.0,
 ) -> NoiseSpectrum | None:
     """Noise spectrum after a step: estimated anew as long as what is left is nearly noise.
 
@@ -44,10 +44,10 @@ def next_noise_spectrum(
         lambda after the step.
     model : SignalModel
         Sampling and assumed filter.
-    used : (A P, N) bool, optional
-        Samples that count; all without it.
     interfered : (B,) int, optional
-        Rows that hold bursts.
+        Rows of which a part does not count or is explained by bursts.
+    share : float
+        Of the frame's noise that is left in the residual.
     """
     strongest = max(
         (
@@ -62,15 +62,12 @@ def next_noise_spectrum(
         return state.noise_spectrum
     rows = noise_residual.reshape(model.num_antennas, *model.shape)
     clean = np.ones(model.num_ramps, np.bool_)
-    if used is not None:
-        clean &= used.reshape(model.num_antennas, *model.shape).all(axis=(0, 2))
     if interfered is not None:
         clean[interfered % model.num_ramps] = False
     if 2 * np.count_nonzero(clean) >= model.num_ramps:
         rows = rows[:, clean]
-    elif used is not None:
-        counted = used.reshape(rows.shape).mean(axis=2, keepdims=True)
-        rows = rows / np.sqrt(np.maximum(counted, 0.1))
+    else:
+        rows = rows / np.sqrt(share)
     last = state.noise_spectrum
     convincing = CONVINCING if last is None else STILL_CONVINCING
     spectrum = estimate_noise_spectrum(rows, model, convincing=convincing)

@@ -6,6 +6,8 @@ from typing import Final
 from vsep.errors import InputError
 from vsep.units import from_db
 
+LAST_WEIGHING = 24  # iterations after the first
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Schedule:
@@ -31,7 +33,7 @@ class Schedule:
     channel_additions : int
         Channel components added per ramp and iteration at most.
     late_object_additions : int
-        Object components added per iteration at most once `impute_from` is reached; before, one: an
+        Object components added per iteration at most once `weigh_from` is reached; before, one: an
         object too many is hard to tell from a burst that is not modelled yet.
     early_search : tuple of int
         Iterations in which every ramp is searched for a single chirp; what disagrees with the
@@ -48,9 +50,9 @@ class Schedule:
         First and last iteration (from 0) in which the correction of the assumed filter is
         estimated; afterwards it stands still, because it and the channels trade slowly what makes
         no difference to the fit. None never.
-    impute_from : int or None
-        Iteration (from 0) after which samples that no source explains are censored; earlier it
-        would censor bursts that are not modelled yet. None never.
+    weigh_from : int or None
+        Iteration (from 0) from which samples that the sources explain badly count less; earlier it
+        would be bursts that are not modelled yet. None never.
     noise_spectrum : bool
         Whether noise is estimated over beat frequency; the paper's is white.
     """
@@ -70,12 +72,12 @@ class Schedule:
     recompute_amplitudes: bool
     refinement_steps: int = 1
     correct_filter: tuple[int, int] | None = None
-    impute_from: int | None = None
+    weigh_from: int | None = None
     noise_spectrum: bool = False
 
     def object_additions(self, iteration: int) -> int:
         """Object components that may be added in this iteration (counted from 0)."""
-        late = self.impute_from is not None and iteration >= self.impute_from
+        late = self.weigh_from is not None and iteration >= self.weigh_from
         return self.late_object_additions if late else 1
 
     def weakest_burst_share(self, iteration: int) -> float:
@@ -86,6 +88,16 @@ class Schedule:
     def search_is_late(self, iteration: int) -> bool:
         """Whether the early searches are over in this iteration (counted from 0)."""
         return iteration > self.early_search[-1]
+
+    def weights_due(self, iteration: int) -> bool:
+        """Whether the samples are weighed anew in this iteration (counted from 0).
+
+        Every iteration at first; a run cannot settle while samples come and go.
+        """
+        first = self.weigh_from
+        if first is None or iteration < first or iteration > first + LAST_WEIGHING:
+            return False
+        return iteration < first + 6 or self.search_due(iteration)
 
     def correction_due(self, iteration: int) -> bool:
         """Whether the assumed filter is corrected in this iteration (counted from 0)."""
@@ -104,7 +116,7 @@ ROBUST: Final = Schedule(
     interference_threshold_db=6.0,
     first_threshold_db=13.0,
     prune_margin_db=1.0,
-    bursts_per_ramp=3,
+    bursts_per_ramp=6,
     early_burst_range_db=30.0,
     burst_range_db=40.0,
     channel_additions=4,
@@ -114,7 +126,7 @@ ROBUST: Final = Schedule(
     search_before_convergence=True,
     recompute_amplitudes=True,
     correct_filter=(1, 14),
-    impute_from=6,
+    weigh_from=6,
     noise_spectrum=True,
 )
 

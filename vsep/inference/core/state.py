@@ -204,6 +204,8 @@ class SeparationState:
         Share of the frame's samples that count; below one where an estimator ignores some.
     noise_spectrum : NoiseSpectrum or None
         Noise over beat frequency; None where it is white.
+    sample_weights : (P, N) float or None
+        How much every sample counts; None where all count fully.
     """
 
     iteration: int
@@ -218,6 +220,7 @@ class SeparationState:
     search_cache: SearchCache | None = None
     used_share: float = 1.0
     noise_spectrum: NoiseSpectrum | None = None
+    sample_weights: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""

@@ -116,13 +116,15 @@ class MaskedSeparator(ObjectSettings):
         # (65) over the used samples, which see their share of tr(Phi C Phi^H)
         error = expected_error(difference[used], share * objects.active.trace())
         new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
+        interfered = np.flatnonzero(~used.all(axis=1))
         spectrum = next_noise_spectrum(
             state,
             objects.events,
             np.where(used, difference, 0.0),
             new_state.noise_precision,
             self.model,
-            used=used,
+            interfered=interfered,
+            share=share,
         )
         return replace(
             new_state,

@@ -14,7 +14,7 @@ from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
-from vsep.inference.objects.workspace import ObjectWorkspace, no_objects
+from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
 from vsep.parameters import PARAMETERS
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
@@ -120,6 +120,7 @@ def update_objects(
     max_additions: int,
     num_antennas: int = 1,
     relative_noise: NoiseSpectrum | None = None,
+    keep: float = 1.0,
 ) -> ObjectWorkspace:
     """Run Algorithm 3 on a residual: new components first, then every component in turn.
 
@@ -137,15 +138,16 @@ def update_objects(
         A.
     relative_noise : NoiseSpectrum, optional
         Noise over beat frequency in units of 1/lambda.
+    keep : float
+        Share of its threshold that an object which is there must reach.
     """
     workspace = ObjectWorkspace(
         state.objects,
         residual,
         state.noise_precision,
-        threshold=float(from_db(threshold_db)),
+        threshold=ObjectThreshold(float(from_db(threshold_db)), relative_noise, keep),
         next_id=state.next_component_id,
         num_antennas=num_antennas,
-        relative_noise=relative_noise,
     )
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
     workspace.update_components()  # for all l: (70), Algorithm 4

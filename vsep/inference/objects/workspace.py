@@ -20,7 +20,7 @@ from vsep.units import to_db, wrap_frequency
 
 ADDITION_WINDOW = 0.25  # of the first candidate's ratio: what a further one of the step must reach
 
-KEPT_LEVEL = 0.97  # of a coloured noise level: what a component that is there must exceed
+KEEP_COLOURED = 0.97  # of its threshold: what an object that is there must reach in coloured noise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +29,42 @@ class Background:
 
     factors: Factors
     precisions: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObjectThreshold:
+    """What the activation ratio of an object must exceed.
+
+    Parameters
+    ----------
+    ratio : float
+        T_alpha, linear; the sum of the antennas' ratios is compared with it.
+    relative_noise : NoiseSpectrum or None
+        Noise over beat frequency in units of 1/lambda; None where it is white.
+    keep : float
+        Share of the threshold that an object which is there must reach.
+    """
+
+    ratio: float
+    relative_noise: NoiseSpectrum | None = None
+    keep: float = 1.0
+
+    def levels(self, beats: FloatArray) -> FloatArray:
+        """Noise at these beats in units of 1/lambda."""
+        if self.relative_noise is None:
+            return np.ones(len(beats))
+        return self.relative_noise.cautious_level(beats, self.ratio)
+
+    def kept_levels(self, beats: FloatArray, grid: int) -> FloatArray:
+        """Noise at objects that are there: that of the nearest of so many candidates, or less.
+
+        Where thresholds are not the same as when it was added, an object close to its own would
+        come and go for ever.
+        """
+        levels = self.levels(np.rint(beats * grid) / grid)
+        if self.relative_noise is not None:
+            levels = KEEP_COLOURED * levels
+        return levels if self.keep == 1.0 else self.keep * levels
 
 
 class ObjectWorkspace:
@@ -42,16 +78,14 @@ class ObjectWorkspace:
         r_alpha: received signal minus the interference estimate.
     noise_precision : float
         lambda.
-    threshold : float
-        T_alpha, linear; the sum of the antennas' ratios is compared with it.
+    threshold : ObjectThreshold
+        T_alpha and the noise it is relative to.
     next_id : int
         Identity of the next new component.
     background : Background, optional
         Columns of another source that share the joint posterior, in place of being subtracted.
     num_antennas : int
         A.
-    relative_noise : NoiseSpectrum, optional
-        Noise over beat frequency in units of 1/lambda; without it the noise is white.
     """
 
     def __init__(
@@ -60,17 +94,15 @@ class ObjectWorkspace:
         residual: ComplexArray,
         noise_precision: float,
         *,
-        threshold: float,
+        threshold: ObjectThreshold,
         next_id: int,
         background: Background | None = None,
         num_antennas: int = 1,
-        relative_noise: NoiseSpectrum | None = None,
     ) -> None:
         # Writable copies: for read-only arrays the kernels would be compiled a second time.
         self.residual = residual.copy()
         self.num_antennas = num_antennas
         self.threshold = threshold
-        self.relative_noise = relative_noise
         self.next_id = next_id
         self.events: list[ComponentEvent] = []
         self.ids = components.component_ids.copy()
@@ -119,7 +151,7 @@ class ObjectWorkspace:
         Further ones must come close to the first in strength: a much weaker candidate may be a side
         lobe or a piece of a burst that the next iteration explains.
         """
-        weakest = self.threshold
+        weakest = self.threshold.ratio
         for number in range(max_additions):
             candidate = self._best_candidate()  # zeta_new from (70)
             if candidate.absorbed or candidate.ratio <= weakest:  # Algorithm 4: omega^2/rho > T
@@ -142,25 +174,10 @@ class ObjectWorkspace:
             transforms = fft.ifft(transforms, 2 * num_ramps, axis=1)
         transforms = fft.ifft(transforms, 2 * num_samples, axis=2)
         levels = np.ones(1)
-        if self.relative_noise is not None:
-            levels = self._levels(np.arange(2 * num_samples) / (2 * num_samples))
+        if self.threshold.relative_noise is not None:
+            levels = self.threshold.levels(np.arange(2 * num_samples) / (2 * num_samples))
         # Peaks of the periodogram over the noise, refined by (70)
-        return best_candidate(transforms, self.residual, columns, self.threshold, levels)
-
-    def _levels(self, beats: FloatArray) -> FloatArray:
-        """Noise at these beats in units of 1/lambda."""
-        if self.relative_noise is None:
-            return np.ones(len(beats))
-        return self.relative_noise.cautious_level(beats, self.threshold)
-
-    def _levels_of_objects(self) -> FloatArray:
-        """Noise at the objects, a little less where it differs along the way of an object.
-
-        Else one that moves from its candidate's place to a louder one would come and go for ever.
-        """
-        grid = 2 * self.residual.shape[1]  # of the candidates, whose level is that of a grid point
-        levels = self._levels(np.rint(self.points[:, 0] * grid) / grid)
-        return levels if self.relative_noise is None else KEPT_LEVEL * levels
+        return best_candidate(transforms, self.residual, columns, self.threshold.ratio, levels)
 
     def _insert(self, candidate: Candidate) -> None:
         """Place a new component behind the others, ahead of the background."""
@@ -186,8 +203,8 @@ class ObjectWorkspace:
             active.precisions,
             self.residual,
             before.columns,
-            self.threshold,
-            self._levels_of_objects(),
+            self.threshold.ratio,
+            self.threshold.kept_levels(before.points[:, 0], 2 * self.residual.shape[1]),
         )
         points, precisions, start = new.points, new.precisions, before.points
         if not new.kept.all():
@@ -223,7 +240,7 @@ class ObjectWorkspace:
             ComponentEvent(
                 kind=kind,
                 snr_db=float(to_db(ratio)),
-                threshold_db=float(to_db(self.threshold)),
+                threshold_db=float(to_db(self.threshold.ratio)),
                 component_id=component_id,
                 beat=float(point[0]),
                 doppler=float(point[1]),

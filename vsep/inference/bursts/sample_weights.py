@@ -1,0 +1,141 @@
+"""Weights of samples that both sources explain badly.
+
+Deviation: the model of a burst is never exact. An interferer that switches on or off inside the
+band, a clipped sample, a second burst in the same ramp or a filter other than the assumed one leave
+more than noise under the burst. There the noise of a sample has the variance
+
+    1/lambda + kappa |U Psi beta|^2
+
+with the burst's power averaged over neighbouring samples. kappa is estimated for every ramp and is
+zero without evidence; a sample counts by the share of the noise in its variance. Samples far above
+the noise that no burst accounts for do not count at all. With a large kappa this is the masked
+estimator.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from vsep._typing import BoolArray, ComplexArray, FloatArray
+
+AVERAGED = 5  # samples over which powers are averaged
+LOUD = 10.0  # times the noise: burst power from which kappa is measured
+EVIDENCE = 4.0  # deviations by which what is left under a ramp's bursts must exceed the noise
+COUNTED = 0.7  # weight from which a sample tells of the noise level
+UNEXPLAINED = 20.0  # times the noise power: one in 5e8 noise samples is more ...
+CERTAIN = 5.0  # ... and the mean of so many of them once in 4e6
+RAISED = 2.0  # times the noise power: how far a run reaches
+MAX_GAP = 2  # samples below that inside a run
+ALONG_THE_RAMP = np.array([[False] * 3, [True] * 3, [False] * 3])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampleWeights:
+    """How much every sample of a frame counts.
+
+    Parameters
+    ----------
+    values : (P, N) float
+        Between 0 and 1.
+    """
+
+    values: FloatArray
+
+    @property
+    def counted(self) -> BoolArray:
+        """(P, N) samples that are noise for the most part."""
+        return np.asarray(self.values > COUNTED)
+
+    @property
+    def num_counted(self) -> int:
+        """Samples that tell of the noise level."""
+        return max(int(np.count_nonzero(self.counted)), 2)
+
+    @property
+    def share(self) -> float:
+        """Information that is left, as a share of the samples."""
+        return max(float(self.values.mean()), 2.0 / self.values.size)
+
+    def fitted(self, received: ComplexArray, explained: ComplexArray) -> ComplexArray:
+        """Return the frame with what is explained in the place of what does not count."""
+        return explained + self.values * (received - explained)
+
+
+def sample_weights(
+    received: ComplexArray, object_signal: ComplexArray, interference_signal: ComplexArray
+) -> SampleWeights | None:
+    """Weights of the samples of a frame.
+
+    Parameters
+    ----------
+    received, object_signal, interference_signal : (P, N) complex
+        The frame, and what the sources predict of it.
+
+    Returns
+    -------
+    SampleWeights or None
+        None where every sample counts fully.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = np.exp(2j * np.pi * np.random.default_rng(1).uniform(size=(1, 64)))
+    >>> frame = noise + 100.0 * (np.arange(64) == 20)
+    >>> nothing = np.zeros((1, 64), dtype=complex)
+    >>> weights = sample_weights(frame, nothing, nothing)
+    >>> float(weights.values[0, 20]), weights.num_counted < 64
+    (0.0, True)
+    """
+    noise_residual = received - object_signal - interference_signal
+    power = noise_residual.real**2 + noise_residual.imag**2
+    noise = _median(power) / math.log(2.0)  # the median of an exponential law is ln 2 its mean
+    values = _under_bursts(power, interference_signal, noise)
+    unexplained = _unexplained(power if values is None else power * values, noise)
+    if values is None and unexplained is None:
+        return None
+    values = np.ones(power.shape) if values is None else values
+    return SampleWeights(values if unexplained is None else np.where(unexplained, 0.0, values))
+
+
+def _under_bursts(
+    power: FloatArray, interference_signal: ComplexArray, noise: float
+) -> FloatArray | None:
+    """Share of the noise in the variance of every sample; None without evidence for any kappa."""
+    burst = interference_signal.real**2 + interference_signal.imag**2
+    loud_rows = burst.max(axis=1) > LOUD * noise
+    if not loud_rows.any():
+        return None
+    burst = ndimage.uniform_filter1d(burst[loud_rows], AVERAGED, axis=1)
+    loud = burst > LOUD * noise
+    count = np.maximum(loud.sum(axis=1), 1)
+    excess = np.where(loud, power[loud_rows] - noise, 0.0).sum(axis=1)
+    # The powers of noise samples deviate by as much as they are.
+    evident = excess > EVIDENCE * noise * np.sqrt(count)
+    if not evident.any():
+        return None
+    energy = np.where(loud, burst, 0.0).sum(axis=1)
+    kappa = np.where(evident, excess / np.maximum(energy, 1e-300), 0.0)
+    values = np.ones(power.shape)
+    values[loud_rows] = noise / (noise + kappa[:, None] * burst)
+    return values
+
+
+def _unexplained(power: FloatArray, noise: float) -> BoolArray | None:
+    """Find runs of samples that are louder than noise; None if there are none."""
+    around = ndimage.uniform_filter1d(power, AVERAGED, axis=1, mode="nearest")
+    certain = (power > UNEXPLAINED * noise) | (around > CERTAIN * noise)
+    if not certain.any():
+        return None
+    # Seeds, the raised samples beside them across small gaps, and a margin
+    raised = ndimage.binary_closing(certain | (around > RAISED * noise), ALONG_THE_RAMP, MAX_GAP)
+    runs = ndimage.binary_propagation(certain, ALONG_THE_RAMP, certain | raised)
+    return np.asarray(ndimage.binary_dilation(runs, ALONG_THE_RAMP))
+
+
+def _median(values: FloatArray) -> float:
+    """Median of all values, none of them NaN."""
+    flat, middle = values.ravel(), values.size // 2
+    places = [middle] if values.size % 2 else [middle - 1, middle]
+    return float(np.partition(flat, places)[places].mean())
