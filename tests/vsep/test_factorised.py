@@ -251,13 +251,18 @@ def clicked_frame(level_db):
 
 def test_exactly_the_samples_that_nothing_explains_are_set_aside(solution):
     clicked, places = clicked_frame(40.0)
-    kept, num_used = ESTIMATORS["robust"].censor_outliers(clicked, solution.state)
-    np.testing.assert_array_equal(np.flatnonzero(kept.ravel() != clicked.ravel()), places)
-    assert num_used == clicked.size - len(places)
-    early = dataclasses.replace(solution.state, iteration=5)
-    untouched, num_used = ESTIMATORS["robust"].censor_outliers(clicked, early)
-    assert untouched is clicked
-    assert num_used == clicked.size
+    separator = ESTIMATORS["robust"]
+    state = dataclasses.replace(solution.state, iteration=6, quiet_iterations=0)
+    weights = separator.sample_weights(clicked, state)
+    aside = np.flatnonzero(weights.values.ravel() == 0.0)
+    assert set(places) <= set(aside)
+    # What lies between two clicks with four samples in between at most is set aside with them.
+    after = places[np.clip(np.searchsorted(places, aside), 0, len(places) - 1)]
+    before = places[np.clip(np.searchsorted(places, aside, side="right") - 1, 0, None)]
+    assert np.all(after - before <= 5)
+    assert np.all((before <= aside) & (aside <= after))
+    assert weights.num_counted == clicked.size - len(aside)
+    assert separator.sample_weights(clicked, dataclasses.replace(state, iteration=5)) is None
 
 
 def test_clicks_cost_no_object_and_make_none(solution):

@@ -19,7 +19,7 @@ from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import next_noise_spectrum
-from vsep.inference.core.progress import IterationInfo, Termination
+from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
@@ -32,6 +32,8 @@ from vsep.units import from_db
 NEGLIGIBLE_SHARE = 0.03  # of a frame's information: what bursts may take without being counted
 LEAST_SHARE = 0.1
 KEEP_MAJORISED = 0.9  # of its threshold: what an object keeps, whose share is known roughly only
+FITTED_AFTER = 2  # quiet iterations: the bursts' channels are complete
+GROWING_SHARE = 0.03  # of the channel components: more new ones in a step, and channels still grow
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 
 
@@ -103,7 +105,9 @@ class FactorisedSeparator(ObjectSettings):
             target = state.object_signal + weights.values * noise_residual
         # lambda from (65)
         noise_precision = self._noise_precision(noise_residual, traces, weights)
-        share = self._share_for_objects(interference, precision, weights)
+        share = 1.0
+        if interference.schedule.weights_begun(state.iteration):
+            share = self._share_for_objects(interference, precision, weights)
         with part(OBJECTS):
             objects = self._updated_objects(
                 target,
@@ -255,7 +259,12 @@ class FactorisedSeparator(ObjectSettings):
         """Weights of samples that both sources explain badly; None where all count fully."""
         if not schedule_by_name(self.schedule).weights_due(state.iteration):
             return None if state.sample_weights is None else SampleWeights(state.sample_weights)
-        return sample_weights(received, state.object_signal, state.interference_signal)
+        return sample_weights(
+            received,
+            state.object_signal,
+            state.interference_signal,
+            fitted=state.quiet_iterations >= FITTED_AFTER,
+        )
 
     def fitted_frame(self, received: ComplexArray, state: SeparationState) -> ComplexArray:
         """Return the frame with what is explained in the place of what does not count."""
@@ -328,8 +337,18 @@ class FactorisedSeparator(ObjectSettings):
             search_pending=search_again and is_quiet(info),
             search_cache=interference.search_cache,
             noise_spectrum=spectrum,
+            quiet_iterations=state.quiet_iterations + 1
+            if self._is_quiet(interference, objects)
+            else 0,
         )
         return new_state, info
+
+    def _is_quiet(self, interference: InterferenceWorkspace, objects: ObjectWorkspace) -> bool:
+        """Whether a step has added no object and next to no channel component."""
+        objects_added = any(event.kind is EventKind.OBJECT_ADDED for event in objects.events)
+        added = sum(event.kind is EventKind.CHANNEL_ADDED for event in interference.events)
+        growing = added > max(2.0, GROWING_SHARE * len(interference.table.owners))
+        return not objects_added and not growing
 
     def confirmed(
         self, received: ComplexArray, state: SeparationState, info: IterationInfo

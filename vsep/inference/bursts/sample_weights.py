@@ -26,8 +26,8 @@ EVIDENCE = 4.0  # deviations by which what is left under a ramp's bursts must ex
 COUNTED = 0.7  # weight from which a sample tells of the noise level
 UNEXPLAINED = 20.0  # times the noise power: one in 5e8 noise samples is more ...
 CERTAIN = 5.0  # ... and the mean of so many of them once in 4e6
-RAISED = 2.0  # times the noise power: how far a run reaches
-MAX_GAP = 2  # samples below that inside a run
+RAISED = 2.5  # times the noise power: how far a run reaches
+GAP_REACH = 2  # of raised samples into a gap from either side
 ALONG_THE_RAMP = np.array([[False] * 3, [True] * 3, [False] * 3])
 
 
@@ -64,7 +64,11 @@ class SampleWeights:
 
 
 def sample_weights(
-    received: ComplexArray, object_signal: ComplexArray, interference_signal: ComplexArray
+    received: ComplexArray,
+    object_signal: ComplexArray,
+    interference_signal: ComplexArray,
+    *,
+    fitted: bool,
 ) -> SampleWeights | None:
     """Weights of the samples of a frame.
 
@@ -72,6 +76,10 @@ def sample_weights(
     ----------
     received, object_signal, interference_signal : (P, N) complex
         The frame, and what the sources predict of it.
+    fitted : bool
+        Whether the bursts' channels are complete. Before, what is left under a burst is what they
+        have not reached yet, and a kappa would keep them from it: only what is far above the noise
+        is set aside.
 
     Returns
     -------
@@ -84,15 +92,16 @@ def sample_weights(
     >>> noise = np.exp(2j * np.pi * np.random.default_rng(1).uniform(size=(1, 64)))
     >>> frame = noise + 100.0 * (np.arange(64) == 20)
     >>> nothing = np.zeros((1, 64), dtype=complex)
-    >>> weights = sample_weights(frame, nothing, nothing)
+    >>> weights = sample_weights(frame, nothing, nothing, fitted=True)
     >>> float(weights.values[0, 20]), weights.num_counted < 64
     (0.0, True)
     """
     noise_residual = received - object_signal - interference_signal
     power = noise_residual.real**2 + noise_residual.imag**2
     noise = _median(power) / math.log(2.0)  # the median of an exponential law is ln 2 its mean
-    values = _under_bursts(power, interference_signal, noise)
-    unexplained = _unexplained(power if values is None else power * values, noise)
+    values = _under_bursts(power, interference_signal, noise) if fitted else None
+    certain = CERTAIN if fitted else math.inf
+    unexplained = _unexplained(power if values is None else power * values, noise, certain)
     if values is None and unexplained is None:
         return None
     values = np.ones(power.shape) if values is None else values
@@ -122,16 +131,19 @@ def _under_bursts(
     return values
 
 
-def _unexplained(power: FloatArray, noise: float) -> BoolArray | None:
+def _unexplained(power: FloatArray, noise: float, certain_mean: float) -> BoolArray | None:
     """Find runs of samples that are louder than noise; None if there are none."""
-    around = ndimage.uniform_filter1d(power, AVERAGED, axis=1, mode="nearest")
-    certain = (power > UNEXPLAINED * noise) | (around > CERTAIN * noise)
+    single = power > UNEXPLAINED * noise
+    # Means of the others: a click must not make its neighbours suspect.
+    around = ndimage.uniform_filter1d(np.where(single, 0.0, power), AVERAGED, axis=1)
+    expected = noise * ndimage.uniform_filter1d(np.where(single, 0.0, 1.0), AVERAGED, axis=1)
+    certain = single | (around > certain_mean * expected)
     if not certain.any():
         return None
-    # Seeds, the raised samples beside them across small gaps, and a margin
-    raised = ndimage.binary_closing(certain | (around > RAISED * noise), ALONG_THE_RAMP, MAX_GAP)
-    runs = ndimage.binary_propagation(certain, ALONG_THE_RAMP, certain | raised)
-    return np.asarray(ndimage.binary_dilation(runs, ALONG_THE_RAMP))
+    # Seeds, and the raised samples beside them across small gaps
+    raised = certain | (around > RAISED * expected)
+    raised |= ndimage.binary_closing(raised, ALONG_THE_RAMP, GAP_REACH)
+    return np.asarray(ndimage.binary_propagation(certain, ALONG_THE_RAMP, raised))
 
 
 def _median(values: FloatArray) -> float:

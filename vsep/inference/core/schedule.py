@@ -6,6 +6,7 @@ from typing import Final
 from vsep.errors import InputError
 from vsep.units import from_db
 
+EVERY_WEIGHING = 6  # iterations in which the samples are weighed anew each time, then with searches
 LAST_WEIGHING = 24  # iterations after the first
 
 
@@ -77,8 +78,7 @@ class Schedule:
 
     def object_additions(self, iteration: int) -> int:
         """Object components that may be added in this iteration (counted from 0)."""
-        late = self.weigh_from is not None and iteration >= self.weigh_from
-        return self.late_object_additions if late else 1
+        return self.late_object_additions if self.weights_begun(iteration) else 1
 
     def weakest_burst_share(self, iteration: int) -> float:
         """Share of a ramp's strongest burst that a further one must have (counted from 0)."""
@@ -89,15 +89,21 @@ class Schedule:
         """Whether the early searches are over in this iteration (counted from 0)."""
         return iteration > self.early_search[-1]
 
+    def weights_begun(self, iteration: int) -> bool:
+        """Whether samples that are explained badly count less (iterations counted from 0)."""
+        return self.weigh_from is not None and iteration >= self.weigh_from
+
     def weights_due(self, iteration: int) -> bool:
         """Whether the samples are weighed anew in this iteration (counted from 0).
 
         Every iteration at first; a run cannot settle while samples come and go.
         """
-        first = self.weigh_from
-        if first is None or iteration < first or iteration > first + LAST_WEIGHING:
+        if self.weigh_from is None:
             return False
-        return iteration < first + 6 or self.search_due(iteration)
+        since = iteration - self.weigh_from
+        return 0 <= since < EVERY_WEIGHING or (
+            0 <= since <= LAST_WEIGHING and self.search_due(iteration)
+        )
 
     def correction_due(self, iteration: int) -> bool:
         """Whether the assumed filter is corrected in this iteration (counted from 0)."""

@@ -206,6 +206,8 @@ class SeparationState:
         Noise over beat frequency; None where it is white.
     sample_weights : (P, N) float or None
         How much every sample counts; None where all count fully.
+    quiet_iterations : int
+        Iterations in a row that have added no object and next to no channel component.
     """
 
     iteration: int
@@ -221,6 +223,7 @@ class SeparationState:
     used_share: float = 1.0
     noise_spectrum: NoiseSpectrum | None = None
     sample_weights: FloatArray | None = None
+    quiet_iterations: int = 0
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
