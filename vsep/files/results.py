@@ -87,7 +87,8 @@ def separated_signals(frame: Frame, solution: Solution) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``object_signal``, ``interference_signal`` and ``cleaned``: received less interference.
+        ``object_signal``, ``interference_signal`` and ``cleaned``: received less
+        interference, and what the objects predict where samples do not count.
     """
     interference = solution.state.interference_signal
     together = frame.antennas is not None and interference.size == frame.antennas.size
@@ -95,7 +96,7 @@ def separated_signals(frame: Frame, solution: Solution) -> dict[str, Any]:
     signals = {
         "object_signal": solution.state.object_signal,
         "interference_signal": interference,
-        "cleaned": received.reshape(interference.shape) - interference,
+        "cleaned": solution.state.cleaned(received.reshape(interference.shape)),
     }
     return {
         key: frame.in_file_sign(signal.reshape(received.shape)) for key, signal in signals.items()

@@ -140,7 +140,7 @@ def _result_entries(
         cutoff=settings.gospa_cutoff,
         order=settings.gospa_order,
     )
-    cleaned = observation.received - solution.state.interference_signal
+    cleaned = solution.state.cleaned(observation.received)
     exists = len(truth.beats) > 0
     evm = error_vector_magnitude(truth.object_signal, cleaned, truth.beats, truth.dopplers)
     return {

@@ -133,9 +133,7 @@ def make_picture(
         added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
         pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
         channel=markers.channel_marks(static_picture, state, ramp),
-        map_after=static_picture.map_of(
-            static_picture.observation.received - state.interference_signal
-        ),
+        map_after=static_picture.map_of(state.cleaned(static_picture.observation.received)),
         burst_level_db=_burst_levels(static_picture, state),
         true_ramps=static_picture.true_ramps,
         log=text.log_lines(steps, static_picture.radar),

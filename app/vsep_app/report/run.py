@@ -149,7 +149,7 @@ def provenance(run: ReportRun) -> dict[str, Any]:
     spacing = run.static_picture.antenna.spacing_wavelengths
     result = result_line(run.frame.name, solution, run.frame.radar, spacing)
     del result["seconds"]  # not a function of the spec
-    cleaned = run.frame.received - run.seen.interference_signal
+    cleaned = run.seen.cleaned(run.frame.received)
     truth, objects = run.frame.truth, run.state.objects
     known = truth is not None and len(truth.beats) > 0
     return {

@@ -25,10 +25,14 @@ MAX_TERMS = 24
 LOWER_SHARE = 0.75  # of the Doppler cells, the quieter ones: weak objects are not noise
 FEWEST_ROWS = 8  # with fewer, lines and noise cannot be told apart
 NARROWEST_BUMP = 4.0  # half width in cells
+# Close to zero frequency noise rises from cell to cell: a smooth level is uncertain by a fifth.
+STEEP_CELLS, STEEP_VARIANCE = 2, 0.04
 LOWEST_RESPONSE = 0.01  # of the filter, relative to its largest: noise leaks into the stop band
 CLIPPED = 8.0  # deviations over the fitted level: a cell that is more is no noise
 FIT_STEPS = 12
-LOWEST_LEVEL = 0.05  # of the mean: below, what leaks from the ends of the ramps is no noise line
+LOWEST_LEVEL = (
+    0.25  # of the mean: in a stop band spurs and what leaks from the ramps' ends are no lines
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,8 +145,10 @@ def estimate_noise_spectrum(
     >>> estimate_noise_spectrum(white, model) is None
     True
     >>> sloped = white + 0.9 * np.roll(white, 1, axis=2)
-    >>> estimate_noise_spectrum(sloped, model).power.round(1)[[0, 32, 64]]
-    array([7. , 3.7, 0. ])
+    >>> level = estimate_noise_spectrum(sloped, model).level(np.array([0.0, 0.25]))
+    >>> true_level = 2.0 * abs(1.0 + 0.9 * np.array([1.0, 1j])) ** 2
+    >>> abs(10.0 * np.log10(level / true_level)).round()
+    array([0., 0.])
     """
     if noise_residual.shape[0] * noise_residual.shape[1] < FEWEST_ROWS:
         return None
@@ -170,6 +176,7 @@ def estimate_noise_spectrum(
     # Fisher information of the coefficients is `looks` times the Gram matrix of the terms.
     orthonormal = np.linalg.qr(basis.T)[0]
     variance = np.einsum("nk,nk->n", orthonormal, orthonormal) / looks
+    variance[np.arange(-STEEP_CELLS, STEEP_CELLS + 1)] += STEEP_VARIANCE
     power = np.exp(coefficients @ basis)
     return NoiseSpectrum(np.maximum(power, LOWEST_LEVEL * power.mean()), variance)
 

@@ -17,6 +17,7 @@ from vsep.signal.template import SignalModel
 
 NEARLY_NOISE_DB = 13.0  # over the threshold: what the strongest unmodelled line may have
 STEADY = 0.1  # relative change of lambda in a step: by more, and sources are still unmodelled
+EVERY_FIRST = 4  # iterations in which the spectrum is estimated each time, then every second time
 LAST_ESTIMATE = 24  # iteration after which the spectrum stands still, so that a run can settle
 
 
@@ -57,6 +58,8 @@ def next_noise_spectrum(
         ),
         default=0.0,
     )
+    if state.iteration >= EVERY_FIRST and state.iteration % 2:
+        return state.noise_spectrum
     moving = abs(noise_precision / state.noise_precision - 1.0) > STEADY
     if moving or state.iteration > LAST_ESTIMATE or strongest > NEARLY_NOISE_DB:
         return state.noise_spectrum

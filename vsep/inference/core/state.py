@@ -234,6 +234,21 @@ class SeparationState:
         """Noise precision at which a whole frame would tell as much as the samples that count."""
         return self.noise_precision * self.used_share
 
+    def cleaned(self, received: ComplexArray) -> ComplexArray:
+        """Return the frame without interference.
+
+        Samples hold what the objects predict as far as they do not count.
+
+        Parameters
+        ----------
+        received : (P, N) or, of several antennas, (A P, N) complex
+            The frame.
+        """
+        left = received - self.interference_signal
+        if self.sample_weights is None:
+            return left
+        return self.object_signal + self.sample_weights * (left - self.object_signal)
+
     @property
     def relative_noise(self) -> NoiseSpectrum | None:
         """Noise over beat frequency in units of 1/lambda; None where it is white."""
@@ -268,6 +283,7 @@ class SeparationState:
                 replace(burst, antenna=0) for burst in self.bursts if burst.antenna == antenna
             ),
             object_signal=self.object_signal[rows],
+            sample_weights=None if self.sample_weights is None else self.sample_weights[rows],
             interference_signal=self.interference_signal[rows],
         )
 

@@ -49,8 +49,7 @@ class MethodRunState:
         """(P, N) frame without what the method takes for interference."""
         if self.separation is None:
             return self.observed
-        cleaned: ComplexArray = self.observed - self.separation.interference_signal
-        return cleaned
+        return self.separation.cleaned(self.observed)
 
 
 def open_method_run(method_run: MethodRun) -> MethodRunState:
