@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from vsep._typing import BoolArray
+from vsep._typing import BoolArray, ComplexArray
 from vsep._validation import require_choice
 from vsep.errors import InputError
 from vsep.files.frame import Frame
@@ -12,7 +12,9 @@ TRUTH: Final = "truth"
 MASK_NAMES: Final = (TRUTH, *DETECTORS)
 
 
-def frame_mask(frame: Frame, name: str | None = None) -> BoolArray:
+def frame_mask(
+    frame: Frame, name: str | None = None, received: ComplexArray | None = None
+) -> BoolArray:
     """Return which samples of a frame are interfered.
 
     Parameters
@@ -36,7 +38,7 @@ def frame_mask(frame: Frame, name: str | None = None) -> BoolArray:
         name = "autoregressive" if frame.perfect_mask is None else TRUTH
     require_choice("mask", name, MASK_NAMES)
     if name != TRUTH:
-        return detect_interference(name, frame.received)
+        return detect_interference(name, frame.received if received is None else received)
     mask = frame.perfect_mask
     if mask is None:
         raise InputError(

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from vsep._typing import BoolArray
+from vsep._typing import BoolArray, ComplexArray
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
@@ -15,12 +15,14 @@ from vsep.mitigation.method import FrameArray, Mitigation, mitigate
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.mitigation.sparse.operators import DOMAINS
 from vsep.mitigation.sparse.prior import SeenFrame
+from vsep.signal.clutter import remove_static_clutter
 from vsep.signal.radar import ChirpSequence
 from vsep_app.cli.estimator_options import add_mask_option
 from vsep_app.cli.progress import counted, say
 from vsep_app.cli.shared_options import (
     EXIT_INPUT,
     add_antenna_option,
+    add_clutter_option,
     add_frames,
     add_out,
     error_text,
@@ -50,6 +52,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", required=True, metavar="NAME", help=", ".join(MITIGATIONS))
     add_mask_option(parser)
     add_antenna_option(parser)
+    add_clutter_option(parser, "repaired like all others, or left out of it and put back")
     parser.add_argument(
         "--domain",
         choices=DOMAINS,
@@ -91,13 +94,13 @@ class _Repairs:
         method: Mitigation = MITIGATIONS.make(self._entry.name, history=history, **self._settings)
         return method
 
-    def cleaned(self, frame: Frame, mask: BoolArray) -> FrameArray:
-        """Return the repaired frame."""
+    def cleaned(self, frame: Frame, received: ComplexArray, mask: BoolArray) -> FrameArray:
+        """Return the repaired frame, or what of it is to be repaired."""
         prior = self._entry.prior
         if prior is None:
-            return mitigate(self._method, frame.received, mask).cleaned
+            return mitigate(self._method, received, mask).cleaned
         history = self._history if frame.radar == self._radar else ()
-        cleaned = mitigate(self._make(history), frame.received, mask).cleaned
+        cleaned = mitigate(self._make(history), received, mask).cleaned
         self._history, self._radar = prior.see(history, cleaned), frame.radar
         return cleaned
 
@@ -106,8 +109,12 @@ def _mitigate_frame(path: str, repairs: _Repairs, options: argparse.Namespace) -
     """Write the repaired frame of one file, in its sign and shape; False if it cannot be used."""
     try:
         frame = read_frame(path, antenna=options.antenna or 0)
-        mask = frame_mask(frame, options.mask)
-        cleaned = repairs.cleaned(frame, mask)
+        received = frame.received
+        if options.clutter == "remove":
+            received = remove_static_clutter(received, frame.name)
+        mask = frame_mask(frame, options.mask, received)
+        # What stands still is put back.
+        cleaned = repairs.cleaned(frame, received, mask) + (frame.received - received)
         np.savez(
             _path_of(options.out, path),
             cleaned=frame.in_file_sign(np.asarray(cleaned, dtype=np.complex128)),

@@ -18,6 +18,7 @@ from vsep._processes import available_cores, worker_pool
 from vsep._typing import BoolArray, ComplexArray
 from vsep.analysis.interferer_timing import InterfererTiming
 from vsep.analysis.parallel import parallel_ramps
+from vsep.calibration.calibrate import calibrate
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
@@ -42,6 +43,7 @@ from vsep_app.cli.progress import IterationProgress, counted, say
 from vsep_app.cli.shared_options import (
     EXIT_INPUT,
     add_antenna_option,
+    add_clutter_option,
     add_file,
     add_frames,
     add_number,
@@ -65,9 +67,9 @@ examples:
 A frame that cannot be read gets a line with "file" and "error"; the others are separated all the
 same, and the exit code is 2 at the end.
 """
+OWN = "own"  # in place of a response file
 _FRAMES_AT_A_TIME = 4  # handed to a process, so that handing over costs little
 _FRAMES_WORTH_A_PROCESS = 16  # starting one takes as long as some frames
-_CLUTTER = ("keep", "remove")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -90,15 +92,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         parser,
         "--response",
         "the receiver's response as vsep calibrate writes it, *.npz, in place of the filter "
-        "that a frame file names",
+        f"that a frame file names; {OWN!r} estimates it from the bursts of each frame itself",
     )
-    parser.add_argument(
-        "--clutter",
-        choices=_CLUTTER,
-        default=_CLUTTER[0],
-        help="objects that stand still: estimated like all others, or left out together with a "
-        "receiver's settling transient, as the median over the ramps (default: keep)",
-    )
+    add_clutter_option(parser, "estimated like all others, or left out")
     parser.add_argument(
         "--interferer-timing",
         action="store_true",
@@ -141,6 +137,8 @@ def run(options: argparse.Namespace) -> int:
             if "error" in line:
                 say(line["error"])
             used += "error" not in line
+            if "parallel_ramps" in line:
+                say(_same_slope(line))
             if options.antenna is None and "antenna" in line:
                 say(_which_antenna(line))
             profile.update(line.get("profile", {}))
@@ -151,6 +149,15 @@ def run(options: argparse.Namespace) -> int:
     if used > 1:
         sys.stderr.write(_throughput(used, time.perf_counter() - start, workers) + "\n")
     return 0 if used == len(options.frames) else EXIT_INPUT
+
+
+def _same_slope(line: Mapping[str, Any]) -> str:
+    ramps = line["parallel_ramps"]
+    return (
+        f"{line['file']}: {len(ramps)} of its ramps, the first is ramp {ramps[0]}, hold a tone "
+        "that the others lack, as an interferer of the same slope makes; it cannot be told from "
+        "objects, and ghosts are likely."
+    )
 
 
 def _which_antenna(line: Mapping[str, Any]) -> str:
@@ -221,7 +228,8 @@ def separate_frame(
         received = frame.antennas if together and frame.antennas is not None else frame.received
         if options.clutter == "remove":
             received = remove_static_clutter(received, frame.name)
-        solution, timings = _solve(_separator_of(options, frame), received, frame, options, watch)
+        estimator = _separator_of(options, frame, received)
+        solution, timings = _solve(estimator, received, frame, options, watch)
         if options.signals is not None:
             np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
@@ -229,7 +237,9 @@ def separate_frame(
     line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
     if timings is not None:
         line["interferer_timings"] = len(timings)
-    if parallel := np.flatnonzero(parallel_ramps(frame.received)).tolist():
+    # A burst that the estimator has modelled is no tone.
+    tones = set(np.flatnonzero(parallel_ramps(frame.received)).tolist())
+    if parallel := sorted(tones - set(solution.state.interfered_ramps)):
         line["parallel_ramps"] = parallel
     if frame.num_antennas > 1:
         line |= {"num_antennas": frame.num_antennas}
@@ -254,8 +264,15 @@ def _solve(
 def _read_frame(path: str, options: argparse.Namespace) -> Frame:
     """Read a frame; a response that was given stands in for its filter."""
     frame = read_frame(path, antenna=options.antenna or 0)
-    response = assumed_filter(options)
+    response = _own_response(frame) if options.response == OWN else assumed_filter(options)
     return frame if response is None else replace(frame, anti_aliasing_filter=response)
+
+
+def _own_response(frame: Frame) -> MeasuredFilter:
+    """Estimate the receiver's response from the bursts of the frame itself."""
+    recording = frame.received[None] if frame.antennas is None else frame.antennas
+    response = calibrate([recording], frame.radar.sample_rate_hz).estimate.response
+    return response.filter_of(frame.antenna if frame.antennas is not None else 0)
 
 
 def _is_together(frame: Frame, options: argparse.Namespace) -> bool:
@@ -272,7 +289,7 @@ def assumed_filter(options: argparse.Namespace) -> MeasuredFilter | None:
     InputError
         If the file is no response file, or has none of the antenna.
     """
-    if options.response is None:
+    if options.response in (None, OWN):
         return None
     return read_response(options.response).filter_of(options.antenna or 0)
 
@@ -289,9 +306,9 @@ def _require_usable(options: argparse.Namespace) -> None:
         require_timing_support(estimator)
 
 
-def _separator_of(options: argparse.Namespace, frame: Frame) -> Estimator:
+def _separator_of(options: argparse.Namespace, frame: Frame, received: ComplexArray) -> Estimator:
     needs_mask = ESTIMATORS.require(options.estimator).needs_mask
-    mask = frame_mask(frame, options.mask) if needs_mask else None
+    mask = frame_mask(frame, options.mask, received) if needs_mask else None
     num_antennas = frame.num_antennas if _is_together(frame, options) else 1
     model = SignalModel.of_radar(frame.radar, frame.assumed_filter, num_antennas)
     return make_separator(options, model, mask)

@@ -132,6 +132,17 @@ def add_file(parser: Any, option: str, what: str, metavar: str = "FILE", **more:
     parser.add_argument(option, metavar=metavar, help=what, **more)
 
 
+def add_clutter_option(parser: argparse.ArgumentParser, effect: str) -> None:
+    """Add ``--clutter``, which says what becomes of what stands still."""
+    parser.add_argument(
+        "--clutter",
+        choices=("keep", "remove"),
+        default="keep",
+        help=f"objects that stand still: {effect}, together with a receiver's settling transient, "
+        "as the median over the ramps (default: keep)",
+    )
+
+
 def add_out(parser: Any, what: str, metavar: str = "FILE") -> None:
     """Add ``--out``, which must be given."""
     add_file(parser, "--out", what, metavar, required=True)

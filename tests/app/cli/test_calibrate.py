@@ -49,6 +49,24 @@ def test_a_response_is_written_and_used(recorded, tmp_path, capsys):
     assert abs(strongest["doppler"]) > 0.1
 
 
+def test_a_frame_is_separated_by_the_response_of_its_own_bursts(recorded, tmp_path):
+    response = str(tmp_path / "response.npz")
+    assert main(["calibrate", str(recorded), "--out", response]) == 0
+
+    def residual_db(name):
+        folder = tmp_path / ("own" if name == "own" else "file")
+        options = ["--clutter", "remove", "--max-iterations", "8", "--signals", str(folder)]
+        options += ["--response", name, "--out", str(tmp_path / "lines.jsonl")]
+        assert main(["separate", str(recorded), *options]) == 0
+        with np.load(folder / "drive.npz") as signals, np.load(recorded) as frame:
+            clutter = np.median(frame["received"].real, axis=0)
+            clutter = clutter + 1j * np.median(frame["received"].imag, axis=0)
+            left = frame["received"] - clutter - signals["object_signal"]
+            return 10.0 * np.log10(np.mean(np.abs(left - signals["interference_signal"]) ** 2))
+
+    assert residual_db("own") == pytest.approx(residual_db(response), abs=1e-6)
+
+
 def test_every_antenna_of_a_frame_has_its_response(tmp_path, capsys):
     received, _ = simulated_recording()
     frame, response = str(tmp_path / "drive.npz"), str(tmp_path / "response.npz")

@@ -99,6 +99,26 @@ def test_the_domain_is_a_choice_that_changes_nothing_but_the_rounding(frame_file
     assert 0.0 < np.abs(cleaned - usual).max() < 1e-6 * np.abs(usual).max()
 
 
+def test_masks_are_found_beside_what_stands_still(tmp_path, frame_arrays):
+    # A standing object 40 dB over the noise and a burst 20 dB below it.
+    rng = np.random.default_rng(3)
+    draws = rng.standard_normal((2, 32, 128))
+    static = 140.0 * np.exp(-2j * np.pi * 0.21 * np.arange(128))
+    received = static + draws[0] + 1j * draws[1]
+    burst = 14.0 * np.exp(0.05j * np.arange(20) ** 2)
+    received[7, 60:80] += burst
+    path = tmp_path / "standing.npz"
+    np.savez(path, **frame_arrays(received=received))
+    options = ("--method", "zeroing", "--mask", "amplitude", "--clutter", "remove")
+    cleaned, mask = mitigated(path, *options)
+    assert mask[7, 62:78].all()
+    assert mask.sum() < 40
+    # What stands still is put back, also where the burst was.
+    assert np.abs(cleaned - static)[7, 62:78].max() < 3.0
+    _, without = mitigated(path, *options[:4])
+    assert not without[7, 62:78].all()
+
+
 def test_the_files_own_mask_comes_before_its_truth(frame_file):
     mask = np.zeros((16, 128), dtype=bool)
     mask[:, 5] = True

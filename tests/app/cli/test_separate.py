@@ -393,3 +393,17 @@ def test_a_process_is_started_for_enough_frames(monkeypatch, asked, frames, core
     monkeypatch.setattr(commands, "available_cores", lambda: cores)
     options = Namespace(workers=asked, frames=["frame.npz"] * frames)
     assert commands._num_workers(options) == expected
+
+
+def test_an_interferer_of_the_same_slope_is_named(tmp_path, frame_arrays, capsys):
+    rng = np.random.default_rng(2)
+    draws = rng.standard_normal((2, 16, 64))
+    received = draws[0] + 1j * draws[1]
+    received[5:8] += 10.0 * np.exp(2j * np.pi * 0.21 * np.arange(64))
+    path = tmp_path / "parallel.npz"
+    np.savez(path, **frame_arrays(received=received))
+    out = tmp_path / "lines.jsonl"
+    assert cli.main(["separate", str(path), "--out", str(out)]) == 0
+    assert json.loads(out.read_text())["parallel_ramps"] == [5, 6, 7]
+    said = capsys.readouterr().err
+    assert "3 of its ramps, the first is ramp 5, hold a tone that the others lack" in said
