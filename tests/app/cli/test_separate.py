@@ -404,6 +404,6 @@ def test_an_interferer_of_the_same_slope_is_named(tmp_path, frame_arrays, capsys
     np.savez(path, **frame_arrays(received=received))
     out = tmp_path / "lines.jsonl"
     assert cli.main(["separate", str(path), "--out", str(out)]) == 0
-    assert json.loads(out.read_text())["parallel_ramps"] == [5, 6, 7]
+    assert lines_of(out)[0]["parallel_ramps"] == [5, 6, 7]
     said = capsys.readouterr().err
     assert "3 of its ramps, the first is ramp 5, hold a tone that the others lack" in said
