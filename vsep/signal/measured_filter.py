@@ -110,16 +110,18 @@ class MeasuredFilter(ModifiedResponse):
         """Gbar with derivatives by f; `InputError` for a slope difference of zero."""
         slope = nonparallel(slope_difference_hz_per_s)
         frequency, slope = np.broadcast_arrays(np.asarray(frequency_hz, dtype=np.float64), slope)
-        jet = np.empty((3, *frequency.shape), dtype=np.complex128)
+        jet = np.zeros((3, *frequency.shape), dtype=np.complex128)
         half_band = np.abs(self._spline.knots[[0, -1]]).max()
         # Outside of this the smooth response has no energy, whatever the chirp.
         highest = 2.0 * half_band + 8.0 * np.sqrt(np.abs(slope))
         step = np.minimum(self._step_hz, np.abs(slope) / (highest + half_band))
         steep = step * _MAX_GRID > np.ptp(self._spline.knots)
-        jet[:, ~steep] = self._nearly_parallel(frequency[~steep], slope[~steep])
-        if np.any(steep):
-            jet[:, steep] = self._transform(frequency[steep], slope[steep], step[steep].min())
-        jet[:, np.abs(frequency) > highest] = 0.0
+        inside = np.abs(frequency) <= highest
+        parallel, crossing = inside & ~steep, inside & steep
+        jet[:, parallel] = self._nearly_parallel(frequency[parallel], slope[parallel])
+        if np.any(crossing):
+            finest = step[steep].min()
+            jet[:, crossing] = self._transform(frequency[crossing], slope[crossing], finest)
         return ResponseJet(jet[0], jet[1], jet[2])
 
     def _nearly_parallel(self, frequency_hz: FloatArray, slope: FloatArray) -> ComplexArray:
