@@ -90,13 +90,13 @@ async def test_capture_and_settings_dropped_together_run_to_the_end(driven):
 async def test_controls_and_text_are_the_same_settings(driven):
     page = driven.page
     page.drop([("adc.bin", driven.capture.content)])
-    assert "start_frequency_hz is not given" in page.view.facts.object
+    await until(lambda: "start_frequency_hz is not given" in page.view.facts.object)
     assert page.form.text.error_state
     assert driven.told == []
     # The settings may come later; a remark of their author stays.
     page.drop([("radar.yml", driven.capture.settings)])
-    page.form.text.value += "# as printed\n"
     await driven.shown("adc.bin")
+    page.form.text.value += "# as printed\n"
     page.form.quick["sign"].value = "positive"
     page.form.quick["crop_start_samples"].value = 8
     await until(lambda: page._prepared_run.plan.settings.crop_start_samples == 8)
@@ -137,11 +137,11 @@ async def test_what_cannot_be_is_told_and_the_last_good_stays(driven):
         ("bad.yaml", b"\xff\xfe\xff", "bad.yaml is no text"),
     ):
         page.drop([(name, content)])
-        assert words in driven.told[-1]
+        await driven.told_of(words)
     page.drop([("a.bin", b"12"), ("b.bin", b"12")])
     assert "2 files were dropped" in driven.told[-1]
     page.drop_response([("response.npz", b"no archive")])
-    assert "response.npz is not" in driven.told[-1]
+    await driven.told_of("response.npz is not")
     assert Path(page._file.path).read_bytes() == driven.capture.content
     page.form.text.value += "slope: 3\n"
     assert driven.told[-1].startswith("'slope' is no setting; did you mean ")
@@ -160,6 +160,7 @@ async def test_what_cannot_be_is_told_and_the_last_good_stays(driven):
 async def test_a_clean_recording_is_shown_beside_until_it_does_not_fit(driven):
     page = driven.page
     page.drop([("a.bin", driven.capture.content), ("a.yaml", driven.capture.settings)])
+    await driven.shown("a.bin")
     page.drop_reference([("clean.bin", driven.capture.content)])
     await until(lambda: page._prepared_run and page._prepared_run.reference_maps)
     assert page.view._reference.visible

@@ -169,7 +169,7 @@ def test_a_response_takes_the_place_of_the_filter(frame_plan, stored):
     require_response(file)
     prepared_run = prepare(replace(plan, response=file, antenna=1))
     assert prepared_run.prepared.estimator.model.anti_aliasing_filter.kind == "measured"
-    shown = read_frame(io.BytesIO(frame_content(replace(plan, response=file), as_shown=True)))
+    shown = read_frame(io.BytesIO(frame_content(replace(plan, response=file), True)))
     assert shown.anti_aliasing_filter.kind == "measured"
     with pytest.raises(InputError, match=r"^own.npz holds no array .filter_frequency_hz"):
         require_response(plan.file)
@@ -178,14 +178,14 @@ def test_a_response_takes_the_place_of_the_filter(frame_plan, stored):
 def test_frames_are_saved_whole_or_as_shown(frame_plan):
     plan, received = frame_plan
     plan = replace(plan, antenna=2, removes_clutter=True)
-    whole = read_frame(io.BytesIO(frame_content(plan, as_shown=False)))
+    whole = read_frame(io.BytesIO(frame_content(plan, False)))
     assert np.array_equal(whole.antennas, received.conj())
     assert whole.beat_sign == 1
-    shown = read_frame(io.BytesIO(frame_content(plan, as_shown=True)))
+    shown = read_frame(io.BytesIO(frame_content(plan, True)))
     rows = prepare(plan).prepared.observation.received
     assert np.array_equal(shown.antennas, rows.reshape(received.shape))
     joint = replace(plan, scene=replace(plan.scene, estimator="joint"))
-    alone = read_frame(io.BytesIO(frame_content(joint, as_shown=True)))
+    alone = read_frame(io.BytesIO(frame_content(joint, True)))
     assert alone.antennas is None
     assert np.array_equal(alone.received, prepare(joint).prepared.observation.received)
 
@@ -205,7 +205,7 @@ def test_a_clean_recording_is_shown_on_the_same_scale(raw_plan, raw_capture, sto
 
 
 def test_a_frame_beside_a_raw_capture_speaks_for_itself(raw_plan, stored):
-    frame = stored("clean.npz", frame_content(raw_plan, as_shown=False))
+    frame = stored("clean.npz", frame_content(raw_plan, False))
     prepared_run = prepare(replace(raw_plan, reference=frame))
     assert np.array_equal(
         prepared_run.reference_maps[0], prepared_run.prepared.static_picture.map_before
