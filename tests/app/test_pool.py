@@ -178,6 +178,17 @@ def test_a_worker_that_ended_while_it_had_nothing_to_do_fails_no_job(pool, caplo
     assert caplog.text == ""
 
 
+def test_a_job_whose_worker_is_killed_is_done_by_another(pool, tmp_path):
+    before = set(pool.figures().process_ids)
+    job = pool.queue().submit(_wait_for, tmp_path / "end")
+    _until(lambda: pool.figures().at_work == 1)
+    for number in before:
+        os.kill(number, signal.SIGKILL)
+    _until(lambda: len(before.symmetric_difference(pool.figures().process_ids)) == 4)
+    (tmp_path / "end").touch()
+    assert job.result(PATIENCE_S) is None
+
+
 def test_a_closed_queue_takes_no_jobs(pool):
     queue = pool.queue()
     queue.close()

@@ -121,7 +121,6 @@ def _own_temporary_folder(sources: Path) -> Path | None:
     user = os.getuid() if hasattr(os, "getuid") else 0
     try:
         folder = Path(tempfile.gettempdir()) / f"vsep-kernels-{user}-{_digest(sources)[:16]}"
-        is_new = not folder.exists()
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()
         if found.st_uid != user or found.st_mode & 0o022 or not stat.S_ISDIR(found.st_mode):
@@ -131,8 +130,6 @@ def _own_temporary_folder(sources: Path) -> Path | None:
         if multiprocessing.parent_process() is None:
             _say("no folder can be written for compiled kernels; every process compiles its own.")
         return None
-    if is_new:
-        _say(f"compiled kernels are kept in {folder}; no cache folder can be written.")
     return folder
 
 
@@ -187,7 +184,10 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the code of a signature, unless the disk is full or cannot be written."""
+        home = Path(self.cache_path)
         try:
+            if isinstance(self._impl.locator, _TemporaryFolder) and not any(home.iterdir()):
+                _say(f"compiled kernels are kept in {home}; no cache folder can be written.")
             super().save_overload(sig, data)
         except OSError:
             self.disable()

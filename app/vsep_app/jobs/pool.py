@@ -31,8 +31,10 @@ HALF_LIFE_S = 2.0
 # A worker that has nothing to do is looked after so often.
 IDLE_S = 1.0
 # Until the next attempt to start a process; it doubles while they fail or end at once.
-FIRST_RETRY_S, MAX_RETRY_S = 0.25, 5.0
+FIRST_RETRY_S, MAX_RETRY_S = 0.25, 2.0
 _SHORT_LIFE_S = 2.0
+# A job may have ended its worker, or the system has ended it for another reason.
+MAX_ATTEMPTS = 3
 
 
 class Job(Future[Any]):
@@ -44,6 +46,7 @@ class Job(Future[Any]):
         super().__init__()
         self.queue, self.function, self.arguments = queue, function, arguments
         self.unwanted_since: float | None = None
+        self.attempts = 0
 
     @property
     def seems_slow(self) -> bool:
@@ -214,11 +217,15 @@ class WorkerPool:
                 continue
             job = self._next_job(worker)
             if job is not None:
+                is_settled = True
                 try:
-                    self._do(worker, job)
+                    is_settled = self._do(worker, job)
                 finally:
                     self._finished(job)
-                delay_s = FIRST_RETRY_S
+                if is_settled:
+                    delay_s = FIRST_RETRY_S
+                else:
+                    self._give_back(job)
             # A job holds its arguments and its result; this thread must not.
             del job
 
@@ -257,18 +264,23 @@ class WorkerPool:
                     self._changed.wait(IDLE_S)
                     continue
                 job.queue.waiting.popleft()
-                if not job.set_running_or_notify_cancel():
+                if job.unwanted_since is not None:
                     continue
+                if not job.attempts and not job.set_running_or_notify_cancel():
+                    continue
+                job.attempts += 1
                 job.queue.at_work = job
                 self._at_work[job] = job.seems_slow
                 return job
         return None
 
-    def _do(self, worker: Worker, job: Job) -> None:
-        """Have a job done, and settle it whatever happens."""
+    def _do(self, worker: Worker, job: Job) -> bool:
+        """Have a job done; False if its worker ended and another one is to try."""
         try:
             self._settle(job, *worker.do(job))
         except WorkerEndedError:
+            if job.attempts < MAX_ATTEMPTS and not isinstance(job.function, Limited):
+                return False
             self._fail(job, "A worker process ended abruptly, perhaps for lack of memory.")
         except TookTooLongError as error:
             self._fail(job, str(error))
@@ -276,6 +288,14 @@ class WorkerPool:
             _LOG.error("a worker's answer cannot be read", exc_info=error)
             worker.end()
             self._fail(job, f"The answer of a worker cannot be read ({type(error).__name__}).")
+        return True
+
+    def _give_back(self, job: Job) -> None:
+        """Let a job whose worker ended be the next one of its queue."""
+        with self._changed:
+            if job.unwanted_since is None and job.queue in self._desks:
+                job.queue.waiting.appendleft(job)
+                self._changed.notify()
 
     def _choose(self) -> Job | None:
         """Return the first job of the desk that has used least, among those that may go on."""
