@@ -21,6 +21,7 @@ import sys
 import tempfile
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -158,6 +159,10 @@ class _ShippedCache(caching.FunctionCache):  # type: ignore[misc]
     _impl_class = _ShippedCode
 
 
+def _nothing(sig: Any, target_context: Any) -> None:
+    del sig, target_context
+
+
 class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
     """What can be written, and behind it what stands beside the sources.
 
@@ -173,14 +178,16 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
 
     def __init__(self, function: Callable[..., object], is_current: bool) -> None:
         super().__init__(function)
-        self._shipped = _ShippedCache(function) if is_current else None
+        self._load_shipped = _ShippedCache(function).load_overload if is_current else _nothing
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code of a signature, None where it has to be compiled."""
-        found = super().load_overload(sig, target_context)
-        if found is None and self._shipped is not None:
-            found = self._shipped.load_overload(sig, target_context)
-        return found
+        for load in (super().load_overload, self._load_shipped):
+            with suppress(OSError):  # a folder that cannot be read
+                found = load(sig, target_context)
+                if found is not None:
+                    return found
+        return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the code of a signature, unless the disk is full or cannot be written."""
