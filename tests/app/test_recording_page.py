@@ -2,13 +2,19 @@
 
 import asyncio
 import io
+import time
+import urllib.request
 from pathlib import Path
 
 import numpy as np
 from vsep_app.jobs import run_loop as loop
+from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.frame_store import FRAME_KEY
+from vsep_app.jobs.pool import WorkerPool
 from vsep_app.jobs.run_session import Phase
+from vsep_app.jobs.worker import Limited
 from vsep_app.pages.base import PageContext
+from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.page import EXAMPLE, RecordingPage
 
 from tests.app.conftest import until
@@ -186,3 +192,41 @@ async def test_the_frame_is_stored_to_the_live_view_and_saved(driven):
     page.form.save.clicks += 1
     await until(lambda: page._download.source.data["name"] == ["a-frame.npz"])
     assert driven.told == []
+
+
+def _read_for_long(file):
+    del file
+    while True:
+        pass
+
+
+def test_a_file_that_takes_long_to_read_is_given_up_and_nobody_waits_for_it(
+    app_server, raw_capture, monkeypatch
+):
+    slow = Limited(function=_read_for_long, what="The file", seconds=1.5, megabytes=64)
+    monkeypatch.setattr(tasks, "FILE_FACTS", slow)
+    told, times = [], []
+    monkeypatch.setattr(RecordingPage, "notify_error", lambda _, words: told.append(words))
+    workers = WorkerPool((), workers=1)
+    loop = app_server.io_loop.asyncio_loop
+    context = PageContext(
+        pool=workers.queue(),
+        query={},
+        post=loop.call_soon_threadsafe,
+        watched=lambda: False,
+        background=BackgroundTasks(loop),
+    )
+    page = RecordingPage(context)
+    loop.call_soon_threadsafe(page.drop, [("adc.bin", raw_capture.content)])
+    deadline = time.monotonic() + 60.0
+    while not told and time.monotonic() < deadline:
+        begun = time.monotonic()
+        with urllib.request.urlopen(f"http://127.0.0.1:{app_server.port}/health") as answer:
+            answer.read()
+        times.append(time.monotonic() - begun)
+        time.sleep(0.05)
+    page.close()
+    workers.close()
+    assert told == ["The file takes more than 1.5 s; give a smaller one."]
+    assert len(times) > 5
+    assert max(times) < 0.5

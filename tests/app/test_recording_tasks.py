@@ -2,11 +2,14 @@
 
 import io
 import pickle
+import tracemalloc
+import zipfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from vsep_app.jobs.run_session import Phase, Snapshot
+from vsep_app.jobs.tasks import read_upload
 from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.pages.recording.files import StoredFile
 from vsep_app.pages.recording.tasks import (
@@ -226,6 +229,34 @@ def test_bad_files_are_called_by_their_names(raw_plan, stored, name, content, se
     settings = replace(raw_plan.settings, format=kind)
     with pytest.raises(InputError, match=f"^{sentence}"):
         prepare(replace(raw_plan, file=stored(name, content), settings=settings))
+
+
+def zeros_archive(count):
+    """A frame file of that many samples; it zips to a thousandth and is refused by its header."""
+    file = io.BytesIO()
+    header = io.BytesIO()
+    kind = {"descr": "<c16", "fortran_order": False, "shape": (count,)}
+    np.lib.format.write_array_header_1_0(header, kind)
+    with (
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("received.npy", "w", force_zip64=True) as member,
+    ):
+        member.write(header.getvalue())
+        for _ in range(count // 2**20):
+            member.write(bytes(16 * 2**20))
+    return file.getvalue()
+
+
+def test_a_frame_of_too_many_samples_is_refused_before_it_is_expanded():
+    content = zeros_archive(16 * 2**20)
+    tracemalloc.start()
+    with pytest.raises(
+        InputError, match=r"^big.npz holds 16777216 samples; at most 8388608 are taken"
+    ):
+        read_upload("big.npz", content)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 4 * 2**20
 
 
 def test_too_few_ramps_for_clutter_are_a_sentence(stored, frame_arrays):
