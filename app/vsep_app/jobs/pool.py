@@ -33,8 +33,9 @@ IDLE_S = 1.0
 # Until the next attempt to start a process; it doubles while they fail or end at once.
 FIRST_RETRY_S, MAX_RETRY_S = 0.25, 2.0
 _SHORT_LIFE_S = 2.0
-# A job may have ended its worker, or the system has ended it for another reason.
-MAX_ATTEMPTS = 3
+# A job may have ended its worker, or the system has ended all of them for another reason: it is
+# given up when it is at work in so many more than there are.
+SPARE_ATTEMPTS = 2
 
 
 class Job(Future[Any]):
@@ -279,7 +280,7 @@ class WorkerPool:
         try:
             self._settle(job, *worker.do(job))
         except WorkerEndedError:
-            if job.attempts < MAX_ATTEMPTS and not isinstance(job.function, Limited):
+            if job.attempts < self.num_workers + SPARE_ATTEMPTS:
                 return False
             self._fail(job, "A worker process ended abruptly, perhaps for lack of memory.")
         except TookTooLongError as error:
