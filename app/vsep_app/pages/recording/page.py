@@ -125,7 +125,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
         """Take a measured response of the receiver."""
 
         async def read() -> None:
-            file = self._files.keep(*files[0])
+            file = await self._keep(files[0])
             await self._of_worker(file, tasks.REQUIRE_RESPONSE, file)
             self._context.post(partial(take, file))
 
@@ -139,14 +139,21 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
 
     def drop_reference(self, files: list[tuple[str, bytes]]) -> None:
         """Take a clean recording to show beside; it is read with the recording itself."""
-        try:
-            file = self._files.keep(*files[0])
-        except InputError as error:
-            self.notify_error(str(error))
-            return
-        self._files.discard(self._reference)
-        self._reference = file
-        self._restart()
+
+        async def read() -> None:
+            file = await self._keep(files[0])
+            self._context.post(partial(take, file))
+
+        def take(file: StoredFile) -> None:
+            self._files.discard(self._reference)
+            self._reference = file
+            self._restart()
+
+        self._begin_reading(read())
+
+    async def _keep(self, file: tuple[str, bytes]) -> StoredFile:
+        """Write a file to the disk, which may be slow."""
+        return await asyncio.to_thread(self._files.keep, *file)
 
     def _begin_reading(self, work: Coroutine[Any, Any, None]) -> None:
         """Read files in the background; what cannot be read is told, and nothing else changes."""
@@ -169,7 +176,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
         if not recordings:
             self._context.post(partial(self._show_settings, said or {}))
             return
-        file = self._files.keep(*recordings[0])
+        file = await self._keep(recordings[0])
         facts = await self._of_worker(file, tasks.FILE_FACTS, file)
         self._context.post(partial(self._take_recording, file, facts, said))
 
