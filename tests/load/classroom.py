@@ -50,6 +50,7 @@ class Student:
     received_bytes: int = 0
     _moved_at: float | None = None
     _has_ended: bool = False
+    _sending: asyncio.Lock = field(default_factory=asyncio.Lock)
 
     async def attend(
         self, until: float, first_at: float, pause_s: tuple[float, float], patience_s: float
@@ -168,8 +169,10 @@ class Student:
 
     async def _send(self, connection, kind: str, content) -> None:
         header = {"msgid": f"{self.number}-{time.monotonic_ns()}", "msgtype": kind}
-        for part in (header, {}, content):
-            await connection.write_message(json.dumps(part))
+        # The parts of a message follow each other, whoever else has something to say.
+        async with self._sending:
+            for part in (header, {}, content):
+                await connection.write_message(json.dumps(part))
 
     async def _message(self, connection) -> str:
         """Return the content of the next message; what is sent with it is only counted."""
