@@ -31,7 +31,7 @@ GOES_ON_S = 10.0
 SETTLED_S = 3.0
 STARVED_S = 8.0
 HEALTH_S = 0.5
-KEYS = {"SNR [dB, total]": "snr", "SIR [dB, total]": "sir"}
+
 SEARCH = re.compile(r'"attr":\s*"search",\s*"new":\s*"([^"]*)"')
 
 
@@ -43,6 +43,7 @@ class Survivor(Student):
     acknowledged: dict[str, int] = field(default_factory=dict)
     gaps_s: list[float] = field(default_factory=list)
     num_cuts: int = 0
+    _address_before: str = ""
     calm_since: float = 0.0  # the end of the last time without descriptors
 
     @property
@@ -113,9 +114,21 @@ class Survivor(Student):
                 self.errors.append(f"{label} is {self._places[label]}, it was {value}")
 
     async def _read(self) -> None:
-        """Take pictures until the connection is cut."""
-        await super()._read()
-        self.errors = [error for error in self.errors if "reading: ConnectionError" not in error]
+        """Take pictures until the connection is cut; the first after the new address answers."""
+        with contextlib.suppress(ConnectionError, WebSocketClosedError):
+            while True:
+                content = await self._message(self._socket)
+                if self._picture.search(content) is None:
+                    continue
+                self.pictures.append(time.monotonic())
+                if self.address != self._address_before:
+                    self._moved_at = None
+                number = {"type": "map", "entries": [["number", [len(self.pictures)]]]}
+                await self._change(self._drawn, "data", number)
+
+    async def _move(self, label: str, value: int) -> None:
+        self._moved_at, self._address_before = None, self.address
+        await super()._move(label, value)
 
     async def _message(self, connection) -> str:
         content = await super()._message(connection)
