@@ -4,9 +4,10 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
@@ -22,14 +23,23 @@ def available_cores() -> int:
 
 
 @contextmanager
-def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Open a pool of processes that end when the block is left, whatever they are at."""
+def worker_pool(workers: int) -> Iterator[Executor]:
+    """Open a pool of processes that end when the block is left, whatever they are at.
+
+    Where the system has no semaphores for them, as without ``/dev/shm``, a thread of this process
+    does the work, and a sentence on standard error says so.
+    """
     # Spawned, not forked: a fork of a process with threads (a server, BLAS) may lock up.
     context = multiprocessing.get_context("spawn")
     lifeline, held = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(
-        workers, mp_context=context, initializer=_start_worker, initargs=(lifeline,)
-    )
+    pool: Executor
+    try:
+        pool = ProcessPoolExecutor(
+            workers, mp_context=context, initializer=_start_worker, initargs=(lifeline,)
+        )
+    except (ImportError, NotImplementedError, OSError) as error:
+        sys.stderr.write(f"vsep: no worker processes ({error}); this one does the work.\n")
+        pool = ThreadPoolExecutor(1)
     with single_threaded():
         try:
             yield pool

@@ -47,10 +47,16 @@ def test_a_loaded_frame_without_truth_takes_a_mask_that_is_found(pool, frame_arr
     page = page_of(pool)
     content = io.BytesIO()
     np.savez(content, **frame_arrays())
-    page.load("own.npz", content.getvalue())
-    assert (page.settings.preset, page.choice.mask) == (LOADED_FRAME, BLIND_MASK)
-    page.load("bad.npz", b"nothing")
-    assert "bad.npz" in page.errors[0]
+
+    async def drive():
+        page.load("own.npz", content.getvalue())
+        await until(lambda: page.settings.preset == LOADED_FRAME)
+        assert page.choice.mask == BLIND_MASK
+        page.load("bad.npz", b"nothing")
+        await until(lambda: page.errors)
+        assert "bad.npz" in page.errors[0]
+
+    asyncio.run(drive())
 
 
 def test_frames_follow_each_other_and_a_changed_scene_begins_anew(pool):

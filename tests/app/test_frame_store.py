@@ -1,5 +1,6 @@
 """Frames that one page hands to another."""
 
+import asyncio
 import io
 
 import numpy as np
@@ -9,6 +10,8 @@ from vsep_app.model.settings import LOADED_FRAME
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.live import Dashboard
 from vsep_app.report.spec import KeptFrame
+
+from tests.app.conftest import until
 
 
 def frame_of(size):
@@ -50,9 +53,9 @@ def content(frame_arrays):
     return file.getvalue()
 
 
-def test_the_live_view_begins_with_it_until_another_scene_is_chosen(content, monkeypatch):
+def test_the_live_view_begins_with_it_until_another_scene_is_chosen(content, pool, monkeypatch):
     context = PageContext(
-        pool=None, query={}, post=lambda function: function(), watched=lambda: True
+        pool=pool, query={}, post=lambda function: function(), watched=lambda: True
     )
     word = context.shared_resources.frames.keep(KeptFrame(name="own.npz", content=content))
     context.query[FRAME_KEY] = word
@@ -62,10 +65,15 @@ def test_the_live_view_begins_with_it_until_another_scene_is_chosen(content, mon
     page.errors = []
     page.notify_error = page.errors.append
     monkeypatch.setattr(page.loop, "start", lambda: None)
-    page.start()
-    assert page.errors == []
-    assert page.settings.preset == LOADED_FRAME
-    assert page._frame.name == "own.npz"
-    assert written[FRAME_KEY] == word
-    page.settings.choose_preset("simulation-1")
-    assert written[FRAME_KEY] is None
+
+    async def begin():
+        page.start()
+        await until(lambda: FRAME_KEY in written)
+        assert page.errors == []
+        assert page.settings.preset == LOADED_FRAME
+        assert page._frame.name == "own.npz"
+        assert written[FRAME_KEY] == word
+        page.settings.choose_preset("simulation-1")
+        assert written[FRAME_KEY] is None
+
+    asyncio.run(begin())

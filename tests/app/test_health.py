@@ -1,8 +1,9 @@
 import json
 import os
+from dataclasses import replace
 
 from vsep_app.server.health import cpu_s, figures, memory_mb
-from vsep_app.server.sessions import ServerLimits, SessionRegistry
+from vsep_app.server.sessions import ServerLimits, SessionRegistry, shared_pool
 
 
 def test_figures_are_plain_numbers_of_the_server():
@@ -12,6 +13,16 @@ def test_figures_are_plain_numbers_of_the_server():
     assert told["pages_at_most"] == 7
     assert told["pages"] == told["jobs_waiting"] == 0
     assert len(told["workers_mb"]) == told["workers"]
+
+
+def test_health_is_not_ok_without_a_worker(monkeypatch):
+    registry = SessionRegistry(ServerLimits(), own_folder=False)
+    assert figures(registry)["status"] == "ok"
+    lacking = replace(shared_pool().figures(), workers=0, process_ids=())
+    monkeypatch.setattr(type(shared_pool()), "figures", lambda _: lacking)
+    told = figures(registry)
+    assert told["status"] == "no worker process can be started"
+    assert told["workers"] == 0 < told["workers_wanted"]
 
 
 def test_memory_and_time_of_a_process():

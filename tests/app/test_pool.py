@@ -1,12 +1,18 @@
+import errno
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import wait
+from pathlib import Path
 
 import pytest
 from vsep_app.jobs import pool as pool_module
+from vsep_app.jobs import worker as worker_module
 from vsep_app.jobs.pool import SLOW_JOB_S, WorkerPool
+from vsep_app.jobs.worker import Limited, Worker
 
 from tests.app.test_run_session import _state, _step
 from vsep.errors import InputError
@@ -127,7 +133,7 @@ def test_a_dropped_job_is_never_done(pool):
 
 
 def test_a_job_that_was_given_up_does_not_hold_up_its_queue(pool, monkeypatch, tmp_path):
-    monkeypatch.setattr(pool_module, "MAX_UNWANTED_S", 10 * PATIENCE_S)
+    monkeypatch.setattr(worker_module, "MAX_UNWANTED_S", 10 * PATIENCE_S)
     queue = pool.queue()
     long = queue.submit(_wait_for, tmp_path / "end")
     _until(lambda: pool.figures().at_work == 1)
@@ -139,7 +145,7 @@ def test_a_job_that_was_given_up_does_not_hold_up_its_queue(pool, monkeypatch, t
 
 
 def test_a_worker_that_nobody_waits_for_is_ended_and_replaced(pool, monkeypatch):
-    monkeypatch.setattr(pool_module, "MAX_UNWANTED_S", 0.1)
+    monkeypatch.setattr(worker_module, "MAX_UNWANTED_S", 0.1)
     before = set(pool.figures().process_ids)
     queue = pool.queue()
     queue.submit(_sleep, 600.0)
@@ -162,19 +168,124 @@ def test_a_worker_that_breaks_is_told_and_replaced(pool, caplog):
 
 
 def test_a_worker_that_ended_while_it_had_nothing_to_do_fails_no_job(pool, caplog):
-    for number in pool.figures().process_ids:
+    before = set(pool.figures().process_ids)
+    for number in before:
         os.kill(number, signal.SIGKILL)
-    _until(lambda: not any(worker.alive for worker in pool._workers))
+    _until(lambda: before.isdisjoint(pool.figures().process_ids))
     desks = [pool.queue() for _ in range(4)]
     places = {job.result(PATIENCE_S) for job in [queue.submit(_where) for queue in desks]}
     assert places <= set(pool.figures().process_ids)
     assert caplog.text == ""
 
 
+def test_a_job_whose_worker_is_killed_is_done_by_another(pool, tmp_path):
+    before = set(pool.figures().process_ids)
+    job = pool.queue().submit(_wait_for, tmp_path / "end")
+    _until(lambda: pool.figures().at_work == 1)
+    for number in before:
+        os.kill(number, signal.SIGKILL)
+    _until(lambda: len(before.symmetric_difference(pool.figures().process_ids)) == 4)
+    (tmp_path / "end").touch()
+    assert job.result(PATIENCE_S) is None
+
+
 def test_a_closed_queue_takes_no_jobs(pool):
     queue = pool.queue()
     queue.close()
     assert queue.submit(_where).cancelled()
+
+
+def _grow(num_bytes):
+    return len(bytearray(num_bytes))
+
+
+def _within(function, *, seconds=PATIENCE_S, megabytes=64):
+    return Limited(function=function, what="The file", seconds=seconds, megabytes=megabytes)
+
+
+def test_a_job_over_its_time_is_a_sentence_and_its_worker_is_replaced(pool):
+    replaced = pool.figures().replaced
+    begun = time.monotonic()
+    with pytest.raises(InputError, match=r"^The file takes more than 0.2 s; give a smaller one"):
+        pool.queue().submit(_within(_sleep, seconds=0.2), 600.0).result(PATIENCE_S)
+    assert time.monotonic() - begun < 5.0
+    _until(lambda: pool.figures().replaced == replaced + 1)
+    _until(lambda: pool.figures().workers == 2)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="memory limits are Linux's")
+def test_a_job_over_its_memory_is_a_sentence_and_the_next_has_all_of_it(pool):
+    queue = pool.queue()
+    with pytest.raises(InputError, match=r"^The file needs more than 64 MB of memory"):
+        queue.submit(_within(_grow), 2**28).result(PATIENCE_S)
+    assert queue.submit(_within(_grow), 2**24).result(PATIENCE_S) == 2**24
+    # The limit is that of one job: others have none.
+    assert queue.submit(_grow, 2**28).result(PATIENCE_S) == 2**28
+
+
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.ENOMEM, errno.EAGAIN])
+def test_a_pool_without_room_for_workers_goes_on_when_there_is_room(number, monkeypatch, caplog):
+    monkeypatch.setattr(pool_module, "FIRST_RETRY_S", 0.01)
+    start, attempts, has_room = Worker.start, [], threading.Event()
+
+    def start_if_room(worker):
+        attempts.append(time.monotonic())
+        worker.started_at = attempts[-1]
+        if not has_room.is_set():
+            raise OSError(number, os.strerror(number))
+        start(worker)
+
+    workers = WorkerPool((), workers=2)
+    monkeypatch.setattr(Worker, "start", start_if_room)
+    for process in workers.figures().process_ids:
+        os.kill(process, signal.SIGKILL)
+    _until(lambda: workers.figures().workers == 0)
+    waiting = [workers.queue().submit(_where) for _ in range(3)]
+    _until(lambda: len(attempts) >= 6)
+    figures = workers.figures()
+    assert (figures.workers, figures.wanted, figures.waiting) == (0, 2, 3)
+    # Each waits twice as long as before: no busy loop.
+    assert len(attempts) < 30
+    assert [record.message.count("cannot be started") for record in caplog.records] == [1]
+    has_room.set()
+    places = {job.result(PATIENCE_S) for job in waiting}
+    assert places <= set(workers.figures().process_ids)
+    assert caplog.records[-1].message == "worker processes can be started again"
+    workers.close()
+
+
+def test_a_pool_without_descriptors_goes_on_when_there_are_some():
+    """In a process of its own, whose limit holds for all that it opens."""
+    subprocess.run([sys.executable, "-c", STARVED], check=True, timeout=PATIENCE_S)
+
+
+STARVED = """
+import os, resource, signal, time
+from vsep_app.jobs.pool import WorkerPool
+
+if __name__ == "__main__":
+    pool = WorkerPool((), workers=2)
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (3, hard))
+    for number in pool.figures().process_ids:
+        os.kill(number, signal.SIGKILL)
+    until = time.monotonic() + 20.0
+    while pool.figures().workers and time.monotonic() < until:
+        time.sleep(0.01)
+    job = pool.queue().submit(os.getpid)
+    time.sleep(1.0)
+    assert (pool.figures().workers, pool.figures().waiting) == (0, 1), pool.figures()
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert job.result(20.0) in pool.figures().process_ids
+    pool.close()
+"""
+
+
+def test_a_worker_that_ends_at_once_is_not_started_over_and_over():
+    workers = WorkerPool((), workers=1, prepare=_end)
+    time.sleep(2.0)
+    assert workers.figures().replaced <= 4
+    workers.close()
 
 
 PREPARED = []

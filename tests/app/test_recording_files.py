@@ -69,3 +69,18 @@ def test_what_the_browser_cannot_send_is_a_sentence():
         "The file is empty; a recording is needed.",
     ]
     assert taken == []
+
+
+def test_more_than_the_largest_file_is_dropped_as_it_arrives(monkeypatch):
+    monkeypatch.setattr(files, "_MOST_AT_ONCE", 10)
+    taken, told = [], []
+    zone = DropZone(take=taken.append, notify_error=told.append, label="Files")
+    for number in range(4):
+        zone._handle_msg(_chunk(f"{number}.npy", b"four"))
+        assert len(zone._buffer) <= 2
+    assert (zone._buffer, told) == ([], [])
+    zone._handle_msg({"status": "finished"})
+    assert (len(told), taken) == (1, [])
+    zone._handle_msg(_chunk("a.npy", b"abc"))
+    zone._handle_msg({"status": "finished"})
+    assert taken == [[("a.npy", b"abc")]]

@@ -2,13 +2,19 @@
 
 import asyncio
 import io
+import time
+import urllib.request
 from pathlib import Path
 
 import numpy as np
 from vsep_app.jobs import run_loop as loop
+from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.frame_store import FRAME_KEY
+from vsep_app.jobs.pool import WorkerPool
 from vsep_app.jobs.run_session import Phase
+from vsep_app.jobs.worker import Limited
 from vsep_app.pages.base import PageContext
+from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.page import EXAMPLE, RecordingPage
 
 from tests.app.conftest import until
@@ -90,13 +96,13 @@ async def test_capture_and_settings_dropped_together_run_to_the_end(driven):
 async def test_controls_and_text_are_the_same_settings(driven):
     page = driven.page
     page.drop([("adc.bin", driven.capture.content)])
-    assert "start_frequency_hz is not given" in page.view.facts.object
+    await until(lambda: "start_frequency_hz is not given" in page.view.facts.object)
     assert page.form.text.error_state
     assert driven.told == []
     # The settings may come later; a remark of their author stays.
     page.drop([("radar.yml", driven.capture.settings)])
-    page.form.text.value += "# as printed\n"
     await driven.shown("adc.bin")
+    page.form.text.value += "# as printed\n"
     page.form.quick["sign"].value = "positive"
     page.form.quick["crop_start_samples"].value = 8
     await until(lambda: page._prepared_run.plan.settings.crop_start_samples == 8)
@@ -137,11 +143,11 @@ async def test_what_cannot_be_is_told_and_the_last_good_stays(driven):
         ("bad.yaml", b"\xff\xfe\xff", "bad.yaml is no text"),
     ):
         page.drop([(name, content)])
-        assert words in driven.told[-1]
+        await driven.told_of(words)
     page.drop([("a.bin", b"12"), ("b.bin", b"12")])
     assert "2 files were dropped" in driven.told[-1]
     page.drop_response([("response.npz", b"no archive")])
-    assert "response.npz is not" in driven.told[-1]
+    await driven.told_of("response.npz is not")
     assert Path(page._file.path).read_bytes() == driven.capture.content
     page.form.text.value += "slope: 3\n"
     assert driven.told[-1].startswith("'slope' is no setting; did you mean ")
@@ -160,6 +166,7 @@ async def test_what_cannot_be_is_told_and_the_last_good_stays(driven):
 async def test_a_clean_recording_is_shown_beside_until_it_does_not_fit(driven):
     page = driven.page
     page.drop([("a.bin", driven.capture.content), ("a.yaml", driven.capture.settings)])
+    await driven.shown("a.bin")
     page.drop_reference([("clean.bin", driven.capture.content)])
     await until(lambda: page._prepared_run and page._prepared_run.reference_maps)
     assert page.view._reference.visible
@@ -185,3 +192,41 @@ async def test_the_frame_is_stored_to_the_live_view_and_saved(driven):
     page.form.save.clicks += 1
     await until(lambda: page._download.source.data["name"] == ["a-frame.npz"])
     assert driven.told == []
+
+
+def _read_for_long(file):
+    del file
+    while True:
+        pass
+
+
+def test_a_file_that_takes_long_to_read_is_given_up_and_nobody_waits_for_it(
+    app_server, raw_capture, monkeypatch
+):
+    slow = Limited(function=_read_for_long, what="The file", seconds=1.5, megabytes=64)
+    monkeypatch.setattr(tasks, "FILE_FACTS", slow)
+    told, times = [], []
+    monkeypatch.setattr(RecordingPage, "notify_error", lambda _, words: told.append(words))
+    workers = WorkerPool((), workers=1)
+    loop = app_server.io_loop.asyncio_loop
+    context = PageContext(
+        pool=workers.queue(),
+        query={},
+        post=loop.call_soon_threadsafe,
+        watched=lambda: False,
+        background=BackgroundTasks(loop),
+    )
+    page = RecordingPage(context)
+    loop.call_soon_threadsafe(page.drop, [("adc.bin", raw_capture.content)])
+    deadline = time.monotonic() + 60.0
+    while not told and time.monotonic() < deadline:
+        begun = time.monotonic()
+        with urllib.request.urlopen(f"http://127.0.0.1:{app_server.port}/health") as answer:
+            answer.read()
+        times.append(time.monotonic() - begun)
+        time.sleep(0.05)
+    page.close()
+    workers.close()
+    assert told == ["The file takes more than 1.5 s; give a smaller one."]
+    assert len(times) > 5
+    assert max(times) < 0.5

@@ -2,11 +2,14 @@
 
 import io
 import pickle
+import tracemalloc
+import zipfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from vsep_app.jobs.run_session import Phase, Snapshot
+from vsep_app.jobs.tasks import read_upload
 from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.pages.recording.files import StoredFile
 from vsep_app.pages.recording.tasks import (
@@ -169,7 +172,7 @@ def test_a_response_takes_the_place_of_the_filter(frame_plan, stored):
     require_response(file)
     prepared_run = prepare(replace(plan, response=file, antenna=1))
     assert prepared_run.prepared.estimator.model.anti_aliasing_filter.kind == "measured"
-    shown = read_frame(io.BytesIO(frame_content(replace(plan, response=file), as_shown=True)))
+    shown = read_frame(io.BytesIO(frame_content(replace(plan, response=file), True)))
     assert shown.anti_aliasing_filter.kind == "measured"
     with pytest.raises(InputError, match=r"^own.npz holds no array .filter_frequency_hz"):
         require_response(plan.file)
@@ -178,14 +181,14 @@ def test_a_response_takes_the_place_of_the_filter(frame_plan, stored):
 def test_frames_are_saved_whole_or_as_shown(frame_plan):
     plan, received = frame_plan
     plan = replace(plan, antenna=2, removes_clutter=True)
-    whole = read_frame(io.BytesIO(frame_content(plan, as_shown=False)))
+    whole = read_frame(io.BytesIO(frame_content(plan, False)))
     assert np.array_equal(whole.antennas, received.conj())
     assert whole.beat_sign == 1
-    shown = read_frame(io.BytesIO(frame_content(plan, as_shown=True)))
+    shown = read_frame(io.BytesIO(frame_content(plan, True)))
     rows = prepare(plan).prepared.observation.received
     assert np.array_equal(shown.antennas, rows.reshape(received.shape))
     joint = replace(plan, scene=replace(plan.scene, estimator="joint"))
-    alone = read_frame(io.BytesIO(frame_content(joint, as_shown=True)))
+    alone = read_frame(io.BytesIO(frame_content(joint, True)))
     assert alone.antennas is None
     assert np.array_equal(alone.received, prepare(joint).prepared.observation.received)
 
@@ -205,7 +208,7 @@ def test_a_clean_recording_is_shown_on_the_same_scale(raw_plan, raw_capture, sto
 
 
 def test_a_frame_beside_a_raw_capture_speaks_for_itself(raw_plan, stored):
-    frame = stored("clean.npz", frame_content(raw_plan, as_shown=False))
+    frame = stored("clean.npz", frame_content(raw_plan, False))
     prepared_run = prepare(replace(raw_plan, reference=frame))
     assert np.array_equal(
         prepared_run.reference_maps[0], prepared_run.prepared.static_picture.map_before
@@ -226,6 +229,34 @@ def test_bad_files_are_called_by_their_names(raw_plan, stored, name, content, se
     settings = replace(raw_plan.settings, format=kind)
     with pytest.raises(InputError, match=f"^{sentence}"):
         prepare(replace(raw_plan, file=stored(name, content), settings=settings))
+
+
+def zeros_archive(count):
+    """A frame file of that many samples; it zips to a thousandth and is refused by its header."""
+    file = io.BytesIO()
+    header = io.BytesIO()
+    kind = {"descr": "<c16", "fortran_order": False, "shape": (count,)}
+    np.lib.format.write_array_header_1_0(header, kind)
+    with (
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("received.npy", "w", force_zip64=True) as member,
+    ):
+        member.write(header.getvalue())
+        for _ in range(count // 2**20):
+            member.write(bytes(16 * 2**20))
+    return file.getvalue()
+
+
+def test_a_frame_of_too_many_samples_is_refused_before_it_is_expanded():
+    content = zeros_archive(16 * 2**20)
+    tracemalloc.start()
+    with pytest.raises(
+        InputError, match=r"^big.npz holds 16777216 samples; at most 8388608 are taken"
+    ):
+        read_upload("big.npz", content)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 4 * 2**20
 
 
 def test_too_few_ramps_for_clutter_are_a_sentence(stored, frame_arrays):

@@ -39,10 +39,10 @@ def slow_engine(monkeypatch):
 
 
 def new_page():
-    with ThreadPoolExecutor(max_workers=1) as idle:
-        return StudyPage(
-            PageContext(pool=idle, query={}, post=lambda function: function(), watched=lambda: True)
-        )
+    pool = ThreadPoolExecutor(max_workers=1)  # its thread ends with the last reference to it
+    return StudyPage(
+        PageContext(pool=pool, query={}, post=lambda function: function(), watched=lambda: True)
+    )
 
 
 def as_file(rows):

@@ -31,7 +31,7 @@ SLIDERS = {"SNR [dB, total]": (20, 70), "SIR [dB, total]": (-30, 0)}
 RUN_GAP_S = 1.0
 # A machine that others use, too, takes its time to build a page.
 PATIENCE_S = 180.0
-SERVE = "from vsep_app.cli.main import main; main()"
+SERVE = "import sys; from vsep_app.cli.main import main; sys.exit(main())"
 FIRST = re.compile(r"iteration ([0-2]) of")
 
 
@@ -49,6 +49,8 @@ class Student:
     num_moves: int = 0
     received_bytes: int = 0
     _moved_at: float | None = None
+    _has_ended: bool = False
+    _sending: asyncio.Lock = field(default_factory=asyncio.Lock)
 
     async def attend(
         self, until: float, first_at: float, pause_s: tuple[float, float], patience_s: float
@@ -79,6 +81,11 @@ class Student:
                 reader.cancel()
                 await asyncio.gather(reader, return_exceptions=True)
 
+    @property
+    def query(self) -> str:
+        """What the page is asked with."""
+        return f"?preset={self.preset}&seed={self.number % 5}"
+
     async def _answered(self, patience_s: float) -> None:
         """Wait for the picture that the last move asked for, so long and no longer."""
         end = time.monotonic() + patience_s
@@ -88,20 +95,20 @@ class Student:
     @contextlib.asynccontextmanager
     async def _connected(self) -> AsyncIterator[WebSocketClientConnection]:
         """Open a page and its connection; leave when both sides have closed it."""
-        query = f"?preset={self.preset}&seed={self.number % 5}"
-        page = await asyncio.to_thread(_get, self.url + query)
+        page = await asyncio.to_thread(_get, self.url + self.query)
         token = re.search(r'"token":"([^"]+)"', page).group(1)
         where = self.url.replace("http", "ws") + "ws"
         request = HTTPRequest(where, connect_timeout=PATIENCE_S, request_timeout=PATIENCE_S)
         connection = await websocket_connect(
             request, subprotocols=["bokeh", token], max_message_size=2**26
         )
+        self._has_ended = False
         try:
             yield connection
         finally:
             connection.close()
             # The server answers before the connection is gone; until then there may be pictures.
-            while await connection.read_message() is not None:
+            while not self._has_ended and await connection.read_message() is not None:
                 pass
 
     async def _read_document(self) -> None:
@@ -162,8 +169,10 @@ class Student:
 
     async def _send(self, connection, kind: str, content) -> None:
         header = {"msgid": f"{self.number}-{time.monotonic_ns()}", "msgtype": kind}
-        for part in (header, {}, content):
-            await connection.write_message(json.dumps(part))
+        # The parts of a message follow each other, whoever else has something to say.
+        async with self._sending:
+            for part in (header, {}, content):
+                await connection.write_message(json.dumps(part))
 
     async def _message(self, connection) -> str:
         """Return the content of the next message; what is sent with it is only counted."""
@@ -177,6 +186,7 @@ class Student:
     async def _fragment(self, connection):
         fragment = await connection.read_message()
         if fragment is None:
+            self._has_ended = True
             raise ConnectionError("the server has closed the connection")
         self.received_bytes += len(fragment)
         return fragment
@@ -215,8 +225,8 @@ def memory_mb(figures: dict) -> float:
 
 
 @contextlib.contextmanager
-def served(*options: str) -> Iterator[str]:
-    """Serve the dashboard in a process of its own; yield its address."""
+def serving(*options: str) -> Iterator[tuple[subprocess.Popen, str]]:
+    """Serve the dashboard in a process of its own; yield that and its address."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -229,10 +239,17 @@ def served(*options: str) -> Iterator[str]:
                     health(url)
                     break
                 time.sleep(0.2)
-            yield url
+            yield process, url
         finally:
             process.terminate()
             process.wait(20)
+
+
+@contextlib.contextmanager
+def served(*options: str) -> Iterator[str]:
+    """Serve the dashboard in a process of its own; yield its address."""
+    with serving(*options) as (_, url):
+        yield url
 
 
 async def lesson(

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from vsep.kernels import compiler
 from vsep.kernels.code_cache import MARK, drop_outdated
 
@@ -59,6 +61,85 @@ def test_machine_code_stays_while_the_sources_do(tmp_path):
     drop_outdated(tmp_path)
     assert not kept.exists()
     assert (tmp_path / "__pycache__" / MARK).exists()
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A package of two kernels whose cache folder can be written by nobody, not even root."""
+    kernels = tmp_path / "vsep" / "kernels"
+    kernels.mkdir(parents=True)
+    (tmp_path / "vsep" / "__init__.py").touch()
+    for name in ("__init__.py", "compiler.py", "code_cache.py"):
+        shutil.copy(Path(compiler.__file__).with_name(name), kernels / name)
+    (kernels / "caller.py").write_text(CALLER)
+    (kernels / "callee.py").write_text(CALLEE.format(1.0))
+    return tmp_path
+
+
+FOLDERS = ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "TMPDIR")
+CALL = "from vsep.kernels import caller; print(caller.doubled()); "
+HITS = "print(sum(caller.doubled.stats.cache_hits.values()))"
+
+
+def called(package, program, *, writable=()):
+    """What a process prints, and says, in which nothing can be written but some folders."""
+    (package / "file").touch()
+    nowhere = str(package / "file" / "folder")
+    environment = {
+        name: nowhere for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "TMPDIR")
+    }
+    environment |= {"PYTHONPATH": str(package), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment |= {name: str(package / name) for name in writable}
+    for name in writable:
+        (package / name).mkdir(exist_ok=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=os.environ | environment,
+        cwd=package,
+        text=True,
+        capture_output=True,
+        check=True,
+    )
+    return done.stdout.split(), done.stderr.splitlines()
+
+
+def test_without_a_cache_folder_code_is_kept_among_the_temporary_files(package):
+    (package / "vsep" / "kernels" / "__pycache__").touch()
+    printed, (sentence,) = called(package, CALL + HITS, writable=["TMPDIR"])
+    (home,) = (package / "TMPDIR").iterdir()
+    assert printed == ["2.0", "0"]
+    assert str(home) in sentence
+    assert home.stat().st_mode & 0o777 == 0o700
+    assert called(package, CALL + HITS, writable=["TMPDIR"]) == (["2.0", "1"], [])
+
+
+def test_code_is_not_read_from_a_folder_that_others_can_write(package):
+    (package / "vsep" / "kernels" / "__pycache__").touch()
+    called(package, CALL, writable=["TMPDIR"])
+    (home,) = (package / "TMPDIR").iterdir()
+    home.chmod(0o777)
+    printed, (sentence,) = called(package, CALL + HITS, writable=["TMPDIR"])
+    assert printed == ["2.0", "0"]
+    assert sentence.endswith("every process compiles its own.")
+
+
+def test_without_any_folder_kernels_are_compiled_all_the_same(package):
+    (package / "vsep" / "kernels" / "__pycache__").touch()
+    nowhere = f"import tempfile; tempfile.tempdir = {str(package / 'file' / 'folder')!r}; "
+    printed, (sentence,) = called(package, nowhere + CALL + HITS)
+    assert printed == ["2.0", "0"]
+    assert sentence.endswith("every process compiles its own.")
+
+
+def test_code_beside_the_sources_is_read_where_it_cannot_be_written(package):
+    """As in a container whose root is read-only."""
+    assert doubled(package) == 2.0
+    read_only = (
+        "from numba.core.caching import InTreeCacheLocator as beside\n"
+        "def refuse(locator): raise OSError('read-only')\n"
+        "beside.ensure_cache_path = refuse\n"
+    )
+    assert called(package, read_only + CALL + HITS, writable=["TMPDIR"]) == (["2.0", "1"], [])
 
 
 OF_NUMBA = """

@@ -133,6 +133,20 @@ class Archive:
         names = (name.removesuffix(".npy") for name in self._zip.namelist() if name[-4:] == ".npy")
         return tuple(sorted(names))
 
+    def num_elements(self, key: str) -> int:
+        """Return how many elements an array declares, without reading it; 0 if it is absent.
+
+        Raises `InputError` if it is damaged.
+        """
+        member = self._zip.NameToInfo.get(f"{key}.npy")
+        if member is None:
+            return 0
+        try:
+            with self._zip.open(member) as stream:
+                return _read_header(stream).num_elements
+        except _UNREADABLE as error:
+            raise _damaged(f"{self.name}: array {key!r}") from error
+
     def largest(self) -> str:
         """Return the name of the largest array, of equal ones the first; empty if there is none."""
         sizes = {key: self._zip.NameToInfo[f"{key}.npy"].file_size for key in self.names()}

@@ -6,7 +6,7 @@ interruption change nothing but the order of the rows.
 
 import threading
 from collections.abc import Collection, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from itertools import islice
@@ -164,7 +164,7 @@ def _run_until_breakage(
     return []
 
 
-def _submit(pool: ProcessPoolExecutor, trial: Trial) -> Future[list[Row]]:
+def _submit(pool: Executor, trial: Trial) -> Future[list[Row]]:
     if trial.handed:
         return pool.submit(run_dumped_trial, dump_trial(trial))
     return pool.submit(run_trial, trial)

@@ -3,13 +3,16 @@
 A command's module is loaded once the command is chosen, so that ``vsep --help`` is quick. It has
 ``DESCRIPTION`` and ``EXAMPLES`` for its help, ``add_options(parser)`` and ``run(options)``, which
 returns the exit code: 0 done, 2 something handed over cannot be used. Beside these there are 130
-for interrupted and 141 where the reader of the output went away.
+for interrupted, 143 for terminated and 141 where the reader of the output went away.
 """
 
 import argparse
 import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Final, NoReturn
 
@@ -20,6 +23,7 @@ from vsep.errors import InputError
 _EXIT_INPUT = 2
 _EXIT_INTERRUPTED = 130
 _EXIT_BROKEN_PIPE = 141
+_EXIT_TERMINATED = 143
 
 COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "serve": ("vsep_app.cli.serve", "serve the dashboard"),
@@ -77,9 +81,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in SINGLE_THREAD:
         os.environ.setdefault(name, "1")
     try:
-        options = parse(sys.argv[1:] if arguments is None else arguments)
-        code: int = options.run(options)
-        sys.stdout.flush()
+        with _terminable():
+            options = parse(sys.argv[1:] if arguments is None else arguments)
+            code: int = options.run(options)
+            sys.stdout.flush()
     except InputError as error:
         return _fail(str(error))
     except BrokenPipeError:
@@ -91,10 +96,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(f"{where}{error.strerror or error}.")
     except MemoryError:
         return _fail("the frame needs more memory than this machine has; give a smaller one.")
-    except KeyboardInterrupt:
-        sys.stderr.write("vsep: interrupted.\n")
-        return _EXIT_INTERRUPTED
+    except KeyboardInterrupt as signalled:
+        terminated = isinstance(signalled, _Terminated)
+        sys.stderr.write(f"vsep: {'terminated' if terminated else 'interrupted'}.\n")
+        return _EXIT_TERMINATED if terminated else _EXIT_INTERRUPTED
     return code
+
+
+class _Terminated(KeyboardInterrupt):
+    """The system asks the command to end, which ends it as Ctrl-C does."""
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Clean up when the process is terminated, as systemd, docker and kill do."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only that thread gets signals
+        return
+    before = signal.signal(signal.SIGTERM, _terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _terminate(number: int, frame: object) -> NoReturn:
+    del number, frame
+    # Cleaning up is not to be cut short by another signal.
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    raise _Terminated
 
 
 def _fail(sentence: str) -> int:

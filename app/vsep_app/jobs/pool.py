@@ -4,26 +4,22 @@ A session has a `ClientQueue`. One job of a queue is at work at a time; whenever
 it takes a job of the desk that has used the least time lately. So a run that has just been started
 comes first, and a slow one waits for all others. Slow jobs never hold all workers at once. A job
 whose result nobody wants any more is dropped from the queue; if a worker has been at it for long,
-that worker is ended and another one takes its place.
+that worker is ended and another one takes its place. Where the system has no room for another one,
+it is tried again and again, and jobs wait for it.
 """
 
 import logging
-import multiprocessing
-import os
-import pickle
-import signal
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import Any
 
-from vsep._processes import available_cores, single_threaded
+from vsep._processes import available_cores
 from vsep.errors import InputError
-from vsep_app.jobs.object_cache import ObjectCache
+from vsep_app.jobs.worker import Limited, TookTooLongError, Worker, WorkerEndedError
 
 _LOG = logging.getLogger(__name__)
 
@@ -32,9 +28,14 @@ SPARE_WORKERS = 1
 SLOW_JOB_S = 0.15
 # What a desk has used counts half after this time.
 HALF_LIFE_S = 2.0
-# A job that nobody waits for may go on for so long before its worker is ended.
-MAX_UNWANTED_S = 2.0
-LOOK_EVERY_S = 0.25
+# A worker that has nothing to do is looked after so often.
+IDLE_S = 1.0
+# Until the next attempt to start a process; it doubles while they fail or end at once.
+FIRST_RETRY_S, MAX_RETRY_S = 0.25, 2.0
+_SHORT_LIFE_S = 2.0
+# A job may have ended its worker, or the system has ended all of them for another reason: it is
+# given up when it is at work in so many more than there are.
+SPARE_ATTEMPTS = 2
 
 
 class Job(Future[Any]):
@@ -46,6 +47,7 @@ class Job(Future[Any]):
         super().__init__()
         self.queue, self.function, self.arguments = queue, function, arguments
         self.unwanted_since: float | None = None
+        self.attempts = 0
 
     @property
     def seems_slow(self) -> bool:
@@ -100,13 +102,15 @@ class ClientQueue(Executor):
 class PoolFigures:
     """What the pool is doing."""
 
-    #: Processes, jobs being done, jobs in the queue.
+    #: Processes that live, and how many there are to be.
     workers: int
+    wanted: int
+    #: Jobs being done, jobs in the queue.
     at_work: int
     waiting: int
     done: int  #: Jobs done since the start.
     replaced: int  #: Workers that had to be replaced.
-    process_ids: tuple[int, ...]  #: Of the workers.
+    process_ids: tuple[int, ...]  #: Of the workers that live.
 
 
 class WorkerPool:
@@ -136,8 +140,10 @@ class WorkerPool:
         # Jobs that are being done, and whether each was expected to be slow.
         self._at_work: dict[Job, bool] = {}
         self._num_done = self._num_replaced = 0
-        self._closed = False
-        self._workers = [_Worker(kept, prepare) for _ in range(self.num_workers)]
+        self._closed, self._lacks_room = threading.Event(), False
+        self._workers = [Worker(kept, prepare) for _ in range(self.num_workers)]
+        for worker in self._workers:
+            self._start(worker)
         self._threads = [
             threading.Thread(target=self._serve, args=(worker,), daemon=True, name="vsep-pool")
             for worker in self._workers
@@ -154,20 +160,22 @@ class WorkerPool:
 
     def figures(self) -> PoolFigures:
         """Return what the pool is doing."""
+        living = tuple(worker.process_id for worker in self._workers if worker.alive)
         with self._changed:
             return PoolFigures(
-                workers=self.num_workers,
+                workers=len(living),
+                wanted=self.num_workers,
                 at_work=len(self._at_work),
                 waiting=sum(len(queue.waiting) for queue in self._desks),
                 done=self._num_done,
                 replaced=self._num_replaced,
-                process_ids=tuple(worker.process_id for worker in self._workers),
+                process_ids=living,
             )
 
     def close(self) -> None:
         """End all processes, whatever they are at."""
         with self._changed:
-            self._closed = True
+            self._closed.set()
             for queue in tuple(self._desks):
                 self.close_queue(queue)
             self._changed.notify_all()
@@ -177,7 +185,7 @@ class WorkerPool:
     def enqueue(self, job: Job) -> Job:
         """Take a job of a desk."""
         with self._changed:
-            if self._closed or job.queue not in self._desks:
+            if self._closed.is_set() or job.queue not in self._desks:
                 job.cancel()
                 return job
             job.queue.waiting.append(job)
@@ -201,36 +209,94 @@ class WorkerPool:
         for job in jobs:
             job.cancel()
 
-    def _serve(self, worker: "_Worker") -> None:
+    def _serve(self, worker: Worker) -> None:
         """Hand jobs to one worker, one after the other; a thread's body."""
-        while (job := self._next_job()) is not None:
-            try:
-                if not worker.alive:
-                    # It ended while it had nothing to do: the job is not to blame.
-                    self._restart(worker)
-                self._settle(job, *worker.do(job))
-            except _WorkerEndedError:
-                self._replace(worker, job)
-            finally:
-                self._finished(job)
+        delay_s = FIRST_RETRY_S
+        while not self._closed.is_set():
+            if not worker.alive:
+                delay_s = self._replace(worker, delay_s)
+                continue
+            job = self._next_job(worker)
+            if job is not None:
+                is_settled = True
+                try:
+                    is_settled = self._do(worker, job)
+                finally:
+                    self._finished(job)
+                if is_settled:
+                    delay_s = FIRST_RETRY_S
+                else:
+                    self._give_back(job)
             # A job holds its arguments and its result; this thread must not.
             del job
 
-    def _next_job(self) -> Job | None:
-        """Wait for the job whose turn it is; None at the end."""
+    def _replace(self, worker: Worker, delay_s: float) -> float:
+        """Start another process for one that ended; return what to wait before the next attempt."""
+        too_soon = time.monotonic() - worker.started_at < _SHORT_LIFE_S
+        if too_soon and self._closed.wait(delay_s):
+            return delay_s
+        if self._start(worker):
+            with self._changed:
+                self._num_replaced += 1
+        return min(2.0 * delay_s, MAX_RETRY_S) if too_soon else delay_s
+
+    def _start(self, worker: Worker) -> bool:
+        """Start a process, and say so once where the system has no room for it."""
+        try:
+            worker.start()
+        except (OSError, MemoryError) as error:
+            if not self._lacks_room:
+                _LOG.warning("a worker process cannot be started (%s); trying again", error)
+            self._lacks_room = True
+            return False
+        if self._lacks_room:
+            _LOG.warning("worker processes can be started again")
+        self._lacks_room = False
+        if self._closed.is_set():
+            worker.end()
+        return True
+
+    def _next_job(self, worker: Worker) -> Job | None:
+        """Wait for the job whose turn it is; None at the end, and if the worker's process ended."""
         with self._changed:
-            while not self._closed:
+            while worker.alive and not self._closed.is_set():
                 job = self._choose()
                 if job is None:
-                    self._changed.wait()
+                    self._changed.wait(IDLE_S)
                     continue
                 job.queue.waiting.popleft()
-                if not job.set_running_or_notify_cancel():
+                if job.unwanted_since is not None:
                     continue
+                if not job.attempts and not job.set_running_or_notify_cancel():
+                    continue
+                job.attempts += 1
                 job.queue.at_work = job
                 self._at_work[job] = job.seems_slow
                 return job
         return None
+
+    def _do(self, worker: Worker, job: Job) -> bool:
+        """Have a job done; False if its worker ended and another one is to try."""
+        try:
+            self._settle(job, *worker.do(job))
+        except WorkerEndedError:
+            if job.attempts < self.num_workers + SPARE_ATTEMPTS:
+                return False
+            self._fail(job, "A worker process ended abruptly, perhaps for lack of memory.")
+        except TookTooLongError as error:
+            self._fail(job, str(error))
+        except Exception as error:  # whatever comes back is not to end this thread
+            _LOG.error("a worker's answer cannot be read", exc_info=error)
+            worker.end()
+            self._fail(job, f"The answer of a worker cannot be read ({type(error).__name__}).")
+        return True
+
+    def _give_back(self, job: Job) -> None:
+        """Let a job whose worker ended be the next one of its queue."""
+        with self._changed:
+            if job.unwanted_since is None and job.queue in self._desks:
+                job.queue.waiting.appendleft(job)
+                self._changed.notify()
 
     def _choose(self) -> Job | None:
         """Return the first job of the desk that has used least, among those that may go on."""
@@ -260,113 +326,12 @@ class WorkerPool:
             return
         if good:
             job.set_result(result)
+        elif isinstance(result, MemoryError) and isinstance(job.function, Limited):
+            job.set_exception(InputError(job.function.lack_of_memory))
         else:
             job.set_exception(result)
 
-    def _restart(self, worker: "_Worker") -> None:
-        with self._changed:
-            if self._closed:
-                return
-            self._num_replaced += 1
-        worker.start()
-
-    def _replace(self, worker: "_Worker", job: Job) -> None:
-        self._restart(worker)
-        if job.unwanted_since is None and not self._closed:
-            _LOG.warning("a worker process ended abruptly and was replaced")
-            job.set_exception(
-                InputError("A worker process ended abruptly, perhaps for lack of memory.")
-            )
-
-
-class _WorkerEndedError(Exception):
-    """The process is gone."""
-
-
-class _Worker:
-    """One process, seen from the server."""
-
-    def __init__(self, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
-        self._kept, self._prepare = kept, prepare
-        self.start()
-
-    @property
-    def process_id(self) -> int:
-        """Of the process."""
-        return self._process.pid or 0
-
-    @property
-    def alive(self) -> bool:
-        """Whether the process is there."""
-        return self._process.is_alive()
-
-    def start(self) -> None:
-        """Start the process, or another one after it has ended."""
-        # Spawned, not forked: a fork of a process with threads (a server, BLAS) may lock up.
-        context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
-        self._object_cache = ObjectCache(self._kept, serving=True)
-        self._process = context.Process(
-            target=work, args=(theirs, self._kept, self._prepare), daemon=True, name="vsep-worker"
-        )
-        with single_threaded():
-            self._process.start()
-        theirs.close()
-
-    def do(self, job: Job) -> tuple[float, bool, Any]:
-        """Have a job done; return its seconds, whether it went well, and result or exception.
-
-        Raises `_WorkerEndedError` if the process ended, or was ended because nobody wants the
-        result any more.
-        """
-        try:
-            parcel = self._object_cache.pack((job.function, job.arguments))
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            return 0.0, False, error
-        try:
-            self._pipe.send_bytes(parcel)
-            while not self._pipe.poll(LOOK_EVERY_S):
-                since = job.unwanted_since
-                if since is not None and time.monotonic() - since > MAX_UNWANTED_S:
-                    self.end()
-            answer: tuple[float, bool, Any] = self._object_cache.unpack(self._pipe.recv_bytes())
-        except (EOFError, OSError) as error:
-            self._process.join()
-            raise _WorkerEndedError from error
-        return answer
-
-    def end(self) -> None:
-        """End the process at once."""
-        self._process.kill()
-        self._process.join()
-
-
-def work(pipe: Connection, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
-    """Do jobs until the other end of the pipe is closed; the body of a worker process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if prepare is not None:
-        try:
-            prepare()
-        except Exception as problem:  # the jobs may do all the same
-            _LOG.error("a worker could not prepare", exc_info=problem)
-    object_cache = ObjectCache(kept, serving=False)
-    while True:
-        try:
-            parcel = pipe.recv_bytes()
-            pipe.send_bytes(_answer(object_cache, parcel))
-        except (EOFError, OSError):
-            os._exit(0)
-
-
-def _answer(object_cache: ObjectCache, parcel: bytes) -> bytes:
-    start = time.perf_counter()
-    try:
-        function, arguments = object_cache.unpack(parcel)
-        good, result = True, function(*arguments)
-    except Exception as error:
-        good, result = False, error
-    seconds = time.perf_counter() - start
-    try:
-        return object_cache.pack((seconds, good, result))
-    except Exception as error:
-        return object_cache.pack((seconds, False, RuntimeError(f"{type(error).__name__}: {error}")))
+    def _fail(self, job: Job, sentence: str) -> None:
+        if job.unwanted_since is None and not self._closed.is_set():
+            _LOG.warning("a worker process was replaced: %s", sentence)
+            job.set_exception(InputError(sentence))

@@ -4,6 +4,7 @@
 `compose` makes the picture of a snapshot.
 """
 
+import io
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ import numpy as np
 
 from vsep._typing import BoolArray
 from vsep.errors import InputError
+from vsep.files.archive import Archive
 from vsep.files.frame import Frame, read_frame
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Step
@@ -29,9 +31,15 @@ from vsep.signal.template import SignalModel
 from vsep_app.assets import path
 from vsep_app.jobs.run_session import Snapshot
 from vsep_app.jobs.weak_memo import WeakMemo
+from vsep_app.jobs.worker import Limited
 from vsep_app.model.picture import Picture, make_picture
 from vsep_app.model.settings import LOADED_FRAME, Plan, simulator_options
 from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_static_picture
+
+# Of a frame that a visitor brings, all antennas together: 16 of 512 ramps of 1024 samples.
+MAX_SAMPLES = 8 * 2**20
+READ_S = 20.0
+SIGNAL = "received"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,6 +67,29 @@ class MadeScene(NamedTuple):
 
     frame: Frame
     assumed_filter: AntiAliasingFilter
+
+
+def require_frame_size(name: str, num_samples: int) -> None:
+    """Raise `InputError` unless the samples of a frame that a visitor brings can be taken.
+
+    Examples
+    --------
+    >>> require_frame_size("long.npz", 64 * 2**20)
+    Traceback (most recent call last):
+    vsep.errors.InputError: long.npz holds 67108864 samples; at most 8388608 are taken.
+    """
+    if num_samples > MAX_SAMPLES:
+        raise InputError(f"{name} holds {num_samples} samples; at most {MAX_SAMPLES} are taken.")
+
+
+def read_upload(name: str, content: bytes) -> Frame:
+    """Read a frame file that a visitor brings; its size is judged before it is expanded."""
+    with Archive(io.BytesIO(content), name) as archive:
+        require_frame_size(name, archive.num_elements(SIGNAL))
+    return read_frame(io.BytesIO(content), name=name)
+
+
+READ_UPLOAD = Limited(function=read_upload, what="The file", seconds=READ_S, megabytes=1024)
 
 
 @lru_cache(maxsize=4)

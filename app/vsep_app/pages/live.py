@@ -9,7 +9,7 @@ import panel as pn
 
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Step
-from vsep_app.jobs.frame_store import FRAME_KEY, frame_of_query
+from vsep_app.jobs.frame_store import FRAME_KEY, StoredFrame, frame_of_query
 from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.run_session import Phase
 from vsep_app.jobs.tasks import Prepared, advance, compact, compose, prepare, run_key, strip
@@ -137,12 +137,24 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         if self._trial is not None:
             set_query(TRIAL_KEY, self._trial.link)
             notify(f"Opened {self._trial.frame.name}.", kind="info", duration_ms=6000)
-        stored = self._stored
-        if stored is not None:
-            self.load(stored.frame.name, stored.frame.content)
-            self._stored = stored
-            set_query(FRAME_KEY, stored.word)
-        self._begin()
+        if self._stored is None:
+            self._begin()
+        else:
+            self._context.background.begin(self._begin_with(self._stored))
+
+    async def _begin_with(self, stored: StoredFrame) -> None:
+        """Begin with the frame of a link."""
+        name, content = stored.frame.name, stored.frame.content
+        frame = await self._read(name, content)
+
+        def begin() -> None:
+            if frame is not None:
+                self._take_file(name, content, frame)
+                self._stored = stored
+                set_query(FRAME_KEY, stored.word)
+            self._begin()
+
+        self._context.post(begin)
 
     def _loaded(self, name: str, content: bytes) -> None:
         self._kept = KeptFrame(name=name, content=content)

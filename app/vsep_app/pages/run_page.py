@@ -1,16 +1,18 @@
 """Pages of runs: settings, session and loop, the frame that is loaded, and how a run begins."""
 
-import io
+import asyncio
 from abc import abstractmethod
+from functools import partial
 from typing import Any, Generic
 
 import param
 from bokeh.models import ColumnDataSource, CustomJS
 
 from vsep.errors import InputError
-from vsep.files.frame import Frame, read_frame
+from vsep.files.frame import Frame
 from vsep_app.jobs.run_loop import FrameLoop, PictureSink, PictureT, PlanT, PreparedT, RunCallbacks
 from vsep_app.jobs.run_session import RunSession, StepT
+from vsep_app.jobs.tasks import READ_UPLOAD
 from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.teaching.experiment import Experiment
@@ -110,11 +112,26 @@ class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
 
     def load(self, name: str, content: bytes) -> None:
         """Take a frame file; a bad one becomes a notification and nothing else changes."""
+
+        async def read() -> None:
+            frame = await self._read(name, content)
+            if frame is not None:
+                self._context.post(partial(self._take_file, name, content, frame))
+
+        self._context.background.begin(read())
+
+    async def _read(self, name: str, content: bytes) -> Frame | None:
+        """Have a frame file read by a worker; of a bad one the user is told."""
+        loop, pool = asyncio.get_running_loop(), self._context.pool
         try:
-            frame = read_frame(io.BytesIO(content), name=name)
+            frame: Frame = await loop.run_in_executor(pool, READ_UPLOAD, name, content)
         except InputError as error:
-            self.notify_error(str(error))
-            return
+            self._context.post(partial(self.notify_error, str(error)))
+            return None
+        return frame
+
+    def _take_file(self, name: str, content: bytes, frame: Frame) -> None:
+        """Show the frame of a file; called with the document locked."""
         self._take_frame(frame)
         self._loaded(name, content)
         if self.settings.preset == LOADED_FRAME:

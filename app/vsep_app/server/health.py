@@ -10,6 +10,7 @@ from tornado.web import RequestHandler
 from vsep_app.server.sessions import SessionRegistry, shared_pool
 
 MEGABYTE = 1e6
+OK = "ok"
 
 
 class HealthHandler(RequestHandler):
@@ -20,10 +21,12 @@ class HealthHandler(RequestHandler):
         self._registry = registry
 
     def get(self) -> None:
-        """Write the figures."""
+        """Write the figures; the code is 503 while there is no worker to make pictures."""
+        told = figures(self._registry)
+        self.set_status(200 if told["status"] == OK else 503)
         self.set_header("Content-Type", "application/json")
         self.set_header("Cache-Control", "no-store")
-        self.write(json.dumps(figures(self._registry), indent=1) + "\n")
+        self.write(json.dumps(told, indent=1) + "\n")
 
 
 def figures(registry: SessionRegistry) -> dict[str, Any]:
@@ -34,6 +37,7 @@ def figures(registry: SessionRegistry) -> dict[str, Any]:
         registry.shared_resources,
     )
     return {
+        "status": OK if pool.workers else "no worker process can be started",
         "pages": len(open_sessions),
         "pages_watched": sum(session.watched() for session in open_sessions),
         "pages_at_most": registry.rules.most_pages,
@@ -41,6 +45,7 @@ def figures(registry: SessionRegistry) -> dict[str, Any]:
         "pages_refused": registry.num_refused,
         "pages_with_jobs": sum(bool(session.queue.at_work) for session in open_sessions),
         "workers": pool.workers,
+        "workers_wanted": pool.wanted,
         "workers_replaced": pool.replaced,
         "jobs_at_work": pool.at_work,
         "jobs_waiting": pool.waiting,

@@ -1,14 +1,19 @@
 """The command itself: help, exit codes, what is loaded."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from vsep_app import assets
 from vsep_app.cli import main as cli
 
 import vsep
 from tests.app.cli.helpers import COMMAND, start_process
+from tests.app.cli.test_convert import OPENRADAR
+from vsep.files.results import as_json
+from vsep.studies.trial import Row
 
 FrameArrays = Callable[..., dict[str, Any]]
 Refused = Callable[..., str]
@@ -49,7 +54,8 @@ def test_help_of_a_command_loads_it_alone_and_nothing_that_draws(command: str) -
     loaded = loaded_by(command, "--help")
     modules = {module for module, _ in cli.COMMANDS.values()}
     assert loaded & modules == {cli.COMMANDS[command][0]}
-    assert not loaded & {"panel", "bokeh", "holoviews", "matplotlib", "param", "pandas", "PIL"}
+    drawing = {"panel", "bokeh", "holoviews", "matplotlib", "param", "pandas", "PIL"}
+    assert not loaded & (drawing | {"numba"})
 
 
 def test_every_command_is_in_the_help_with_its_summary(capsys: pytest.CaptureFixture[str]) -> None:
@@ -74,6 +80,28 @@ def test_a_process_ends_with_the_code_and_without_a_traceback(tmp_path: Path) ->
     assert errors.startswith("vsep: frame.npz is not a frame file")
     assert "Traceback" not in errors
     assert process.returncode == 2
+
+
+def test_commands_that_need_no_kernel_load_none_and_need_no_home(
+    tmp_path: Path, study_rows: list[Row], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "rows.jsonl").write_text("".join(as_json(row) + "\n" for row in study_rows))
+    (tmp_path / "radar.json").write_text(json.dumps(OPENRADAR | {"key": "received"}))
+    shipped = str(assets.path("frames/openradar_doppler_example_1.npz"))
+    for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
+        monkeypatch.setenv(name, str(tmp_path / "rows.jsonl" / "nowhere"))
+    commands = [
+        ["convert", shipped, "--settings", "radar.json", "--out", "frame.npz"],
+        ["study", "summary", "rows.jsonl", "--out", "summary.csv"],
+        ["study", "list"],
+    ]
+    code = (
+        "import sys\nfrom vsep_app.cli.main import main\n"
+        f"print([main(each) for each in {commands}], 'numba' in sys.modules, file=sys.stderr)"
+    )
+    process = start_process(code, cwd=tmp_path)
+    _, said = process.communicate(timeout=60)
+    assert said.strip() == "[0, 0, 0] False"
 
 
 def test_a_reader_that_leaves_early_causes_no_traceback() -> None:

@@ -14,6 +14,7 @@ MAX_FILE = 256 * 2**20
 """Bytes; a raw capture of many frames."""
 
 _MEGABYTE = 2**20
+_MOST_AT_ONCE = MAX_FILE + _MEGABYTE  # a recording and its settings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,17 +83,26 @@ class DropZone(pmu.FileInput):
             **look,
         )
         self._take, self._complain = take, notify_error
+        self._arriving = 0
         self.param.watch(self._arrived, "value")
 
     def _handle_msg(self, msg: Any) -> None:
         """Turn what the library takes for a fault of the program into a sentence."""
-        if msg["status"] == "error":
+        if msg["status"] == "upload_event":
+            self._arriving += len(msg["data"])
+        if msg["status"] == "error" or self._arriving > _MOST_AT_ONCE:
+            # Who passes the browser's own limit is told at the end of what is sent.
             self._buffer.clear()
             self._file_buffer.clear()
-            self._complain(
-                f"The browser did not send the file; at most {MAX_FILE // _MEGABYTE} MB are taken."
-            )
+            if msg["status"] != "upload_event":
+                self._arriving = 0
+                self._complain(
+                    "The browser did not send the file; at most "
+                    f"{MAX_FILE // _MEGABYTE} MB are taken."
+                )
             return
+        if msg["status"] == "finished":
+            self._arriving = 0
         if msg["status"] == "finished" and not self._buffer:
             self._complain("The file is empty; a recording is needed.")
         super()._handle_msg(msg)

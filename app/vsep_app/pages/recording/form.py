@@ -54,6 +54,7 @@ _NUMBERS: dict[str, tuple[str, str]] = {
     ),
 }
 _DEFAULTS = {each.name: each.default for each in fields(RecordingSettings)}
+MAX_TEXT = 4_000  # characters; they are read in a fraction of a second
 _TEXT_DOC = (
     "What the file does not say, one name: value a line, as for `vsep convert`. Needed: format, "
     "start_frequency_hz, slope_hz_per_s, sample_rate_hz, ramp_period_s; of raw captures also "
@@ -94,7 +95,7 @@ class RecordingForm:
             label="Settings",
             description=_TEXT_DOC,
             rows=9,
-            max_length=20_000,
+            max_length=MAX_TEXT,
             margin=MARGIN,
             sizing_mode="stretch_width",
             sx={"& textarea": {"fontFamily": "monospace", "fontSize": "11.5px"}},
@@ -148,7 +149,12 @@ class RecordingForm:
 
         Raises `InputError` if it cannot be read.
         """
-        return values_of(self.text.value or "")
+        text = self.text.value or ""
+        if len(text) > MAX_TEXT:
+            raise InputError(
+                f"The settings have {len(text)} characters; at most {MAX_TEXT} are read."
+            )
+        return values_of(text)
 
     def show_text(self, text: str) -> None:
         """Show other settings; the page is not told."""

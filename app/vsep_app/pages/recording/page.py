@@ -1,7 +1,7 @@
 """The page of recorded data: what a dropped file is, its frame at once, and its separation."""
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,8 @@ from vsep.errors import InputError
 from vsep.inference.core.progress import Step
 from vsep.presets import real_frame
 from vsep.recordings.settings import MAX_FILE as MAX_SETTINGS
-from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings, settings_values
+from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings
 from vsep.recordings.settings_text import settings_text
-from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep_app.assets import path
 from vsep_app.jobs.frame_store import FRAME_KEY
 from vsep_app.jobs.run_loop import RunCallbacks
@@ -26,7 +25,7 @@ from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.files import DroppedFiles, StoredFile
 from vsep_app.pages.recording.form import RecordingForm
-from vsep_app.pages.recording.tasks import PreparedRecording, RecordingPlan
+from vsep_app.pages.recording.tasks import FileFacts, PreparedRecording, RecordingPlan
 from vsep_app.pages.recording.view import RecordingView
 from vsep_app.pages.run_page import RunPage
 from vsep_app.report.spec import KeptFrame
@@ -71,7 +70,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
         self._acknowledge(self.view.fast_time.source)
         self._make_loop(
             RunCallbacks(
-                prepare=tasks.prepare,
+                prepare=tasks.PREPARE,
                 advance=tasks.advance,
                 compose=tasks.compose,
                 view=self._view,
@@ -102,7 +101,8 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
     def start(self) -> None:
         """Show the example; called when the page has been drawn."""
         self.loop.start()
-        self._take(StoredFile(path=str(path(real_frame.PRESET.frame_file)), name=EXAMPLE), None)
+        example = StoredFile(path=str(path(real_frame.PRESET.frame_file)), name=EXAMPLE)
+        self._take(example, tasks.file_facts(example), None)
         self._restart()
 
     def close(self) -> None:
@@ -119,62 +119,94 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
                 f"{len(files)} files were dropped; one recording and its settings, please."
             )
             return
-        try:
-            said = _settings_of(*settings[0]) if settings else None
-            if recordings:
-                self._replace(recordings[0], self._file, lambda file: self._take(file, said))
-            elif said is not None:
-                self.form.show_text(settings_text(said))
-        except InputError as error:
-            self.notify_error(str(error))
+        self._begin_reading(self._read_recording(settings, recordings))
+
+    def drop_response(self, files: list[tuple[str, bytes]]) -> None:
+        """Take a measured response of the receiver."""
+
+        async def read() -> None:
+            file = await self._keep(files[0])
+            await self._of_worker(file, tasks.REQUIRE_RESPONSE, file)
+            self._context.post(partial(take, file))
+
+        def take(file: StoredFile) -> None:
+            self._files.discard(self._response)
+            self._response = file
+            self.settings.assume_true_filter = True
+            self._restart()
+
+        self._begin_reading(read())
+
+    def drop_reference(self, files: list[tuple[str, bytes]]) -> None:
+        """Take a clean recording to show beside; it is read with the recording itself."""
+
+        async def read() -> None:
+            file = await self._keep(files[0])
+            self._context.post(partial(take, file))
+
+        def take(file: StoredFile) -> None:
+            self._files.discard(self._reference)
+            self._reference = file
+            self._restart()
+
+        self._begin_reading(read())
+
+    async def _keep(self, file: tuple[str, bytes]) -> StoredFile:
+        """Write a file to the disk, which may be slow."""
+        return await asyncio.to_thread(self._files.keep, *file)
+
+    def _begin_reading(self, work: Coroutine[Any, Any, None]) -> None:
+        """Read files in the background; what cannot be read is told, and nothing else changes."""
+
+        async def read() -> None:
+            try:
+                await work
+            except InputError as error:
+                self._context.post(partial(self.notify_error, str(error)))
+
+        self._context.background.begin(read())
+
+    async def _read_recording(
+        self, settings: list[tuple[str, bytes]], recordings: list[tuple[str, bytes]]
+    ) -> None:
+        said: dict[Any, Any] | None = None
+        if settings:
+            name, text = settings[0][0], _text_of(*settings[0])
+            said = await self._of_worker(None, tasks.SETTINGS_VALUES, name, text)
+        if not recordings:
+            self._context.post(partial(self._show_settings, said or {}))
             return
+        file = await self._keep(recordings[0])
+        facts = await self._of_worker(file, tasks.FILE_FACTS, file)
+        self._context.post(partial(self._take_recording, file, facts, said))
+
+    async def _of_worker(
+        self, file: StoredFile | None, function: Callable[..., Any], *arguments: Any
+    ) -> Any:
+        """Have a file read by a worker; it is removed again if it cannot be used."""
+        loop = asyncio.get_running_loop()
+        try:
+            return await loop.run_in_executor(self._context.pool, function, *arguments)
+        except InputError:
+            self._files.discard(file)
+            raise
+
+    def _take_recording(
+        self, file: StoredFile, facts: FileFacts, said: Mapping[Any, Any] | None
+    ) -> None:
+        before = self._file
+        self._take(file, facts, said)
+        self._files.discard(before)
         fault = self._restart()
         # What a recording does not say of itself is no fault of the user.
         if fault and said is not None:
             self.notify_error(fault)
 
-    def drop_response(self, files: list[tuple[str, bytes]]) -> None:
-        """Take a measured response of the receiver."""
-
-        def take(file: StoredFile) -> None:
-            tasks.require_response(file)
-            self._response = file
-            self.settings.assume_true_filter = True
-
-        self._drop_beside(files, self._response, take)
-
-    def drop_reference(self, files: list[tuple[str, bytes]]) -> None:
-        """Take a clean recording to show beside."""
-
-        def take(file: StoredFile) -> None:
-            self._reference = file
-
-        self._drop_beside(files, self._reference, take)
-
-    def _drop_beside(
-        self,
-        files: list[tuple[str, bytes]],
-        before: StoredFile | None,
-        take: Callable[[StoredFile], None],
-    ) -> None:
-        try:
-            self._replace(files[0], before, take)
-        except InputError as error:
-            self.notify_error(str(error))
-        else:
-            self._restart()
-
-    def _replace(
-        self, file: tuple[str, bytes], before: StoredFile | None, take: Callable[[StoredFile], None]
-    ) -> None:
-        """Take a file in the place of another, which stays if the new one cannot be used."""
-        kept = self._files.keep(*file)
-        try:
-            take(kept)
-        except InputError:
-            self._files.discard(kept)
-            raise
-        self._files.discard(before)
+    def _show_settings(self, said: Mapping[Any, Any]) -> None:
+        self.form.show_text(settings_text(said))
+        fault = self._restart()
+        if fault:
+            self.notify_error(fault)
 
     def show(self, picture: Picture) -> None:
         """Draw a picture; called with the document locked."""
@@ -191,15 +223,13 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
             if prepared_run is not self._prepared_run:
                 self._take_prepared_run(prepared_run)
 
-    def _take(self, file: StoredFile, said: Mapping[Any, Any] | None) -> None:
+    def _take(self, file: StoredFile, facts: FileFacts, said: Mapping[Any, Any] | None) -> None:
         """Begin with a recording and what is known of it."""
-        suggested = suggest_settings(file.path, file.name)
-        is_frame = is_frame_file(file.path, file.name)
         if said is None:
-            said = {} if is_frame else self._said_before()
+            said = {} if facts.is_frame else self._said_before()
         self._file = file
-        self._own = suggested if is_frame else None
-        self.form.show_text(settings_text(_completed(said, suggested)))
+        self._own = dict(facts.suggested) if facts.is_frame else None
+        self.form.show_text(settings_text(_completed(said, facts.suggested)))
 
     def _said_before(self) -> Mapping[Any, Any]:
         """Return the settings of the last recording: a sensor often records several files."""
@@ -301,10 +331,10 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
 
         async def make() -> None:
             loop = asyncio.get_running_loop()
-            work = partial(tasks.frame_content, plan, as_shown=as_shown)
+            work = partial(loop.run_in_executor, self._context.pool, tasks.FRAME_CONTENT)
             name = f"{Path(plan.file.name).stem}-frame.npz"
             try:
-                content = await loop.run_in_executor(self._context.pool, work)
+                content = await work(plan, as_shown)
             except InputError as error:
                 self._context.post(partial(self.notify_error, str(error)))
                 return
@@ -327,10 +357,10 @@ def _is_settings(name: str) -> bool:
     return Path(name).suffix.lower() in SETTINGS_SUFFIXES
 
 
-def _settings_of(name: str, content: bytes) -> dict[Any, Any]:
-    """Return what a settings file says; `InputError` if it is none."""
+def _text_of(name: str, content: bytes) -> str:
+    """Return the text of a settings file; `InputError` if it is none."""
     try:
-        return settings_values(name, content[:MAX_SETTINGS].decode("utf-8-sig"))
+        return content[:MAX_SETTINGS].decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{name} is no text in UTF-8; a settings file is needed.") from error
 

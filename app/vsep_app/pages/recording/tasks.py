@@ -5,32 +5,38 @@ the frame is then a loaded frame of the live view, with all its antennas. Those 
 take turns receive other bursts: of them one is chosen.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from vsep.errors import InputError
+from vsep.files.archive import Archive
 from vsep.files.frame import Frame, read_frame
 from vsep.files.response_file import read_response
 from vsep.inference.core.progress import Step
 from vsep.inference.core.state import SeparationState
 from vsep.inference.registry import ESTIMATORS
 from vsep.recordings.convert import convert_recording
-from vsep.recordings.settings import RecordingSettings
-from vsep.recordings.suggest import is_frame_file
+from vsep.recordings.settings import RecordingSettings, settings_values
+from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep.signal.clutter import remove_static_clutter
 from vsep_app.jobs.frame_store import frame_bytes
 from vsep_app.jobs.run_session import Snapshot
-from vsep_app.jobs.tasks import Prepared
+from vsep_app.jobs.tasks import READ_S, SIGNAL, Prepared, require_frame_size
 from vsep_app.jobs.tasks import advance as advance_prepared
 from vsep_app.jobs.tasks import compose as compose_prepared
 from vsep_app.jobs.tasks import prepare as prepare_frame
+from vsep_app.jobs.worker import Limited
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import Plan
 from vsep_app.model.static_picture import ByteArray
 from vsep_app.pages.recording.files import StoredFile
+
+PREPARE_S = 60.0  # a recording of the largest size, and the first state of its estimator
+MAX_MEGABYTES = 2048
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +53,14 @@ class RecordingPlan:
     response: StoredFile | None  #: Measured response of the receiver.
     reference: StoredFile | None  #: Clean recording of the same kind.
     scene: Plan  #: The estimator's settings, for a loaded frame.
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileFacts:
+    """What a dropped file says of itself."""
+
+    suggested: Mapping[str, Any]  #: Settings; None for what is needed and not known.
+    is_frame: bool  #: Whether it is a frame file.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -115,7 +129,7 @@ def compose(
     return compose_prepared(inner, ramp, fast_time_mode, antenna)
 
 
-def frame_content(plan: RecordingPlan, *, as_shown: bool) -> bytes:
+def frame_content(plan: RecordingPlan, as_shown: bool) -> bytes:
     """Return a frame file of the recording.
 
     Parameters
@@ -145,6 +159,14 @@ def takes_one(estimator: str, settings: RecordingSettings) -> bool:
     return not ESTIMATORS.require(estimator).several_antennas or settings.num_transmitters > 1
 
 
+def file_facts(file: StoredFile) -> FileFacts:
+    """Return what a recording says of itself; `InputError` if it is not what its suffix says."""
+    return FileFacts(
+        suggested=suggest_settings(file.path, file.name),
+        is_frame=is_frame_file(file.path, file.name),
+    )
+
+
 def require_response(file: StoredFile) -> None:
     """Raise `InputError` unless the file is a response file."""
     read_response(file.path, name=file.name)
@@ -157,8 +179,6 @@ def _called(file: StoredFile) -> Iterator[None]:
         yield
     except InputError as error:
         raise InputError(str(error).replace(file.path, file.name)) from error
-    except MemoryError as error:
-        raise InputError(f"{file.name} needs more memory than this machine has.") from error
 
 
 def _read(plan: RecordingPlan) -> tuple[Frame, tuple[str, ...]]:
@@ -166,10 +186,17 @@ def _read(plan: RecordingPlan) -> tuple[Frame, tuple[str, ...]]:
     file = plan.file
     with _called(file):
         if plan.is_frame:
-            return read_frame(file.path, name=file.name), ()
+            return _read_frame(file), ()
         frame, remarks = convert_recording(file.path, plan.settings)
+        require_frame_size(file.path, frame.num_antennas * frame.received.size)
         frame = replace(frame, name=file.name)
         return frame, tuple(remark.replace(file.path, file.name) for remark in remarks)
+
+
+def _read_frame(file: StoredFile) -> Frame:
+    with Archive(file.path, file.name) as archive:
+        require_frame_size(file.name, archive.num_elements(SIGNAL))
+    return read_frame(file.path, name=file.name)
 
 
 def _mended(frame: Frame, plan: RecordingPlan) -> Frame:
@@ -219,5 +246,15 @@ def _read_reference(plan: RecordingPlan, file: StoredFile) -> Frame:
     with _called(file):
         own = is_frame_file(file.path, file.name)
         if own and (plan.is_frame or not is_frame_file(plan.file.path, plan.file.name)):
-            return read_frame(file.path, name=file.name)
+            return _read_frame(file)
         return replace(convert_recording(file.path, plan.settings)[0], name=file.name)
+
+
+def _limited(function: Callable[..., Any], seconds: float = READ_S) -> Limited:
+    return Limited(function=function, what="The file", seconds=seconds, megabytes=MAX_MEGABYTES)
+
+
+# For the pool: a file may claim whatever it likes.
+FILE_FACTS, REQUIRE_RESPONSE = _limited(file_facts), _limited(require_response)
+SETTINGS_VALUES = _limited(settings_values)
+FRAME_CONTENT, PREPARE = _limited(frame_content, PREPARE_S), _limited(prepare, PREPARE_S)

@@ -27,7 +27,6 @@ from vsep.studies.catalogue import panel_specs
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
 from vsep.studies.panels import AnyPanel
-from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
@@ -36,7 +35,7 @@ from vsep_app.pages.base import PageBase, PageContext, page_frame
 from vsep_app.pages.studies.curves import StudyCurves
 from vsep_app.pages.studies.form import StudyForm
 from vsep_app.pages.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
-from vsep_app.pages.studies.session import StudySession, StudySnapshot
+from vsep_app.pages.studies.session import KEEP_ROWS, StudySession, StudySnapshot
 from vsep_app.pages.studies.transport import StudyTransport
 from vsep_app.widgets.fields import tool_field
 from vsep_app.widgets.layout import panel, stack, stylesheet
@@ -134,7 +133,8 @@ class StudyPage(PageBase):
         """Open a file of rows; a bad one becomes a notification and nothing else changes."""
         try:
             home = Path(tempfile.mkdtemp(dir=self._folder.name))
-            study = await _in_thread(_keep_rows, home / _UPLOADED, content, name)
+            reading = asyncio.get_running_loop().run_in_executor
+            study = await reading(self._context.pool, KEEP_ROWS, home / _UPLOADED, content, name)
             if self._closed or self._is_busy():
                 return
             self.form.take(study)
@@ -262,20 +262,6 @@ def compose(rows: Sequence[Row], choice: ScatterChoice) -> StudyPicture:
 
 async def _in_thread(function: Callable[..., _Result], *arguments: Any) -> _Result:
     return await asyncio.get_running_loop().run_in_executor(study_pool(), function, *arguments)
-
-
-def _keep_rows(path: Path, content: bytes, name: str) -> Study:
-    """Write rows that were uploaded into a file and return their study.
-
-    Raises `InputError` if they are no rows of a study, or cannot be drawn; it says so under the
-    user's name.
-    """
-    path.write_bytes(content)
-    try:
-        study = study_of_rows(read_rows(path), path)
-    except InputError as error:
-        raise InputError(str(error).replace(str(path), name)) from error
-    return study
 
 
 def _clean_up(session: StudySession | None, folder: "tempfile.TemporaryDirectory[str]") -> None:

@@ -13,9 +13,10 @@ from pathlib import Path
 
 from vsep.errors import InputError
 from vsep.studies.engine import finished_keys, record_study
-from vsep.studies.rows import read_rows
+from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
+from vsep_app.jobs.worker import Limited
 
 _LOG = logging.getLogger(__name__)
 
@@ -160,3 +161,19 @@ def _sentence(problem: Exception) -> str:
         return str(problem)
     _LOG.error("a study failed", exc_info=problem)
     return f"The study ended by an error ({type(problem).__name__}: {problem})."
+
+
+def keep_rows(path: Path, content: bytes, name: str) -> Study:
+    """Write rows that were uploaded into a file and return their study.
+
+    Raises `InputError` if they are no rows of a study, or cannot be drawn; it says so under the
+    user's name.
+    """
+    path.write_bytes(content)
+    try:
+        return study_of_rows(read_rows(path), path)
+    except InputError as error:
+        raise InputError(str(error).replace(str(path), name)) from error
+
+
+KEEP_ROWS = Limited(function=keep_rows, what="The file of rows", seconds=30.0, megabytes=1024)

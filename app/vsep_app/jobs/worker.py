@@ -1,0 +1,223 @@
+"""A worker process, seen from the server, and what goes on in it."""
+
+import logging
+import math
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, Protocol
+
+from vsep._processes import single_threaded
+from vsep_app.jobs.object_cache import ObjectCache
+
+try:
+    import resource
+except ImportError:  # not on Windows
+    resource = None  # type: ignore[assignment]
+
+_LOG = logging.getLogger(__name__)
+
+# A job that nobody waits for may go on for so long before its worker is ended.
+MAX_UNWANTED_S = 2.0
+LOOK_EVERY_S = 0.25
+_MEGABYTE = 2**20
+# The environment is changed while a process starts.
+_STARTING = threading.Lock()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limited:
+    """A function whose job is given up when it takes too much time or memory.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module.
+    what : str
+        What a sentence calls its subject.
+    seconds : float
+        Time that it may take.
+    megabytes : int
+        Memory that it may take beside what its worker has already.
+
+    Examples
+    --------
+    >>> Limited(function=len, what="The text", seconds=1.0, megabytes=64)("four")
+    4
+    """
+
+    function: Callable[..., Any]
+    what: str
+    seconds: float
+    megabytes: int
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the function; who watches time and memory is the pool."""
+        with _memory_limit(self.megabytes * _MEGABYTE):
+            return self.function(*arguments)
+
+    @property
+    def lack_of_memory(self) -> str:
+        """Sentence for the user."""
+        return f"{self.what} needs more than {self.megabytes} MB of memory; give a smaller one."
+
+    @property
+    def lack_of_time(self) -> str:
+        """Sentence for the user."""
+        return f"{self.what} takes more than {self.seconds:g} s; give a smaller one."
+
+
+class AnyJob(Protocol):
+    """What a worker needs to know of a job."""
+
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    unwanted_since: float | None
+
+
+class WorkerEndedError(Exception):
+    """The process is gone."""
+
+
+class TookTooLongError(Exception):
+    """The process was ended; the message is for the user."""
+
+
+class Worker:
+    """One process, seen from the server; it is yet to be started."""
+
+    def __init__(self, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
+        self._kept, self._prepare = kept, prepare
+        self._process: Any = None
+        self.started_at = -math.inf  #: Last attempt, by the monotonic clock.
+        self._pipe: Connection[Any, Any] | None = None
+
+    @property
+    def process_id(self) -> int:
+        """Of the process."""
+        return 0 if self._process is None else self._process.pid or 0
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process is there."""
+        return self._process is not None and bool(self._process.is_alive())
+
+    def start(self) -> None:
+        """Start the process, or another one after it has ended.
+
+        Raises `OSError` where the system has no room for another process or pipe.
+        """
+        # Spawned, not forked: a fork of a process with threads (a server, BLAS) may lock up.
+        context = multiprocessing.get_context("spawn")
+        self.started_at = time.monotonic()
+        if self._pipe is not None:
+            self._pipe.close()
+        self._pipe, theirs = context.Pipe()
+        process = context.Process(
+            target=work, args=(theirs, self._kept, self._prepare), daemon=True, name="vsep-worker"
+        )
+        try:
+            with _STARTING, single_threaded():
+                process.start()
+        finally:
+            theirs.close()
+        self._object_cache = ObjectCache(self._kept, serving=True)
+        self._process = process
+
+    def do(self, job: AnyJob) -> tuple[float, bool, Any]:
+        """Have a job done; return its seconds, whether it went well, and result or exception.
+
+        Raises `WorkerEndedError` if the process ended, or was ended because nobody wants the result
+        any more, and `TookTooLongError` if it was ended at the time limit of the job.
+        """
+        assert self._pipe is not None
+        try:
+            parcel = self._object_cache.pack((job.function, job.arguments))
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            return 0.0, False, error
+        started = time.monotonic()
+        try:
+            self._pipe.send_bytes(parcel)
+            while not self._pipe.poll(LOOK_EVERY_S):
+                self._give_up_if_due(job, time.monotonic(), started)
+            answer: tuple[float, bool, Any] = self._object_cache.unpack(self._pipe.recv_bytes())
+        except (EOFError, OSError) as error:
+            self.end()
+            raise WorkerEndedError from error
+        if isinstance(answer[2], MemoryError):
+            # What it has not given back would be missing in the next job.
+            self.end()
+        return answer
+
+    def end(self) -> None:
+        """End the process at once."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+
+    def _give_up_if_due(self, job: AnyJob, now: float, started: float) -> None:
+        if job.unwanted_since is not None and now - job.unwanted_since > MAX_UNWANTED_S:
+            self.end()
+        if isinstance(job.function, Limited) and now - started > job.function.seconds:
+            self.end()
+            raise TookTooLongError(job.function.lack_of_time)
+
+
+def work(pipe: Connection, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
+    """Do jobs until the other end of the pipe is closed; the body of a worker process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if prepare is not None:
+        try:
+            prepare()
+        except Exception as problem:  # the jobs may do all the same
+            _LOG.error("a worker could not prepare", exc_info=problem)
+    object_cache = ObjectCache(kept, serving=False)
+    while True:
+        try:
+            parcel = pipe.recv_bytes()
+            pipe.send_bytes(_answer(object_cache, parcel))
+        except (EOFError, OSError):
+            os._exit(0)
+
+
+def _answer(object_cache: ObjectCache, parcel: bytes) -> bytes:
+    start = time.perf_counter()
+    try:
+        function, arguments = object_cache.unpack(parcel)
+        good, result = True, function(*arguments)
+    except Exception as error:
+        good, result = False, error
+    seconds = time.perf_counter() - start
+    try:
+        return object_cache.pack((seconds, good, result))
+    except Exception as error:
+        return object_cache.pack((seconds, False, RuntimeError(f"{type(error).__name__}: {error}")))
+
+
+@contextmanager
+def _memory_limit(num_bytes: int) -> Iterator[None]:
+    """Let memory be refused to a worker beyond what it has and so much more.
+
+    Only where the system tells what it has, which is Linux.
+    """
+    status = Path("/proc/self/status")
+    if resource is None or not status.exists() or multiprocessing.parent_process() is None:
+        yield
+        return
+    lines = dict(line.partition(":")[::2] for line in status.read_text().splitlines())
+    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    most = int(lines["VmData"].split()[0]) * 1024 + num_bytes
+    allowed = [each for each in (most, soft, hard) if each != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_DATA, (min(allowed), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
