@@ -1,6 +1,5 @@
 """Interferer timings of result files, and their output as JSON and CSV."""
 
-import csv
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ import numpy as np
 
 from vsep.analysis.interferer_timing import Crossings, InterfererTiming, fit_interferer_timings
 from vsep.errors import InputError
+from vsep.files.writing import write_table
 from vsep.signal.radar import ChirpSequence
 
 _MAX_LINE = 2**26  # characters
@@ -70,11 +70,8 @@ def timing_line(frame: FrameTimings) -> dict[str, Any]:
 
 def write_timing_table(path: str, frames: list[FrameTimings]) -> None:
     """Write every burst with its place in a timing as CSV; without one the places are empty."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(_COLUMNS)
-        for frame in frames:
-            table.writerows([frame.file, *row] for row in _rows(frame))
+    rows = ([frame.file, *row] for frame in frames for row in _rows(frame))
+    write_table(path, _COLUMNS, rows)
 
 
 def _rows(frame: FrameTimings) -> Iterator[list[Any]]:

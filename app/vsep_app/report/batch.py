@@ -12,6 +12,7 @@ import numpy as np
 from PIL import Image
 
 from vsep.errors import InputError
+from vsep.files.writing import write_text
 from vsep_app.assets import path
 from vsep_app.model.picture import Picture
 from vsep_app.report.page import outcome
@@ -69,7 +70,7 @@ def write_batch(
         + "\n".join(rows)
         + "\n</tbody></table></body></html>\n"
     )
-    (folder / INDEX).write_text(html, encoding="utf-8")
+    write_text(folder / INDEX, html)
     return errors
 
 
