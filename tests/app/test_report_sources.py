@@ -7,7 +7,7 @@ from vsep_app.report.spec import ReportSpec, default_plan
 
 from vsep.errors import InputError
 from vsep.files.frame import write_frame
-from vsep.studies.rows import append_rows
+from vsep.studies.rows import rows_text
 
 LINK = "fig-3/6/0/object-only/1/robust"
 
@@ -42,8 +42,7 @@ def test_a_link_to_a_trial_is_that_trial():
 
 def test_a_row_of_a_study_becomes_the_same_run(study_rows, tmp_path):
     path = tmp_path / "rows.jsonl"
-    with path.open("w") as file:
-        append_rows(file, study_rows)
+    path.write_text(rows_text(study_rows))
     run = execute(of_rows(str(path), "6/0/object-only"))
     row = next(r for r in study_rows if (r["point_index"], r["realization"]) == (6, 0))
     assert len(run.steps) == row["iterations"]
