@@ -80,10 +80,20 @@ def write_bytes(path: str | Path, content: bytes) -> None:
 def write_text(path: str | Path, text: str) -> None:
     """Write a text in UTF-8 as a whole, with the line ends it has.
 
-    A file name in it that is no UTF-8 has its bytes written as backslash escapes. Raises `OSError`,
-    see `written_beside`.
+    A file name in it that is no UTF-8 is made `printable`. Raises `OSError`, see `written_beside`.
     """
-    write_bytes(path, text.encode("utf-8", "backslashreplace"))
+    write_bytes(path, printable(text).encode())
+
+
+def printable(text: str) -> str:
+    r"""Return a text with the bytes of file names that are no UTF-8 as backslash escapes.
+
+    Examples
+    --------
+    >>> print(printable("a\udcff.npz"))
+    a\udcff.npz
+    """
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def write_table(path: str | Path, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:

@@ -25,6 +25,7 @@ _FIRST_KEY = b'{"study": '
 # What every row has, and what a finished one has besides; a number may be null, which is NaN.
 _NUMBER = (int, float)
 _MAX_INTEGER = 2**63
+_MAX_NUMBER = 1e150  # the square is still a number
 _HEAD: dict[str, type | tuple[type, ...]] = {
     **dict.fromkeys(("study", "method", "status", "schedule"), str),
     **dict.fromkeys(("point_index", "realization", "seed"), int),
@@ -200,10 +201,10 @@ def _is_of_kind(name: str, value: Any) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    """Whether a value is null or a number that a float can be."""
+    """Whether a value is null or a number that a figure can be made of."""
     if isinstance(value, int):
         return abs(value) < _MAX_INTEGER
-    return value is None or isinstance(value, float)
+    return value is None or (isinstance(value, float) and abs(value) < _MAX_NUMBER)
 
 
 def _has_head(row: dict[str, Any]) -> bool:
@@ -220,13 +221,20 @@ def _has_head(row: dict[str, Any]) -> bool:
         point = trial_of_row(row).point
     except (InputError, TypeError):
         return False
-    return isinstance(point.snr_db, _NUMBER) and isinstance(point.sir_db, _NUMBER)
+    rate = point.false_alarm_rate
+    numbers = isinstance(point.snr_db, _NUMBER) and isinstance(point.sir_db, _NUMBER)
+    return numbers and (rate is None or rate > 0.0)
 
 
 def _has_results(row: dict[str, Any]) -> bool:
     several = row.get("num_ramps", 1) != 1
     lists = (*_LISTS, *_LISTS_OF_SEVERAL_RAMPS) if several else _LISTS
-    return _has(row, _RESULTS) and _has(row, dict.fromkeys(lists, list))
+    if not (_has(row, _RESULTS) and _has(row, dict.fromkeys(lists, list))):
+        return False
+    # A standard deviation may be infinite, which is null; an error is of an object that was found.
+    if any(None in row[name] for name in lists if name.endswith("errors")):
+        return False
+    return len({len(row[name]) for name in lists[1:]}) == 1
 
 
 def _has(row: dict[str, Any], types: dict[str, Any]) -> bool:
