@@ -12,6 +12,25 @@ from vsep.studies.rows import rows_text
 LINK = "fig-3/6/0/object-only/1/robust"
 
 
+@pytest.mark.parametrize(
+    ("link", "words"),
+    [
+        ("?snr=" + "9" * 4000, "snr is 9999"),
+        ("?snr=" + "9" * 5000, "has 5005 characters; at most 4096"),
+        ("?snr=" + "[" * 3000, "it must be a number between"),
+        ("?iteration=1e19", "iteration is 1e19; it must be a whole number"),
+        ("?iteration=" + "9" * 3000, "iteration is 9999"),
+        ("?x=²&trial=²/²/²", "trial is '²/²/²'"),
+        ("http://[::1/?snr=3", "cannot be read"),
+    ],
+)
+def test_a_link_that_cannot_be_used_is_one_short_sentence(link, words):
+    with pytest.raises(InputError) as caught:
+        of_link(link)
+    assert words in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
 def test_a_link_brings_scene_ramp_and_iteration():
     url = "http://127.0.0.1:5006/?preset=simulation-2-a&sir=-30&ramp=4&iteration=3&fast_time=real"
     spec = of_link(url)
