@@ -13,10 +13,8 @@ from importlib import import_module
 from inspect import Parameter, getdoc, signature
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
-import numpy as np
-
 from vsep._entry_points import load_entries, require_loadable
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 
 LAST = 1000
 _SELF_STANDING = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
@@ -183,7 +181,7 @@ class Registry(Mapping[str, E_co], Generic[E_co]):
             if name in load_entries(self._group):
                 self._kind.of(load_entries(self._group)[name], name)  # says what it is not
             raise InputError(
-                f"{self._kind.kind} is {name!r}; it must be one of {', '.join(entries)}."
+                f"{self._kind.kind} is {shown(name)}; it must be one of {', '.join(entries)}."
             )
         return entries[name]
 
@@ -239,14 +237,6 @@ class Registry(Mapping[str, E_co], Generic[E_co]):
             except InputError:
                 continue
         return entries
-
-
-def shown(value: Any) -> str:
-    """Return a value as an error message prints it; arrays by their shape."""
-    if isinstance(value, np.ndarray):
-        return f"an array of shape {value.shape}"
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _refusal(entry: Entry, name: str, value: Any, takers: list[str]) -> str:

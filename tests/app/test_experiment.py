@@ -209,6 +209,11 @@ def test_a_folder_of_ones_own_is_read_in_order(write, tmp_path):
         (TEXT.replace('"Answer."', "3"), "The experiment own.toml: it has no text 'answer'."),
         (TEXT + 'colour = "red"', "it has 'colour'; it may have title, setting"),
         (TEXT + 'page = "studies"', "its page is 'studies'; it must be one of live, compare."),
+        (TEXT + "page = []", "its page is []; it must be one of live, compare."),
+        (TEXT + f"page = {'[' * 20_000}", "cannot be read (it is nested too deeply)"),
+        (TEXT + f"[values]\nsnr = {'9' * 5000}", "cannot be read (Exceeds the limit"),
+        (TEXT + f"[values]\nsnr = {'9' * 4000}", "it must be a number between -10 and 90."),
+        (TEXT + "[values]\npreset = [1]", "preset is [1]; it must be one of simulation-1"),
         (TEXT + "values = 3", "its values are no table; write them below a line [values]."),
         (TEXT + "[values]\nloudness = 3", "it sets 'loudness'; it may set preset, snr"),
         (TEXT + '[values]\nmask = "truth"', "it sets 'mask'; it may set preset, snr"),
@@ -228,7 +233,7 @@ def test_a_bad_file_is_one_sentence(write, content, sentence):
 def test_a_bad_name_or_folder_is_one_sentence(write, tmp_path):
     with pytest.raises(InputError, match=r"My File.toml needs a file name of small letters"):
         read_experiment(write(TEXT, "My File.toml"))
-    with pytest.raises(InputError, match=r"none.toml cannot be read \(No such file"):
+    with pytest.raises(InputError, match=r"The experiment none\.toml does not exist"):
         read_experiment(tmp_path / "none.toml")
     with pytest.raises(InputError, match="is not there"):
         read_experiments(tmp_path / "none")

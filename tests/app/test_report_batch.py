@@ -1,3 +1,5 @@
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,19 @@ def test_every_frame_gets_a_report_and_a_row(tmp_path, frame_arrays):
     assert "2 of 3 frames" in index
     assert "<bad>" not in index
     assert read_provenance(folder / "a.html")["spec"]["plan"]["max_iterations"] == 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text on other systems")
+def test_a_name_that_is_no_text_gets_a_report_and_a_link_by_its_bytes(tmp_path, frame_arrays):
+    frame = tmp_path / os.fsdecode(b"night\xff.npz")
+    with frame.open("wb") as file:
+        np.savez(file, **frame_arrays())
+    assert write_batch([str(frame)], tmp_path / "reports", spec_of=spec_of) == []
+    index = (tmp_path / "reports" / "index.html").read_text()
+    assert '<a href="night%FF.html">' in index
+    assert "night\\udcff.npz</a>" in index
+    report = tmp_path / "reports" / os.fsdecode(b"night\xff.html")
+    assert read_provenance(report)["spec"]["frame"]["name"].endswith("night\\udcff.npz")
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,28 @@ from vsep_app.report.spec import ReportSpec, default_plan
 
 from vsep.errors import InputError
 from vsep.files.frame import write_frame
-from vsep.studies.rows import append_rows
+from vsep.studies.rows import rows_text
 
 LINK = "fig-3/6/0/object-only/1/robust"
+
+
+@pytest.mark.parametrize(
+    ("link", "words"),
+    [
+        ("?snr=" + "9" * 4000, "snr is 9999"),
+        ("?snr=" + "9" * 5000, "has 5005 characters; at most 4096"),
+        ("?snr=" + "[" * 3000, "it must be a number between"),
+        ("?iteration=1e19", "iteration is 1e19; it must be a whole number"),
+        ("?iteration=" + "9" * 3000, "iteration is 9999"),
+        ("?x=²&trial=²/²/²", "trial is '²/²/²'"),
+        ("http://[::1/?snr=3", "cannot be read"),
+    ],
+)
+def test_a_link_that_cannot_be_used_is_one_short_sentence(link, words):
+    with pytest.raises(InputError) as caught:
+        of_link(link)
+    assert words in str(caught.value)
+    assert len(str(caught.value)) < 300
 
 
 def test_a_link_brings_scene_ramp_and_iteration():
@@ -42,8 +61,7 @@ def test_a_link_to_a_trial_is_that_trial():
 
 def test_a_row_of_a_study_becomes_the_same_run(study_rows, tmp_path):
     path = tmp_path / "rows.jsonl"
-    with path.open("w") as file:
-        append_rows(file, study_rows)
+    path.write_text(rows_text(study_rows))
     run = execute(of_rows(str(path), "6/0/object-only"))
     row = next(r for r in study_rows if (r["point_index"], r["realization"]) == (6, 0))
     assert len(run.steps) == row["iterations"]

@@ -27,8 +27,8 @@ def told(monkeypatch):
 def slow_engine(monkeypatch):
     """An engine without processes, whose trials take a hundredth of a second at least."""
 
-    def run(trials, *, workers, stop):
-        del workers
+    def run(trials, *, workers, stop, retried):
+        del workers, retried
         for trial in trials:
             if stop.is_set():
                 return

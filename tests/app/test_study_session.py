@@ -6,7 +6,9 @@ from vsep_app.pages.studies.session import StudyPhase, StudySession, time_left_s
 from vsep import InputError
 from vsep.studies.catalogue import make_study
 from vsep.studies.engine import record_study
-from vsep.studies.trial import failed_rows
+from vsep.studies.retries import unnoticed
+from vsep.studies.rows import rows_text
+from vsep.studies.trial import ABRUPT_END, failed_rows
 
 
 def quick_study(realizations=3):
@@ -18,8 +20,8 @@ def quick_study(realizations=3):
 def slow_engine(monkeypatch):
     """An engine that takes a hundredth of a second a trial and needs no processes."""
 
-    def run(trials, *, workers, stop):
-        assert workers == 1
+    def run(trials, *, workers, stop, retried):
+        assert (workers, retried) == (1, unnoticed)
         for trial in trials:
             if stop is not None and stop.is_set():
                 return
@@ -74,6 +76,21 @@ def test_what_the_command_line_has_begun_is_there(tmp_path):
     assert len(more.snapshot().rows) == 20
 
 
+def test_rows_of_killed_workers_are_made_again_by_a_start(tmp_path):
+    path, study = tmp_path / "rows.jsonl", quick_study(1)
+    list(record_study(quick_study(1), path))
+    killed = failed_rows(study.trial(30, 0), ABRUPT_END)
+    path.write_text(path.read_text() + rows_text(killed))
+    session = StudySession(study, path)
+    assert session.snapshot().phase is StudyPhase.STOPPED
+    assert session.snapshot().num_failed == 2
+    session.start()
+    session.wait()
+    snapshot = session.snapshot()
+    assert snapshot.phase is StudyPhase.FINISHED
+    assert (len(snapshot.rows), snapshot.num_failed) == (4, 0)
+
+
 def test_a_file_of_something_else_is_refused(tmp_path):
     path = tmp_path / "notes.txt"
     path.write_text("my notes\n")
@@ -106,8 +123,8 @@ def test_stopping_what_does_not_run_changes_nothing(tmp_path):
 def test_whatever_ends_the_engine_is_one_sentence_and_the_session_goes_on(
     tmp_path, monkeypatch, caplog
 ):
-    def bug(trials, *, workers, stop):
-        del workers, stop
+    def bug(trials, *, workers, stop, retried):
+        del workers, stop, retried
         yield failed_rows(next(iter(trials)), "not computed")
         raise ZeroDivisionError("nobody foresaw this")
 

@@ -1,8 +1,7 @@
-import json
 import signal
+import socket
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -23,57 +22,72 @@ def comparable(rows):
     return sorted(repr(row) for row in stripped)
 
 
-@pytest.fixture
-def cluster(tmp_path, repository):
-    """A scheduler and two worker processes on the loopback interface: (address, workers)."""
-    pytest.importorskip("distributed")
-    description = tmp_path / "scheduler.json"
-    processes = []
+class Cluster:
+    """A scheduler and two worker processes on the loopback interface."""
 
-    def start(*arguments):
+    def __init__(self, folder, repository):
+        self._folder, self._repository = folder, repository
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = free.getsockname()[1]
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self._processes = []
+        self.start()
+
+    def start(self):
+        """Start a scheduler and two workers."""
+        self.scheduler = self._dask("scheduler", "--host", "127.0.0.1", "--port", str(self.port))
+        self.workers = [
+            self._dask(
+                *("worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny"),
+                *("--local-directory", str(self._folder / str(number))),
+            )
+            for number in range(2)
+        ]
+
+    def _dask(self, *arguments):
         process = subprocess.Popen(
             [sys.executable, "-m", "dask", *arguments, "--no-dashboard"],
-            cwd=repository,
-            env={"PATH": "", "PYTHONPATH": str(repository), "OMP_NUM_THREADS": "1"},
+            cwd=self._repository,
+            env={"PATH": "", "PYTHONPATH": str(self._repository), "OMP_NUM_THREADS": "1"},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-        processes.append(process)
+        self._processes.append(process)
         return process
 
-    start("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(description))
-    end = time.monotonic() + 60.0
-    while not description.exists():
-        assert time.monotonic() < end, "no scheduler"
-        time.sleep(0.05)
-    workers = [
-        start(
-            *("worker", "--scheduler-file", str(description), "--host", "127.0.0.1"),
-            *("--nthreads", "1", "--no-nanny", "--local-directory", str(tmp_path / str(number))),
-        )
-        for number in range(2)
-    ]
-    yield json.loads(description.read_text())["address"], workers
-    for process in reversed(processes):
-        process.kill()
-        process.wait()
+    def kill(self):
+        """End all of it."""
+        for process in reversed(self._processes):
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path, repository):
+    pytest.importorskip("distributed")
+    made = Cluster(tmp_path, repository)
+    yield made
+    made.kill()
 
 
 @pytest.mark.cluster
-def test_a_cluster_that_loses_a_worker_gives_the_same_rows_as_one_machine(cluster, tmp_path):
-    address, workers = cluster
+def test_a_cluster_that_loses_a_worker_and_the_scheduler_gives_the_rows_of_one_machine(
+    cluster, tmp_path
+):
     here, there = tmp_path / "here.jsonl", tmp_path / "there.jsonl"
     list(record_study(STUDY, here))
-    running = record_study(STUDY, there, scheduler=address)
     num_rows = 0
-    killed = False
-    for rows in running:
+    for rows in record_study(STUDY, there, scheduler=cluster.address):
         num_rows += len(rows)
-        if not killed and num_rows >= STUDY.num_rows // 2:
-            workers[0].send_signal(signal.SIGKILL)
-            killed = True
-    assert killed
-    assert workers[0].wait(timeout=10.0) == -signal.SIGKILL
+        if num_rows == STUDY.num_rows // 5:
+            cluster.workers[0].kill()
+            assert cluster.workers[0].wait(timeout=10.0) == -signal.SIGKILL
+        if num_rows == STUDY.num_rows // 2:
+            # All that the workers are at is lost, and so are they.
+            cluster.kill()
+            assert cluster.scheduler.returncode == -signal.SIGKILL
+            cluster.start()
     assert num_rows == STUDY.num_rows
     assert len(there.read_text().splitlines()) == STUDY.num_rows
     assert {row["status"] for row in read_rows(there)} == {"done"}

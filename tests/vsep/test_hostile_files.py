@@ -3,6 +3,7 @@
 import io
 import os
 import struct
+import time
 import tracemalloc
 import zipfile
 import zlib
@@ -174,6 +175,17 @@ def test_numbers_of_thousands_of_digits_are_told(tmp_path: Path, name: str, valu
         f"ramp_period_s: 6e-5\n{name}: {value}\n"
     )
     assert len(told(path, read_settings)) < 300
+
+
+@pytest.mark.parametrize("text", ["[" * 60_000, "{" * 60_000, "- " * 30_000, "x: " + "[" * 3000])
+def test_settings_within_settings_are_refused_before_they_take_their_time(
+    tmp_path: Path, text: str
+) -> None:
+    path = tmp_path / "radar.yaml"
+    path.write_text(text)
+    start = time.process_time()
+    assert "groups within groups" in told(path, read_settings)
+    assert time.process_time() - start < 5.0
 
 
 @pytest.mark.parametrize("name", ["sample_rate_hz", "ramp_period_s"])

@@ -1,6 +1,8 @@
 """`vsep.analysis.interferer_timing`: radars told from when their bursts cross."""
 
 import os
+import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -173,6 +175,29 @@ def test_no_slope_that_makes_no_timing_is_a_breakdown(slope: float) -> None:
         ramps=np.arange(10), samples=np.full(10, 50.0), slopes_hz_per_s=np.full(10, slope)
     )
     assert fit_interferer_timings(crossings, RADAR) == ()
+
+
+@pytest.mark.parametrize("spread", [0.01, 2.0])
+def test_twenty_thousand_bursts_anywhere_take_a_few_seconds(spread: float) -> None:
+    rng = np.random.default_rng(4)
+    count = 20_000
+    crossings = Crossings(
+        ramps=rng.integers(0, RADAR.num_ramps, count),
+        samples=rng.uniform(0.0, RADAR.num_samples, count),
+        slopes_hz_per_s=-2e12 * (1.0 + rng.uniform(-spread, spread, count)),
+    )
+    start = time.process_time()
+    assert fit_interferer_timings(crossings, RADAR) == ()
+    assert time.process_time() - start < 5.0
+
+
+def test_a_frame_of_hours_is_refused_before_it_is_searched() -> None:
+    radar = replace(RADAR, ramp_period_s=100.0)
+    crossings = Crossings(
+        ramps=np.arange(8), samples=np.full(8, 3.0), slopes_hz_per_s=np.full(8, -2e12)
+    )
+    with pytest.raises(InputError, match="too long to search"):
+        fit_interferer_timings(crossings, radar)
 
 
 def test_unusable_crossings_are_refused() -> None:

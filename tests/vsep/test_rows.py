@@ -1,17 +1,15 @@
-import io
-
 import pytest
 
 from vsep import InputError
 from vsep.files.results import as_json
 from vsep.studies.catalogue import make_study
 from vsep.studies.rows import (
-    append_rows,
     read_rows,
-    repair,
     require_same_study,
     row_key,
+    rows_text,
     study_of_rows,
+    torn_bytes,
 )
 from vsep.studies.study import TrialSettings
 from vsep.studies.trial import failed_rows, run_trial
@@ -24,8 +22,7 @@ ROWS = failed_rows(STUDY.trial(0, 0), "on purpose") + failed_rows(STUDY.trial(0,
 @pytest.fixture
 def path(tmp_path):
     path = tmp_path / "rows.jsonl"
-    with path.open("w") as file:
-        append_rows(file, ROWS)
+    write(path, ROWS)
     return path
 
 
@@ -34,24 +31,35 @@ def test_rows_come_back_as_they_were_written(path):
     assert len({row_key(row) for row in ROWS}) == 4
 
 
-@pytest.mark.parametrize("torn", ["{", '{"study": "fi', '{"study": "fig-2", "point_ind'])
-def test_a_torn_last_line_is_left_out_and_cut_off(path, torn):
-    whole = path.read_bytes()
-    path.write_bytes(whole + torn.encode())
+@pytest.mark.parametrize(
+    "torn",
+    [
+        b"{",
+        b'{"study": "fi',
+        b'{"study": "fig-2", "point_ind',
+        bytes(4096),
+        b'{"study": "fig-2", "point_ind' + bytes(100),
+        # A page that reached the disk behind one that did not.
+        bytes(512) + b'9}\n{"study": "fig-2"',
+    ],
+)
+def test_what_stands_behind_the_last_whole_row_is_left_out_and_counted(path, torn):
+    assert torn_bytes(path) == 0
+    path.write_bytes(path.read_bytes() + torn)
     assert read_rows(path) == ROWS
-    repair(path)
-    assert path.read_bytes() == whole
+    assert torn_bytes(path) == len(torn)
 
 
-def test_repairing_a_whole_file_changes_nothing(path):
-    whole = path.read_bytes()
-    repair(path)
-    assert path.read_bytes() == whole
+def test_a_file_that_begins_with_zeros_and_is_something_else_is_refused(tmp_path):
+    path = tmp_path / "picture.ico"
+    path.write_bytes(b"\0\0\1\0picture")
+    with pytest.raises(InputError, match=r"picture\.ico is no row"):
+        torn_bytes(path)
 
 
 def test_a_row_written_twice_counts_once(path):
     with path.open("a") as file:
-        append_rows(file, ROWS[:1])
+        file.write(rows_text(ROWS[:1]))
     assert read_rows(path) == ROWS
 
 
@@ -63,7 +71,7 @@ def test_a_file_of_something_else_is_refused_and_left_as_it_is(tmp_path, text):
         read_rows(path)
     if not text.endswith("\n"):
         with pytest.raises(InputError, match=r"notes\.txt is no row"):
-            repair(path)
+            torn_bytes(path)
     assert path.read_text() == text
 
 
@@ -77,20 +85,6 @@ def test_rows_of_other_settings_are_not_mixed():
     require_same_study(ROWS, make_study("fig-4"), "rows.jsonl")
 
 
-def test_rows_of_a_trial_are_written_in_one_go():
-    class Counting(io.StringIO):
-        writes = 0
-
-        def write(self, text):
-            self.writes += 1
-            return super().write(text)
-
-    file = Counting()
-    append_rows(file, ROWS)
-    assert file.writes == 1
-    assert file.getvalue().count("\n") == 4
-
-
 @pytest.fixture(scope="module")
 def finished_rows():
     """Rows with results, of a frame of one ramp and of one of sixteen."""
@@ -102,8 +96,7 @@ def finished_rows():
 
 
 def write(path, rows):
-    with path.open("w") as file:
-        append_rows(file, rows)
+    path.write_text(rows_text(rows))
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,12 @@ MIN_TOLERANCE = 0.1  # samples
 DEVIATIONS = 5.0  # by which a burst may miss the timing in the end
 MIN_BURSTS = 5
 _AT_A_TIME = 256  # steps searched by one transform
+# Bounds of the search: bursts that take part, steps times drifts, slopes shared without a timing,
+# and how far from its ramp a burst may cross, in ramps' lengths.
+_MAX_SEARCHED = 4096
+_MAX_PLACES = 2**29
+_MAX_UNFITTED = 8
+_FARTHEST = 100.0
 CHANCE = 1e-2  # timings expected to fit as many bursts by chance
 
 
@@ -213,13 +219,23 @@ def fit_interferer_timings(
     -------
     tuple of InterfererTiming
         Those that hold more bursts than chance would explain; often one, or none.
+
+    Raises
+    ------
+    InputError
+        If the frame is too long to be searched.
     """
     timings: list[InterfererTiming] = []
-    left = crossings
-    while len(left.ramps) >= MIN_BURSTS:
+    left = crossings.select(np.abs(crossings.samples) <= _FARTHEST * radar.num_samples)
+    num_unfitted = 0
+    while len(left.ramps) >= MIN_BURSTS and num_unfitted < _MAX_UNFITTED:
         group = _commonest_slope(left)
+        if np.sum(group) < MIN_BURSTS:
+            break  # no other slope is shared by more
         timing = _fit_one(left.select(group), radar)
-        if timing is not None:
+        if timing is None:
+            num_unfitted += 1
+        else:
             timings.append(timing)
             group = timing.explains(left)
         left = left.select(~group)
@@ -229,8 +245,12 @@ def fit_interferer_timings(
 def _commonest_slope(crossings: Crossings) -> BoolArray:
     """(B,) which bursts are of the slope that most of them share, within the spread."""
     slopes = crossings.slopes_hz_per_s
-    alike = np.abs(slopes - slopes[:, None]) <= SLOPE_SPREAD * np.abs(slopes[:, None])
-    return np.asarray(alike[np.argmax(alike.sum(axis=1))])
+    reach = SLOPE_SPREAD * np.abs(slopes)
+    in_order = np.sort(slopes)
+    counts = np.searchsorted(in_order, slopes + reach, "right")
+    counts -= np.searchsorted(in_order, slopes - reach, "left")
+    commonest = np.argmax(counts)
+    return np.asarray(np.abs(slopes - slopes[commonest]) <= reach[commonest])
 
 
 def _fit_one(crossings: Crossings, radar: ChirpSequence) -> InterfererTiming | None:
@@ -297,6 +317,8 @@ def _search(
     A timing turns the crossings into equal phases ``(t - drift i) / step``. Whole fractions of the
     right step do so as well, so that places with a long step are among the best.
     """
+    step_over = -(-len(crossings.ramps) // _MAX_SEARCHED)
+    crossings = crossings.select(np.arange(len(crossings.ramps)) % step_over == 0)
     rate, ramps = radar.sample_rate_hz, crossings.ramps
     period = radar.ramp_period_s * rate
     ratio = (radar.slope_hz_per_s + slope) / slope
@@ -305,6 +327,13 @@ def _search(
     extent = float(np.ptp(crossings.samples - middle * ramps)) + 1.0
     shortest = max(abs(ratio) * MIN_PERIOD_S * rate, 2.0 * TOLERANCE)
     longest = min(abs(ratio) * MAX_PERIOD_S * rate, extent / 2.0)
+    num_steps = GRID * extent * max(0.0, 1.0 / shortest - 1.0 / longest)
+    if num_steps * GRID * (np.ptp(ramps) + 1.0) > _MAX_PLACES:
+        duration_s = radar.num_ramps * radar.ramp_period_s
+        raise InputError(
+            f"The frame has {radar.num_ramps} ramps and lasts {duration_s:g} s, which is too long "
+            "to search for the timing of interferers; give a part of it."
+        )
     inverse_steps = np.arange(1.0 / longest, 1.0 / shortest, 1.0 / (GRID * extent))
     if len(inverse_steps) < 3:
         return [], 0
@@ -338,12 +367,14 @@ def _best_drifts(
     The sum of ``exp(j 2 pi (t - drift i) / step)`` over the bursts is a Fourier transform over the
     ramps i; its bins are drifts over a step, up to whole ones.
     """
-    ramps = crossings.ramps - crossings.ramps.min()
-    sums = np.zeros((len(inverse_steps), int(ramps.max()) + 1), dtype=np.complex128)
-    cis = np.exp(2j * np.pi * inverse_steps[:, None] * crossings.samples)
-    np.add.at(sums.T, ramps, cis.T)
+    ramps, owners = np.unique(crossings.ramps, return_inverse=True)
+    sums = np.zeros((len(inverse_steps), int(np.ptp(ramps)) + 1), dtype=np.complex128)
+    order = np.argsort(owners, kind="stable")
+    cis = np.exp(2j * np.pi * inverse_steps[:, None] * crossings.samples[order])
+    starts = np.searchsorted(owners[order], np.arange(len(ramps)))
+    sums[:, ramps - ramps[0]] = np.add.reduceat(cis, starts, axis=1)
     num_bins = fft.next_fast_len(GRID * sums.shape[1])
-    found = np.abs(fft.fft(sums, num_bins, axis=1)) / len(ramps)
+    found = np.abs(fft.fft(sums, num_bins, axis=1)) / len(crossings.ramps)
     away = np.arange(num_bins) / num_bins - (middle * inverse_steps)[:, None]
     away -= np.round(away)
     # One bin more than the reach, so that there is one at least.

@@ -27,6 +27,7 @@ from vsep.errors import InputError
 from vsep.files.archive import Archive, Source, naming, require_npz_name, source_name
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
 from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
+from vsep.files.writing import write_npz
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth
@@ -282,7 +283,7 @@ def write_frame(path: str | Path, frame: Frame) -> None:
     arrays |= {
         key: kind(frame.settings[key]) for key, kind in _SETTINGS.items() if key in frame.settings
     }
-    np.savez(path, **arrays)
+    write_npz(path, **arrays)
 
 
 def _require_signal(name: str, stored: NDArray[Any]) -> None:

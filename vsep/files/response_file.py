@@ -15,6 +15,7 @@ import numpy as np
 from vsep._version import __version__
 from vsep.errors import InputError
 from vsep.files.archive import Archive, Source, naming, require_npz_name, source_name
+from vsep.files.writing import write_npz
 from vsep.signal.receiver_response import ReceiverResponse
 
 _MAX_POINTS = 2**20
@@ -40,7 +41,7 @@ def write_response(
     require_npz_name(path, "a response file")
     stored = _in_sign(response, beat_sign)
     single = stored.num_antennas == 1
-    np.savez(
+    write_npz(
         path,
         filter_kind="measured",
         filter_frequency_hz=stored.frequency_hz,

@@ -1,6 +1,5 @@
 """Interferer timings of result files, and their output as JSON and CSV."""
 
-import csv
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ import numpy as np
 
 from vsep.analysis.interferer_timing import Crossings, InterfererTiming, fit_interferer_timings
 from vsep.errors import InputError
+from vsep.files.writing import printable, write_table
 from vsep.signal.radar import ChirpSequence
 
 _MAX_LINE = 2**26  # characters
@@ -70,11 +70,8 @@ def timing_line(frame: FrameTimings) -> dict[str, Any]:
 
 def write_timing_table(path: str, frames: list[FrameTimings]) -> None:
     """Write every burst with its place in a timing as CSV; without one the places are empty."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(_COLUMNS)
-        for frame in frames:
-            table.writerows([frame.file, *row] for row in _rows(frame))
+    rows = ([frame.file, *row] for frame in frames for row in _rows(frame))
+    write_table(path, _COLUMNS, rows)
 
 
 def _rows(frame: FrameTimings) -> Iterator[list[Any]]:
@@ -124,13 +121,17 @@ def _timings(path: str, number: int, stored: dict[str, Any]) -> FrameTimings:
             dtype=np.float64,
         ).reshape(-1, 3)
         ramps, starts, slopes = bursts.T
-        crossings = Crossings.of_chirps(ramps, starts, slopes, radar.sample_rate_hz)
+        if not (np.isfinite(bursts).all() and np.isin(ramps, np.arange(radar.num_ramps)).all()):
+            raise _no_result(path, number)
+        with np.errstate(over="ignore"):  # to infinity, which is refused
+            crossings = Crossings.of_chirps(ramps, starts, slopes, radar.sample_rate_hz)
         parallel = tuple(int(ramp) for ramp in stored.get("parallel_ramps", ()))
         file = str(stored["file"])
-    except (KeyError, TypeError, ValueError) as error:
+    # OverflowError: an integer that is larger than all floating-point numbers.
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise _no_result(path, number) from error
     return FrameTimings(
-        file=Path(file).name,
+        file=printable(Path(file).name),
         crossings=crossings,
         timings=fit_interferer_timings(crossings, radar),
         parallel_ramps=parallel,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 from vsep._entry_points import load_entries, require_loadable
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.presets import real_frame, simulation_1, simulation_2
 from vsep.presets.record import Preset, SimulatedPreset
 
@@ -44,7 +44,9 @@ def simulated_preset(preset: str | SimulatedPreset) -> SimulatedPreset:
     found = PRESETS.get(preset) if isinstance(preset, str) else preset
     if not isinstance(found, SimulatedPreset):
         require_loadable(GROUP, str(preset))
-        raise InputError(f"The preset is {preset!r}; it must be one of {', '.join(PRESET_NAMES)}.")
+        raise InputError(
+            f"The preset is {shown(preset)}; it must be one of {', '.join(PRESET_NAMES)}."
+        )
     return found
 
 

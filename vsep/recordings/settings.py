@@ -25,7 +25,7 @@ SAMPLE_KINDS: Final = ("complex", "real")
 ADC_BITS: Final = (12, 14, 16)
 MAX_FILE = 65536  # bytes of a settings file
 _MOST = 2**20
-_MAX_DEPTH = 8  # of lists and groups
+_MAX_DEPTH = 8  # of lists within lists
 _MAX_BITS = 14_000  # of an integer; Python writes no longer ones than 4,300 digits
 _RAMP_COUNTS = ("num_samples", "num_ramps")
 _NUMBERS = (
@@ -226,21 +226,23 @@ def _from_json(path: str, text: str) -> Any:
         raise InputError(f"{path} is no settings file; it must be plain name: value.") from error
 
 
+def _require_plain(path: str, yaml: Any, text: str) -> None:
+    """Refuse what takes far more time or memory than its length: aliases and deep nesting."""
+    depth = 0
+    for event in yaml.parse(text):
+        if isinstance(event, yaml.AliasEvent):
+            # A few lines of aliases of aliases stand for millions of values.
+            raise InputError(f"{path} refers to parts of itself by *; write each value out.")
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > _MAX_DEPTH:
+            raise InputError(f"{path} has groups within groups; it must be plain name: value.")
+
+
 def _from_yaml(path: str, text: str) -> Any:
     yaml = require_library("yaml", f"{path} is YAML; it", "yaml")
     try:
-        depth = 0
-        for event in yaml.parse(text):
-            if isinstance(event, yaml.AliasEvent):
-                # A few lines of aliases of aliases stand for millions of values.
-                raise InputError(f"{path} refers to parts of itself by *; write each value out.")
-            # The time to read goes with the square of the depth.
-            depth += isinstance(event, yaml.CollectionStartEvent)
-            depth -= isinstance(event, yaml.CollectionEndEvent)
-            if depth > _MAX_DEPTH:
-                raise InputError(
-                    f"{path} nests more than {_MAX_DEPTH} deep; it must be plain name: value."
-                )
+        _require_plain(path, yaml, text)
         return yaml.safe_load(text)
     except InputError:
         raise

@@ -7,7 +7,7 @@ import numpy as np
 
 from vsep._typing import FloatArray
 from vsep._validation import require_choice, require_range
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.parameters import PARAMETERS, Parameter
 from vsep.presets.channels import MAX_OBJECTS
 
@@ -144,7 +144,7 @@ def parse_axis(text: str) -> Axis:
     except (ValueError, IndexError):
         whole = False
     if not whole:
-        raise InputError(f"The axis is {text!r}; it must read name=start:stop:count.")
+        raise InputError(f"The axis is {shown(text)}; it must read name=start:stop:count.")
     return Axis(name=full_name(name.strip()), start=start, stop=stop, count=count)
 
 
@@ -157,7 +157,7 @@ def parse_value(text: str) -> tuple[str, float]:
     try:
         value = float(number)
     except ValueError:
-        raise InputError(f"The value is {text!r}; it must read name=number.") from None
+        raise InputError(f"The value is {shown(text)}; it must read name=number.") from None
     name = full_name(name.strip())
     require_allowed(name, value)
     return name, value

@@ -6,16 +6,18 @@ a word together from the values of two axes.
 """
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.presets.registry import PRESET_NAMES
 from vsep.separability.map_spec import MAP_STUDY, MapSpec
 from vsep.studies.study import Point, Trial, TrialSettings
 
 _HEAD = ("panel", "scene")
+_INDEX = re.compile(r"[0-9]{1,19}")
 _WHOLE = ("num_objects", "num_interfered_ramps", "butterworth_order", "num_interferers")
 _POINT_NAMES = {
     "slope_difference_hz_per_s": "interferer_slope_hz_per_s",
@@ -90,15 +92,15 @@ def trial_of_word(word: str) -> Trial:
     """
     parts = word.split("/")
     if len(parts) != 7 or parts[0] != MAP_STUDY or parts[1] not in PRESET_NAMES:
-        raise InputError(f"trial is {word!r}; it must read {_FORM}.")
+        raise InputError(f"trial is {shown(word)}; it must read {_FORM}.")
     _, scene, method, seed, schedule, realization, values = parts
-    if not (seed.isdecimal() and realization.isdecimal()):
-        raise InputError(f"trial is {word!r}; seed and realization must be whole numbers.")
+    if not (_INDEX.fullmatch(seed) and _INDEX.fullmatch(realization)):
+        raise InputError(f"trial is {shown(word)}; seed and realization must be whole numbers.")
     entries = dict(_entry(word, part) for part in values.split(","))
     try:
         point = Point(panel=MAP_STUDY, scene=scene, **entries)
     except TypeError:
-        raise InputError(f"trial is {word!r}; it must name snr_db and sir_db.") from None
+        raise InputError(f"trial is {shown(word)}; it must name snr_db and sir_db.") from None
     return Trial(
         study=MAP_STUDY,
         point_index=0,
@@ -122,15 +124,15 @@ def _entry(word: str, part: str) -> tuple[str, Any]:
     """Read one value of the point."""
     name, _, text = part.partition("=")
     if name not in _DEFAULTS or name in _HEAD:
-        raise InputError(f"trial is {word!r}; {name!r} is no parameter of a point.")
+        raise InputError(f"trial is {shown(word)}; {shown(name)} is no parameter of a point.")
     if name == "interference_model":
         return name, text.strip('"')
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"trial is {word!r}; {name} must be a number.") from None
+        raise InputError(f"trial is {shown(word)}; {name} must be a number.") from None
     if name not in _WHOLE:
         return name, value
     if not value.is_integer():
-        raise InputError(f"trial is {word!r}; {name} must be a whole number.")
+        raise InputError(f"trial is {shown(word)}; {name} must be a whole number.")
     return name, int(value)

@@ -1,25 +1,33 @@
 """The same trials on a Dask cluster: scheduling, data transport and lost workers are Dask's work.
 
 A trial whose worker dies is given to another one; a trial that takes down one worker after the
-other becomes rows of status "failed".
+other becomes rows of status "failed". A scheduler that goes away takes with it what its workers are
+at: once it is back, they are given it again.
 """
 
-from collections.abc import Iterable, Iterator
-from itertools import islice
+import time
+from collections.abc import Generator, Iterable, Iterator
+from functools import partial
+from itertools import chain, islice
 from typing import Any
 
 from vsep._optional import require_library
 from vsep._version import __version__
 from vsep.errors import InputError
+from vsep.studies.retries import ATTEMPTS, Retried, TrialRows, unnoticed, with_retries
 from vsep.studies.study import Trial
-from vsep.studies.trial import Row, failed_rows, run_trial
+from vsep.studies.trial import ABRUPT_END, Row, failed_rows, reason_of, run_trial
 
 _CONNECT_S = 20.0
+_RETURN_S = 60.0  # for which a scheduler that went away is waited for
 # Trials handed out ahead, per worker thread.
 _AHEAD = 3
+_LOOK_S = 0.1
 
 
-def run_on_cluster(trials: Iterable[Trial], address: str) -> Iterator[list[Row]]:
+def run_on_cluster(
+    trials: Iterable[Trial], address: str, *, retried: Retried = unnoticed
+) -> Iterator[list[Row]]:
     """Run trials on the workers of a Dask scheduler and yield their rows as they finish.
 
     Parameters
@@ -28,6 +36,8 @@ def run_on_cluster(trials: Iterable[Trial], address: str) -> Iterator[list[Row]]
         Taken only as fast as they are worked on.
     address : str
         Of the scheduler, for example ``"tcp://127.0.0.1:8786"``.
+    retried : callable, optional
+        Is given every row that is made again.
 
     Yields
     ------
@@ -38,13 +48,32 @@ def run_on_cluster(trials: Iterable[Trial], address: str) -> Iterator[list[Row]]
     ------
     InputError
         If Dask is not installed, there is no scheduler or no worker, a worker has another version
-        of this package, or the scheduler goes away.
+        of this package, or the scheduler goes away and stays away.
     """
     dask = require_library("distributed", "A scheduler", "cluster")
-    with _connected(dask.Client, address) as client:
-        waiting = iter(trials)
-        running: dict[Any, Trial] = {}
-        ahead = _AHEAD * _num_threads(client, address)
+    yield from with_retries(partial(_run, dask=dask, address=address), trials, retried)
+
+
+def _run(
+    trials: Iterable[Trial], _attempts: int, *, dask: Any, address: str
+) -> Iterator[TrialRows]:
+    """Run every trial once; a scheduler may go away as often as a trial may be tried."""
+    waiting, timeout_s = iter(trials), _CONNECT_S
+    for _ in range(ATTEMPTS):
+        unfinished = yield from _run_connected(waiting, dask, address, timeout_s)
+        if not unfinished:
+            return
+        waiting, timeout_s = chain(unfinished, waiting), _RETURN_S
+    raise InputError(f"The scheduler at {address} went away; run again to resume.")
+
+
+def _run_connected(
+    waiting: Iterator[Trial], dask: Any, address: str, timeout_s: float
+) -> Generator[TrialRows, None, list[Trial]]:
+    """Run trials until there are no more, or the scheduler goes; return those unfinished."""
+    running: dict[Any, Trial] = {}
+    with _connected(dask.Client, address, timeout_s) as client:
+        ahead = _AHEAD * _num_threads(client, address, timeout_s)
         finished = dask.as_completed()
         while True:
             for trial in islice(waiting, ahead - len(running)):
@@ -52,9 +81,15 @@ def run_on_cluster(trials: Iterable[Trial], address: str) -> Iterator[list[Row]]
                 running[future] = trial
                 finished.add(future)
             if not running:
-                return
+                return []
             future = next(finished)
-            yield _rows_of(future, running.pop(future), address)
+            if future.status not in ("finished", "error"):
+                # The client tries for its own time to come back; closed amid that it complains.
+                while client.status == "connecting":
+                    time.sleep(_LOOK_S)
+                return list(running.values())
+            trial = running.pop(future)
+            yield trial, _rows_of(future, trial)
 
 
 def library_version() -> str:
@@ -62,19 +97,19 @@ def library_version() -> str:
     return __version__
 
 
-def _connected(kind: Any, address: str) -> Any:
+def _connected(kind: Any, address: str, timeout_s: float) -> Any:
     try:
-        return kind(address, timeout=_CONNECT_S)
+        return kind(address, timeout=timeout_s)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
             f"No Dask scheduler answers at {address}: {error or type(error).__name__}."
         ) from None
 
 
-def _num_threads(client: Any, address: str) -> int:
+def _num_threads(client: Any, address: str, timeout_s: float) -> int:
     """Count the worker threads, after a look at what the workers have installed."""
     try:
-        client.wait_for_workers(1, timeout=_CONNECT_S)
+        client.wait_for_workers(1, timeout=timeout_s)
     except TimeoutError:
         raise InputError(
             f"The scheduler at {address} has no workers; start at least one."
@@ -92,11 +127,10 @@ def _num_threads(client: Any, address: str) -> int:
     return max(1, num_threads)
 
 
-def _rows_of(future: Any, trial: Trial, address: str) -> list[Row]:
+def _rows_of(future: Any, trial: Trial) -> list[Row]:
     if future.status == "error":
         error = future.exception()
-        return failed_rows(trial, f"{type(error).__name__}: {error}")
-    if future.status == "cancelled":
-        raise InputError(f"The scheduler at {address} went away; run again to resume.")
+        killed = type(error).__name__ == "KilledWorker"
+        return failed_rows(trial, ABRUPT_END if killed else reason_of(error))
     rows: list[Row] = future.result()
     return rows

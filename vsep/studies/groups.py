@@ -110,7 +110,8 @@ def standardised_errors(row: Row) -> FloatArray:
     """Return errors over their own reported standard deviation, beats first, then Dopplers."""
     errors = [*row["beat_errors"], *row.get("doppler_errors", [])]
     stds = [*row["beat_stds"], *row.get("doppler_stds", [])]
-    ratio = np.array([number(e) for e in errors]) / np.array([number(s) for s in stds])
+    with np.errstate(divide="ignore", invalid="ignore"):  # of a deviation of zero
+        ratio = np.array([number(e) for e in errors]) / np.array([number(s) for s in stds])
     return np.asarray(ratio[np.isfinite(ratio)], dtype=np.float64)
 
 

@@ -22,7 +22,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 
 from vsep._entry_points import require_loadable
 from vsep._typing import BoolArray
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.inference.core.estimator import Estimator, EstimatorEntry
 from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.entry import MitigationEntry
@@ -142,7 +142,7 @@ def require_methods(names: tuple[str, ...], handed: Handed = ()) -> tuple[str, .
     for name in names:
         if name not in known:
             _require_loadable(name)
-            raise InputError(f"method is {name!r}; it must be one of {', '.join(known)}.")
+            raise InputError(f"method is {shown(name)}; it must be one of {', '.join(known)}.")
     if len(set(names)) != len(names) or not names:
         listed = ", ".join(names) or "none"
         raise InputError(f"The methods are {listed}; each must be named once, at least one.")

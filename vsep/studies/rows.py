@@ -1,7 +1,8 @@
 """Rows on disk: one line of JSON each, appended as they finish, read again to resume.
 
-A process that is killed while it writes leaves a torn last line; `repair` removes it, and the row
-is made anew.
+A process that is killed while it writes leaves a torn last line, and a machine that loses its power
+may leave zeros in the place of the last rows. What stands behind the last whole row is left out,
+cut off before more rows are written, and the rows are made anew.
 """
 
 import json
@@ -9,7 +10,7 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields, replace
 from pathlib import Path
-from typing import Any, TextIO, TypeAlias
+from typing import Any, TypeAlias
 
 from vsep.errors import InputError
 from vsep.files.opening import read_bounded
@@ -24,6 +25,7 @@ _FIRST_KEY = b'{"study": '
 # What every row has, and what a finished one has besides; a number may be null, which is NaN.
 _NUMBER = (int, float)
 _MAX_INTEGER = 2**63
+_MAX_NUMBER = 1e150  # the square is still a number
 _HEAD: dict[str, type | tuple[type, ...]] = {
     **dict.fromkeys(("study", "method", "status", "schedule"), str),
     **dict.fromkeys(("point_index", "realization", "seed"), int),
@@ -58,10 +60,9 @@ def trial_of_row(row: Row) -> Trial:
     )
 
 
-def append_rows(file: TextIO, rows: Iterable[Row]) -> None:
-    """Write rows in one go and hand them to the operating system."""
-    file.write("".join(as_json(row) + "\n" for row in rows))
-    file.flush()
+def rows_text(rows: Iterable[Row]) -> str:
+    """Return the lines of rows."""
+    return "".join(as_json(row) + "\n" for row in rows)
 
 
 def read_rows(path: str | Path) -> list[Row]:
@@ -75,27 +76,23 @@ def read_rows(path: str | Path) -> list[Row]:
         If the file cannot be read.
     """
     content = read_bounded(path, str(path), "a file of rows")
-    whole = content[: content.rfind(b"\n") + 1]
-    _require_torn_row(path, content[len(whole) :])
+    whole = content[: _whole_bytes(path, content)]
     rows = [_parse(path, number, line) for number, line in enumerate(whole.splitlines(), 1)]
     return list({row_key(row): row for row in rows}.values())
 
 
-def repair(path: str | Path) -> None:
-    """Cut a torn last line off.
+def torn_bytes(path: str | Path) -> int:
+    """Return how many bytes stand behind the last whole row of a file; 0 where there is none.
 
     Raises
     ------
     InputError
-        If what would be cut off is not the beginning of a row; nothing is changed.
-    OSError
-        If the file cannot be read or written.
+        If these are not what an interrupted write leaves.
     """
+    if not os.path.exists(path):
+        return 0
     content = read_bounded(path, str(path), "a file of rows")
-    length = content.rfind(b"\n") + 1
-    _require_torn_row(path, content[length:])
-    if length < len(content):
-        os.truncate(path, length)
+    return len(content) - _whole_bytes(path, content)
 
 
 def study_of_rows(rows: Sequence[Row], path: str | Path) -> Study:
@@ -163,9 +160,16 @@ def require_same_study(rows: Iterable[Row], study: Study, path: str | Path) -> N
             )
 
 
-def _require_torn_row(path: str | Path, tail: bytes) -> None:
-    if not (tail.startswith(_FIRST_KEY) or _FIRST_KEY.startswith(tail)):
+def _whole_bytes(path: str | Path, content: bytes) -> int:
+    """Return where the last whole row ends, before the first zero byte if there is one."""
+    written, _, behind = content.partition(b"\0")
+    length = written.rfind(b"\n") + 1
+    tail = written[length:]
+    is_torn = tail.startswith(_FIRST_KEY) or _FIRST_KEY.startswith(tail)
+    # What begins with zeros and goes on with something else never was a file of rows.
+    if not is_torn or (length == 0 and behind.strip(b"\0")):
         raise InputError(f"The last line of {path} is no row of a study; give another file.")
+    return length
 
 
 def _parse(path: str | Path, number: int, line: bytes) -> Row:
@@ -197,10 +201,10 @@ def _is_of_kind(name: str, value: Any) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    """Whether a value is null or a number that a float can be."""
+    """Whether a value is null or a number that a figure can be made of."""
     if isinstance(value, int):
         return abs(value) < _MAX_INTEGER
-    return value is None or isinstance(value, float)
+    return value is None or (isinstance(value, float) and abs(value) < _MAX_NUMBER)
 
 
 def _has_head(row: dict[str, Any]) -> bool:
@@ -217,13 +221,20 @@ def _has_head(row: dict[str, Any]) -> bool:
         point = trial_of_row(row).point
     except (InputError, TypeError):
         return False
-    return isinstance(point.snr_db, _NUMBER) and isinstance(point.sir_db, _NUMBER)
+    rate = point.false_alarm_rate
+    numbers = isinstance(point.snr_db, _NUMBER) and isinstance(point.sir_db, _NUMBER)
+    return numbers and (rate is None or rate > 0.0)
 
 
 def _has_results(row: dict[str, Any]) -> bool:
     several = row.get("num_ramps", 1) != 1
     lists = (*_LISTS, *_LISTS_OF_SEVERAL_RAMPS) if several else _LISTS
-    return _has(row, _RESULTS) and _has(row, dict.fromkeys(lists, list))
+    if not (_has(row, _RESULTS) and _has(row, dict.fromkeys(lists, list))):
+        return False
+    # A standard deviation may be infinite, which is null; an error is of an object that was found.
+    if any(None in row[name] for name in lists if name.endswith("errors")):
+        return False
+    return len({len(row[name]) for name in lists[1:]}) == 1
 
 
 def _has(row: dict[str, Any], types: dict[str, Any]) -> bool:

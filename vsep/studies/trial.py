@@ -6,7 +6,7 @@ machine can run it. What goes wrong inside becomes a row with its reason.
 
 import time
 from dataclasses import asdict, replace
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -27,6 +27,16 @@ from vsep.studies.trial_scenario import TrialScenario, simulate_trial
 Row: TypeAlias = dict[str, Any]
 
 DONE, FAILED = "done", "failed"
+ABRUPT_END: Final = "the worker process ended abruptly"
+# A trial asks nothing of its machine but memory and its libraries.
+_OUTSIDE: Final = (MemoryError, OSError)
+_OUTSIDE_REASONS: Final = (
+    ABRUPT_END,
+    *(f"{kind.__name__}: " for kind in _OUTSIDE),
+    # As rows of older versions have them.
+    "_ArrayMemoryError: ",
+    "KilledWorker: ",
+)
 # Enough for paired differences of a thousandth of a standard deviation.
 _SIGNIFICANT_DIGITS = 7
 
@@ -49,8 +59,28 @@ def run_trial(trial: Trial) -> list[Row]:
         drawn = simulate_trial(trial)
         shared = _scene_entries(drawn)
     except Exception as error:  # whatever it is, the study goes on and the row tells
-        return failed_rows(trial, _reason(error))
+        return failed_rows(trial, reason_of(error))
     return [_run_method(trial, method, drawn, shared) for method in trial.methods]
+
+
+def reason_of(error: BaseException) -> str:
+    """Say in a row why a trial has no result.
+
+    Examples
+    --------
+    >>> reason_of(ZeroDivisionError("division by zero")), reason_of(FileNotFoundError("a.npz"))
+    ('ZeroDivisionError: division by zero', 'OSError: a.npz')
+    """
+    kind = next((one for one in _OUTSIDE if isinstance(error, one)), type(error))
+    return f"{kind.__name__}: {error}"
+
+
+def is_missing(row: Row) -> bool:
+    """Whether a row has no result for a reason outside of its trial: it is worth another run.
+
+    That is a worker process that was killed, and what memory, disk or network did not have.
+    """
+    return row["status"] == FAILED and (row.get("reason") or "").startswith(_OUTSIDE_REASONS)
 
 
 def failed_rows(trial: Trial, reason: str) -> list[Row]:
@@ -83,12 +113,8 @@ def _run_method(trial: Trial, method: str, drawn: TrialScenario, shared: Row) ->
         observation, solution = separate(trial, method, drawn)
         results = _result_entries(trial, drawn, observation, solution)
     except Exception as error:  # as above
-        return _failed_row(trial, method, _reason(error))
+        return _failed_row(trial, method, reason_of(error))
     return {**_head(trial, method), "status": DONE, "reason": None, **shared, **results}
-
-
-def _reason(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"
 
 
 def _failed_row(trial: Trial, method: str, reason: str) -> Row:

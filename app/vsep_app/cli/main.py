@@ -2,12 +2,15 @@
 
 A command's module is loaded once the command is chosen, so that ``vsep --help`` is quick. It has
 ``DESCRIPTION`` and ``EXAMPLES`` for its help, ``add_options(parser)`` and ``run(options)``, which
-returns the exit code: 0 done, 2 something handed over cannot be used. Beside these there are 130
-for interrupted, 143 for terminated and 141 where the reader of the output went away.
+returns the exit code: 0 done, 2 something handed over cannot be used, 3 something is missing that
+giving the same command again may add. Beside these there are 130 for interrupted, 143 for
+terminated and 141 where the reader of the output went away.
 """
 
 import argparse
+import io
 import os
+import shlex
 import signal
 import sys
 import threading
@@ -78,6 +81,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit code.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Of a file name that is no UTF-8 the bytes are shown, as on standard error.
+        sys.stdout.reconfigure(errors="backslashreplace")
     for name in SINGLE_THREAD:
         os.environ.setdefault(name, "1")
     try:
@@ -138,7 +144,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     Returns
     -------
     argparse.Namespace
-        The options; ``run`` is the function that carries them out.
+        The options; ``run`` is the function that carries them out, ``typed`` the command line.
     """
     parser = _Parser(
         prog="vsep",
@@ -162,6 +168,6 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        command.set_defaults(run=module.run)
+        command.set_defaults(run=module.run, typed=shlex.join(["vsep", *arguments]))
         module.add_options(command)
     return parser.parse_args(arguments)

@@ -11,6 +11,7 @@ from vsep._typing import BoolArray, ComplexArray
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
+from vsep.files.writing import write_npz
 from vsep.mitigation.method import FrameArray, Mitigation, mitigate
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.mitigation.sparse.operators import DOMAINS
@@ -115,7 +116,7 @@ def _mitigate_frame(path: str, repairs: _Repairs, options: argparse.Namespace) -
         mask = frame_mask(frame, options.mask, received)
         # What stands still is put back.
         cleaned = repairs.cleaned(frame, received, mask) + (frame.received - received)
-        np.savez(
+        write_npz(
             _path_of(options.out, path),
             cleaned=frame.in_file_sign(np.asarray(cleaned, dtype=np.complex128)),
             mask=frame.in_file_shape(mask),

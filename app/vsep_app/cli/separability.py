@@ -1,7 +1,6 @@
 """``vsep separability``: maps of when objects and interference can be told apart."""
 
 import argparse
-import csv
 import sys
 from pathlib import Path
 from textwrap import fill
@@ -9,6 +8,7 @@ from typing import Any, Final
 
 from vsep._validation import require_range
 from vsep.errors import InputError
+from vsep.files.writing import write_table
 from vsep.presets.registry import PRESET_NAMES
 from vsep.separability.analytic import analytic_map
 from vsep.separability.axes import AXES, parse_axis, parse_value
@@ -149,7 +149,4 @@ def _cell_results(spec: MapSpec, workers: int) -> dict[Cell, CellResult]:
 
 def _write_table(separability_map: SeparabilityMap, out: Path) -> None:
     rows = table_rows(separability_map)
-    with out.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]))
-        table.writeheader()
-        table.writerows(rows)
+    write_table(out, list(rows[0]), (list(row.values()) for row in rows))

@@ -22,8 +22,10 @@ from vsep.calibration.calibrate import calibrate
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
+from vsep.files.line_file import lines_of_a_run
 from vsep.files.response_file import read_response
 from vsep.files.results import as_json, profile_entry, result_line, separated_signals
+from vsep.files.writing import write_npz
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step
 from vsep.inference.core.run import run as run_estimator
@@ -130,7 +132,7 @@ def run(options: argparse.Namespace) -> int:
     profile: Counter[str] = Counter()
     used = 0
     with (
-        open(options.out, "w", encoding="utf-8") as results,
+        lines_of_a_run(options.out) as results,
         _result_lines(options, workers) as lines,
     ):
         for line in counted(lines, len(options.frames), "frame"):
@@ -143,7 +145,6 @@ def run(options: argparse.Namespace) -> int:
                 say(_which_antenna(line))
             profile.update(line.get("profile", {}))
             results.write(as_json(line) + "\n")
-            results.flush()
     if profile:
         sys.stderr.write("\n".join(_profile_table(profile, used)) + "\n")
     if used > 1:
@@ -231,7 +232,7 @@ def separate_frame(
         estimator = _separator_of(options, frame, received)
         solution, timings = _solve(estimator, received, frame, options, watch)
         if options.signals is not None:
-            np.savez(_signals_path(options.signals, path), **separated_signals(frame, solution))
+            write_npz(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
         return {"file": path, "error": error_text(path, error)}
     line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)

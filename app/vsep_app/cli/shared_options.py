@@ -12,6 +12,8 @@ from vsep.errors import InputError
 
 EXIT_INPUT: Final = 2
 """Exit code where something that was handed over cannot be used."""
+EXIT_INCOMPLETE: Final = 3
+"""Exit code where something is missing that giving the same command again may add."""
 _PROJECT = ("vsep", "vsep_app")
 
 

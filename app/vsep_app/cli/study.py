@@ -1,21 +1,22 @@
 """``vsep study``: Monte-Carlo studies listed, run, drawn and summarised."""
 
 import argparse
-import csv
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Any, Final
 
 from vsep.errors import InputError
 from vsep.files.frame import write_frame
 from vsep.files.results import as_json
+from vsep.files.writing import write_table
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.engine import finished_keys, pending_trials, record_study
 from vsep.studies.frames import trial_frame
-from vsep.studies.rows import read_rows
+from vsep.studies.rows import read_rows, row_key, torn_bytes
 from vsep.studies.study import Study, Trial, TrialSettings
 from vsep.studies.summary import summarise
-from vsep.studies.trial import FAILED, Row, run_trial
+from vsep.studies.trial import FAILED, Row, is_missing, run_trial
 from vsep_app.cli.estimator_options import (
     add_schedule_option,
     add_seed_option,
@@ -24,6 +25,7 @@ from vsep_app.cli.estimator_options import (
 )
 from vsep_app.cli.progress import counter, say
 from vsep_app.cli.shared_options import (
+    EXIT_INCOMPLETE,
     add_file,
     add_number,
     add_out,
@@ -45,10 +47,12 @@ examples:
   vsep study run fig-3 --repeat 20,17 --frame outlier.npz
       one trial alone, its rows on standard output, its frame for `vsep report` and the dashboard
 
-A study that was stopped goes on where it was: give the same command again.
+A study that was stopped goes on where it was: give the same command again. So do rows that are
+missing because a process was killed or memory, disk or network failed; the exit code is then 3.
 """
 _OF_ALL_TRIALS: Final = ("realizations", "points", "out", "workers", "scheduler")
 _RUNS: Final = {"a whole study": frozenset(_OF_ALL_TRIALS), "--repeat": frozenset({"frame"})}
+_MOST_REASONS: Final = 5  # in the summary of a run
 _TRIAL_SETTINGS: Final = ("seed", "schedule", "gospa_cutoff", "gospa_order")
 
 
@@ -145,19 +149,58 @@ def _run(options: argparse.Namespace) -> int:
     if options.out is None:
         raise InputError("--out is missing; give the file for the rows, or --repeat a trial.")
     require_folder(options.out)
-    missing = sum(
-        len(trial.methods) for trial in pending_trials(study, finished_keys(study, options.out))
+    pending = pending_trials(study, finished_keys(study, options.out))
+    num_pending = sum(len(trial.methods) for trial in pending)
+    if torn := torn_bytes(options.out):
+        say(f"{options.out} was cut off amid a row; its last {torn} bytes are left out.")
+    retried: list[Row] = []
+    results = record_study(
+        study,
+        options.out,
+        workers=1 if options.workers is None else options.workers,
+        scheduler=options.scheduler,
+        retried=retried.append,
     )
-    num_failed = 0
-    workers = 1 if options.workers is None else options.workers
-    results = record_study(study, options.out, workers=workers, scheduler=options.scheduler)
-    with counter(study.num_rows, "row", done=study.num_rows - missing) as progress:
-        for rows in results:
-            progress.update(len(rows))
-            num_failed += _report_failures(rows)
-    if num_failed:
-        sys.stderr.write(f"vsep: {num_failed} rows failed; their reasons are in {options.out}.\n")
-    return 0
+    try:
+        with counter(study.num_rows, "row", done=study.num_rows - num_pending) as progress:
+            for rows in results:
+                progress.update(len(rows))
+                _report_failures(rows)
+    except KeyboardInterrupt:
+        _summarise_run(study, options, len(retried))
+        raise
+    return _summarise_run(study, options, len(retried)) if num_pending else 0
+
+
+def _summarise_run(study: Study, options: argparse.Namespace, num_retried: int) -> int:
+    """Say how many rows there are, and what to type for those that are missing; the exit code."""
+    rows = read_rows(options.out) if Path(options.out).exists() else []
+    by_key = {row_key(row): row for row in rows}
+    keys = (
+        (study.name, index, realization, method)
+        for index in study.point_indices
+        for realization in range(study.realizations)
+        for method in study.methods
+    )
+    own = [by_key[key] for key in keys if key in by_key]
+    done = [row for row in own if row["status"] != FAILED]
+    missing = study.num_rows - sum(not is_missing(row) for row in own)
+    parts = [f"{len(done)} of {study.num_rows} rows done"]
+    reasons = Counter(row["reason"] or "no reason given" for row in own if row["status"] == FAILED)
+    for reason, count in reasons.most_common(_MOST_REASONS):
+        parts.append(f"{count} failed ({reason})")
+    if others := sum(reasons.values()) - sum(
+        count for _, count in reasons.most_common(_MOST_REASONS)
+    ):
+        parts.append(f"{others} failed for other reasons")
+    if num_retried:
+        parts.append(f"{num_retried} retried")
+    say(f"{'; '.join(parts)}; the rows are in {options.out}.")
+    if missing == 0:
+        return 0
+    are = "row is" if missing == 1 else "rows are"
+    say(f"{missing} {are} missing; to go on, type: {options.typed}")
+    return EXIT_INCOMPLETE
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -177,10 +220,7 @@ def _summarise(options: argparse.Namespace) -> int:
         raise InputError(f"The summary {options.out!r} must end in .csv.")
     measures = [measure.as_row() for measure in summarise(_rows(options.rows))]
     names = list(dict.fromkeys(name for measure in measures for name in measure))
-    with open(options.out, "w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, names)
-        table.writeheader()
-        table.writerows(measures)
+    write_table(options.out, names, ([row.get(name, "") for name in names] for row in measures))
     return 0
 
 
@@ -216,12 +256,10 @@ def _repeat(trial: Trial, frame: str | None) -> int:
     return 0
 
 
-def _report_failures(rows: list[Row]) -> int:
-    failed = [row for row in rows if row["status"] == FAILED]
-    for row in failed:
+def _report_failures(rows: list[Row]) -> None:
+    for row in (row for row in rows if row["status"] == FAILED):
         where = f"point {row['point_index']}, realization {row['realization']}, {row['method']}"
         say(f"{where}: {row['reason']}")
-    return len(failed)
 
 
 def _rows(path: str) -> list[Row]:

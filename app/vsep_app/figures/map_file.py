@@ -4,6 +4,7 @@ from html import escape
 from pathlib import Path
 
 from vsep.errors import InputError
+from vsep.files.writing import write_text
 from vsep.separability.axes import AXES
 from vsep.separability.map import LAYERS, SeparabilityMap
 from vsep.separability.map_spec import MapSpec
@@ -28,7 +29,7 @@ def write_map(separability_map: SeparabilityMap, out: Path) -> None:
     if suffix not in SUFFIXES:
         raise InputError(f"The map {out.name!r} must end in .html, .png, .svg or .pdf.")
     if suffix == ".html":
-        out.write_text(map_html(separability_map), encoding="utf-8")
+        write_text(out, map_html(separability_map))
         return
     places = [
         Place(map_overlay(separability_map, name, "matplotlib"), title=LAYERS[name].label)

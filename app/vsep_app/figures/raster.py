@@ -6,6 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vsep.files.timing_lines import FrameTimings
+from vsep.files.writing import written_beside
 
 SIZE_INCHES = (9.0, 6.0)
 DOTS_PER_INCH = 160
@@ -49,4 +50,5 @@ def write_raster(frame: FrameTimings, out: Path) -> None:
         axes.spines[["top", "right"]].set_visible(False)
         if axes.get_legend_handles_labels()[0]:
             axes.legend(fontsize=8, frameon=False, loc="upper right")
-    page.savefig(out, format=out.suffix[1:].lower())
+    with written_beside(out) as beside:
+        page.savefig(beside, format=out.suffix[1:].lower())

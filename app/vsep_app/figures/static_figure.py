@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from vsep.files.writing import written_beside
 from vsep_app.figures.backends import draw_on_axes
 
 DOTS_PER_INCH = 150
@@ -52,8 +53,8 @@ def write_static(
         for axes in grid[len(places) :]:
             axes.set_axis_off()
     suffix = out.suffix.lower()
-    with mpl.rc_context({"svg.hashsalt": "vsep"}):
-        page.savefig(out, format=suffix[1:], metadata=_METADATA[suffix])
+    with mpl.rc_context({"svg.hashsalt": "vsep"}), written_beside(out) as beside:
+        page.savefig(beside, format=suffix[1:], metadata=_METADATA[suffix])
 
 
 def _draw(axes: Any, place: Place) -> None:

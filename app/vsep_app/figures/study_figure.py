@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vsep.errors import InputError
+from vsep.files.writing import write_text
 from vsep.studies.example import example_panels
 from vsep.studies.figures import study_panels
 from vsep.studies.panels import AnyPanel
@@ -35,7 +36,7 @@ def write_study_figure(rows: Sequence[Row], out: Path) -> None:
     panels = figure_panels(rows)
     if out.suffix.lower() == ".html":
         title = f"vsep: {', '.join(dict.fromkeys(row['study'] for row in rows))}"
-        out.write_text(figure_html(panels, title=title), encoding="utf-8")
+        write_text(out, figure_html(panels, title=title))
     else:
         write_panels(panels, out)
 

@@ -6,12 +6,13 @@ from typing import Any
 
 import param
 
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.files.frame_mask import MASK_NAMES
 from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.mitigation.sparse.prior import SeenFrame
 from vsep_app.model.settings import Plan
+from vsep_app.model.url import as_given
 from vsep_app.pages.compare.metrics import FrameResult
 
 MIN_METHODS, MAX_METHODS = 2, 4
@@ -79,7 +80,7 @@ def require_distinct(methods: list[str]) -> list[str]:
     known = method_labels()
     for name in methods:
         if name not in known:
-            raise InputError(f"method is {name!r}; it must be one of {', '.join(known)}.")
+            raise InputError(f"method is {shown(name)}; it must be one of {', '.join(known)}.")
     twice = [name for name in methods if methods.count(name) > 1]
     if twice:
         raise InputError(f"{twice[0]} is chosen twice; the methods must differ.")
@@ -107,14 +108,14 @@ def parse_choice(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
         except InputError as error:
             errors.append(str(error))
     mask = query.get(MASK_KEY)
-    if mask in MASK_NAMES:
+    if isinstance(mask, str) and mask in MASK_NAMES:
         values["mask"] = mask
     elif mask is not None:
-        errors.append(f"{MASK_KEY} is {mask}; it must be one of {', '.join(MASK_NAMES)}.")
+        errors.append(f"{MASK_KEY} is {as_given(mask)}; it must be one of {', '.join(MASK_NAMES)}.")
     debias = query.get(DEBIAS_KEY)
     if debias is not None:
         if str(debias).lower() in ("true", "false"):
             values["debias"] = str(debias).lower() == "true"
         else:
-            errors.append(f"{DEBIAS_KEY} is {debias}; it must be true or false.")
+            errors.append(f"{DEBIAS_KEY} is {as_given(debias)}; it must be true or false.")
     return values, errors

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.files.frame import Frame
 from vsep.separability.trial_word import is_map_trial_word, trial_of_word
 from vsep.studies.catalogue import CATALOGUE, make_study
@@ -74,7 +74,7 @@ def open_trial(link: str) -> OpenedTrial:
         return _opened(link, trial_of_word(link))
     word = _WORD.fullmatch(link)
     if word is None:
-        raise InputError(f"trial is {link!r}; it must read {_FORM}.")
+        raise InputError(f"trial is {shown(link)}; it must read {_FORM}.")
     method, schedule = word["method"], word["schedule"]
     study = make_study(
         word["study"],
@@ -90,7 +90,7 @@ def _opened(link: str, trial: Trial) -> OpenedTrial:
     (method,) = trial.methods
     estimator = _estimator(method)
     if estimator is None:
-        raise InputError(f"trial is {link!r}; the live view has no method {method}.")
+        raise InputError(f"trial is {shown(link)}; the live view has no method {method}.")
     schedule = trial.settings.schedule
     values = {"estimator": estimator, "schedule": schedule, **_threshold_values(trial.point)}
     return OpenedTrial(link=link, frame=trial_frame(trial, method), values=values)
@@ -129,7 +129,9 @@ def _threshold(text: str | None) -> float | None:
     try:
         return None if text is None else float(text)
     except ValueError as error:
-        raise InputError(f"The threshold of the trial is {text}; it must be a number.") from error
+        raise InputError(
+            f"The threshold of the trial is {shown(text)}; it must be a number."
+        ) from error
 
 
 def _threshold_values(point: Point) -> dict[str, float]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import param
 
+from vsep.errors import shown
 from vsep.presets.registry import DEFAULT_PRESET, PRESETS
 from vsep_app.model.settings import LOADED_FRAME, SETTINGS, Settings, preset_values
 
@@ -33,7 +34,7 @@ def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """
     values: dict[str, Any] = {}
     errors: list[str] = []
-    preset = query.get("preset", DEFAULT_PRESET)
+    preset = str(query.get("preset", DEFAULT_PRESET))
     if preset == LOADED_FRAME:
         errors.append("A link cannot carry a loaded frame; load its file again.")
         query = {key: value for key, value in query.items() if key != "preset"}
@@ -46,7 +47,7 @@ def parse_query(query: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
         try:
             values[name] = _parse(parameter, query[key])
         except ValueError:
-            errors.append(f"{key} is {query[key]}; it must be {_allowed(parameter)}.")
+            errors.append(f"{key} is {as_given(query[key])}; it must be {_allowed(parameter)}.")
     ranges = PRESETS[values.get("preset", DEFAULT_PRESET)].ranges()
     for name, (lowest, highest) in ranges.items():
         if name in values and not lowest <= values[name] <= highest:
@@ -69,11 +70,16 @@ def parse_iteration(query: Mapping[str, Any]) -> tuple[int | None, list[str]]:
     """
     if ITERATION_KEY not in query:
         return None, []
-    value, highest = str(query[ITERATION_KEY]), Settings.param.max_iterations.bounds[1]
+    value, highest = as_given(query[ITERATION_KEY]), Settings.param.max_iterations.bounds[1]
     if value.isdecimal() and len(value) <= len(str(highest)) and int(value) <= highest:
         return int(value), []
     wrong = f"{ITERATION_KEY} is {value}; it must be a whole number between 0 and {highest}."
     return None, [wrong]
+
+
+def as_given(value: Any) -> str:
+    """Return a value as an address has it, without quotes; a long one is shortened."""
+    return shown(value).strip("'\"") if isinstance(value, str) else shown(value)
 
 
 def _parse(parameter: Any, value: Any) -> Any:
@@ -88,7 +94,7 @@ def _parse(parameter: Any, value: Any) -> Any:
         elif isinstance(parameter, param.Boolean) and value in (0, 1):
             value = bool(value)
         Settings(**{parameter.name: value})
-    except (TypeError, OverflowError) as error:
+    except (TypeError, OverflowError, RecursionError) as error:
         raise ValueError(str(error)) from error
     return value
 

@@ -14,6 +14,7 @@ from PIL import Image
 
 from vsep.errors import InputError
 from vsep.files.results import as_json
+from vsep.files.writing import written_beside
 from vsep_app.figures.figure_page import draw_delay, draw_fast_time, draw_map
 from vsep_app.model.picture import Picture
 from vsep_app.report.names import ffmpeg_program, require_animation_name
@@ -39,7 +40,8 @@ def write_animation(run: ReportRun, out: Path) -> None:
     require_animation_name(str(out))
     images = [draw_image(run.picture(i), len(run.steps)) for i in shown_iterations(len(run.steps))]
     times_ms = [FIRST_MS, *[EACH_MS] * (len(images) - 2), LAST_MS][: len(images)]
-    _WRITERS[out.suffix.lower()](out, images, times_ms, as_json(provenance(run)).encode())
+    with written_beside(out) as beside:
+        _WRITERS[out.suffix.lower()](beside, images, times_ms, as_json(provenance(run)).encode())
 
 
 def shown_iterations(last: int) -> list[int]:
@@ -127,7 +129,7 @@ def _write_mp4(
     done = subprocess.run(command, input=raw, capture_output=True, check=False)
     if done.returncode != 0:
         reason = done.stderr.decode(errors="replace").strip().splitlines() or ["no reason given"]
-        raise InputError(f"ffmpeg could not write {out.name}: {reason[-1]}")
+        raise InputError(f"ffmpeg could not write the animation: {reason[-1]}")
 
 
 _WRITERS: dict[str, Callable[[Path, Sequence[Image.Image], Sequence[int], bytes], None]] = {

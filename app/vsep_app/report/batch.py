@@ -2,16 +2,19 @@
 
 import base64
 import io
+import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
+from urllib.parse import quote
 
 import matplotlib as mpl
 import numpy as np
 from PIL import Image
 
 from vsep.errors import InputError
+from vsep.files.writing import write_text
 from vsep_app.assets import path
 from vsep_app.model.picture import Picture
 from vsep_app.report.page import outcome
@@ -69,7 +72,7 @@ def write_batch(
         + "\n".join(rows)
         + "\n</tbody></table></body></html>\n"
     )
-    (folder / INDEX).write_text(html, encoding="utf-8")
+    write_text(folder / INDEX, html)
     return errors
 
 
@@ -98,7 +101,8 @@ def _report(frame: str, out: Path, spec: ReportSpec) -> str:
     numbers += [
         str(metrics.get(key, MISSING)) for key in ("objects_true", "misses", "false_alarms")
     ]
-    link = f'<a href="{escape(out.name)}">{escape(frame)}</a>'
+    # In an address a name that is no UTF-8 stands by its bytes.
+    link = f'<a href="{quote(os.fsencode(out.name))}">{escape(frame)}</a>'
     return row_html([link, _thumbnail(picture), escape(outcome(picture)), *numbers])
 
 

@@ -1,13 +1,15 @@
 """Report specs from a frame file, a preset, a study's trial, a link or a report."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.files.frame import read_frame
+from vsep.files.writing import printable
 from vsep.inference.registry import ESTIMATORS
 from vsep.presets.registry import PRESETS
 from vsep.studies.rows import read_rows
@@ -17,6 +19,8 @@ from vsep_app.model.url import parse_iteration, parse_query
 from vsep_app.report.metadata import read_provenance
 from vsep_app.report.spec import KeptFrame, ReportSpec, default_plan, read_spec
 
+_INDEX = re.compile(r"[0-9]{1,10}")
+_MAX_LINK = 4096  # characters
 _TRIAL_FORM = "POINT/REALIZATION or POINT/REALIZATION/METHOD"
 
 
@@ -26,7 +30,7 @@ def kept_frame(path: str) -> KeptFrame:
     Raises `InputError` if it is no frame file.
     """
     read_frame(path)
-    return KeptFrame(name=path, content=Path(path).read_bytes())
+    return KeptFrame(name=printable(path), content=Path(path).read_bytes())
 
 
 def of_frame(path: str) -> ReportSpec:
@@ -40,7 +44,7 @@ def of_preset(preset: str) -> ReportSpec:
     Raises `InputError` if there is none of that name.
     """
     if preset not in PRESETS:
-        raise InputError(f"preset is {preset!r}; it must be one of {', '.join(PRESETS)}.")
+        raise InputError(f"preset is {shown(preset)}; it must be one of {', '.join(PRESETS)}.")
     return ReportSpec(plan=default_plan(preset))
 
 
@@ -60,8 +64,8 @@ def of_rows(path: str, which: str) -> ReportSpec:
     Raises `InputError` if there is no such row, or the live view cannot repeat it.
     """
     parts = which.split("/")
-    if len(parts) not in (2, 3) or not all(part.isdecimal() for part in parts[:2]):
-        raise InputError(f"trial is {which!r}; with rows it must read {_TRIAL_FORM}.")
+    if len(parts) not in (2, 3) or not all(_INDEX.fullmatch(part) for part in parts[:2]):
+        raise InputError(f"trial is {shown(which)}; with rows it must read {_TRIAL_FORM}.")
     place = tuple(int(part) for part in parts[:2])
     rows = [
         row
@@ -70,7 +74,9 @@ def of_rows(path: str, which: str) -> ReportSpec:
         and (len(parts) == 2 or row["method"] == parts[2])
     ]
     if not rows:
-        raise InputError(f"{path} has no row of trial {which}; see its point_index, realization.")
+        raise InputError(
+            f"{path} has no row of trial {shown(which)}; see its point_index, realization."
+        )
     links = [link for link in map(trial_link, rows) if link]
     if not links:
         raise InputError(f"Trial {which} of {path} cannot be drawn: its method has no iterations.")
@@ -82,7 +88,12 @@ def of_link(url: str) -> ReportSpec:
 
     Raises `InputError` if something in the link cannot be used.
     """
-    query = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
+    if len(url) > _MAX_LINK:
+        raise InputError(f"The link has {len(url)} characters; at most {_MAX_LINK} are read.")
+    try:
+        query = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
+    except ValueError as error:
+        raise InputError("The link cannot be read; copy it from the page.") from error
     trial, scene, errors = trial_of_query(query)
     values, more = parse_query(scene)
     iteration, last = parse_iteration(scene)

@@ -8,14 +8,13 @@ the same machine, are equal to the bit.
 import base64
 import binascii
 import hashlib
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import param
 
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.inference.registry import ESTIMATORS
 from vsep_app.model.settings import LOADED_FRAME, Plan, Settings
 
@@ -106,7 +105,7 @@ def read_spec(data: Any, name: str, frame: KeptFrame | None = None) -> ReportSpe
         raise InputError(f"{name} does not say how it was made; give a report of this version.")
     for key, good in _CHECKS.items():
         if not good(data[key]):
-            raise InputError(f"{name} says {key} is {data[key]!r}, which cannot be used.")
+            raise InputError(f"{name} says {key} is {shown(data[key])}, which cannot be used.")
     return ReportSpec(
         plan=_read_plan(data["plan"], name),
         frame=_read_frame(data["frame"], name, frame),
@@ -115,6 +114,7 @@ def read_spec(data: Any, name: str, frame: KeptFrame | None = None) -> ReportSpe
     )
 
 
+_MAX_NUMBER = 1e300
 _MAX_COUNT = 2**31  # of ramps, antennas, iterations
 
 
@@ -127,8 +127,10 @@ def _is_count(value: Any) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number and math.isfinite(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    # An integer may be larger than all floating-point numbers.
+    return abs(value) < _MAX_NUMBER
 
 
 _CHECKS = {
@@ -150,7 +152,7 @@ def _read_plan(data: Any, name: str) -> Plan:
         raise InputError(f"{name} holds no plan of a run; give a report of this version.")
     for key, value in data.items():
         if not _suits(key, value):
-            raise InputError(f"{name} says {key} is {value!r}, which cannot be used.")
+            raise InputError(f"{name} says {key} is {shown(value)}, which cannot be used.")
     return Plan(**data)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vsep.files.results import as_json
+from vsep.files.writing import write_bytes, write_text
 from vsep_app.report.names import require_record_name, require_report_name
 from vsep_app.report.page import report_html
 from vsep_app.report.replay import record_html
@@ -16,7 +17,7 @@ def write_report(run: ReportRun, out: Path) -> None:
     Raises `InputError` if the suffix is another one, `OSError` if the file cannot be written.
     """
     require_report_name(str(out))
-    out.write_bytes(report_bytes(run, out.suffix.lower()))
+    write_bytes(out, report_bytes(run, out.suffix.lower()))
 
 
 def report_bytes(run: ReportRun, suffix: str) -> bytes:
@@ -40,7 +41,7 @@ def write_record(run: ReportRun, out: Path) -> None:
     be written.
     """
     require_record_name(str(out))
-    out.write_text(record_html(run), encoding="utf-8")
+    write_text(out, record_html(run))
 
 
 def _html(run: ReportRun) -> bytes:

@@ -12,7 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
+from vsep.files.opening import read_bounded
 from vsep_app.assets import folder as shipped_folder
 from vsep_app.model.compare_settings import (
     DEBIAS_KEY,
@@ -22,12 +23,13 @@ from vsep_app.model.compare_settings import (
     parse_choice,
 )
 from vsep_app.model.settings import PLAN_NAMES, Settings
-from vsep_app.model.url import QUERY_NAMES, parse_query
+from vsep_app.model.url import QUERY_NAMES, as_given, parse_query
 
 EXPERIMENT_KEY = "experiment"
 LIVE, COMPARE = "./", "compare"
 _PAGES = {"live": LIVE, "compare": COMPARE}
 _TEXTS = ("title", "setting", "question", "watch", "answer")
+_MAX_FILE = 65536  # bytes
 _KEYS = (*_TEXTS, "page", "values")
 _CHOICE_KEYS = (METHODS_KEY, MASK_KEY, DEBIAS_KEY)
 # A number in front of the name puts the files in their order.
@@ -72,9 +74,16 @@ def read_experiment(path: Path) -> Experiment:
     Raises `InputError` if it cannot be read or is no experiment; one sentence that names the file.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
+        content = tomllib.loads(
+            read_bounded(path, f"The experiment {path.name}", "a TOML file", _MAX_FILE).decode()
+        )
+    except UnicodeDecodeError as error:
+        raise InputError(f"The experiment {path.name} is no text in UTF-8.") from error
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        # ValueError: no TOML, or a number of thousands of digits; RecursionError: lists in lists.
+        reason = "it is nested too deeply" if isinstance(error, RecursionError) else error
         raise InputError(f"The experiment {path.name} cannot be read ({reason}).") from error
     named = _FILE_NAME.fullmatch(path.stem)
     if named is None:
@@ -145,7 +154,11 @@ def open_experiment(
     found = next((one for one in experiments if one.name == name), None)
     if found is None:
         names = ", ".join(one.name for one in experiments)
-        return dict(query), None, [f"{EXPERIMENT_KEY} is {name}; it must be one of {names}."]
+        return (
+            dict(query),
+            None,
+            [f"{EXPERIMENT_KEY} is {as_given(name)}; it must be one of {names}."],
+        )
     return ({**found.query, **query} if found.page == page else dict(query)), found, []
 
 
@@ -153,20 +166,20 @@ def _make(name: str, content: Mapping[str, Any]) -> Experiment:
     """Return the experiment that a file holds; an `InputError` says what of it is not right."""
     unknown = [key for key in content if key not in _KEYS]
     if unknown:
-        raise InputError(f"it has {unknown[0]!r}; it may have {', '.join(_KEYS)}.")
+        raise InputError(f"it has {shown(unknown[0])}; it may have {', '.join(_KEYS)}.")
     for key in _TEXTS:
         if not isinstance(content.get(key), str) or not content[key].strip():
             raise InputError(f"it has no text {key!r}.")
     page = content.get("page", "live")
-    if page not in _PAGES:
-        raise InputError(f"its page is {page!r}; it must be one of {', '.join(_PAGES)}.")
+    if not isinstance(page, str) or page not in _PAGES:
+        raise InputError(f"its page is {shown(page)}; it must be one of {', '.join(_PAGES)}.")
     query = content.get("values", {})
     if not isinstance(query, Mapping):
         raise InputError("its values are no table; write them below a line [values].")
     allowed = (*QUERY_NAMES.values(), *(_CHOICE_KEYS if page == "compare" else ()))
     unknown = [key for key in query if key not in allowed]
     if unknown:
-        raise InputError(f"it sets {unknown[0]!r}; it may set {', '.join(allowed)}.")
+        raise InputError(f"it sets {shown(unknown[0])}; it may set {', '.join(allowed)}.")
     errors = [*parse_query(query)[1], *parse_choice(query)[1]]
     if errors:
         raise InputError(errors[0])

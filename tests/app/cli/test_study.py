@@ -7,6 +7,10 @@ from vsep_app.cli.main import main
 from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.rows import read_rows
 
+HEAD = {
+    *("study", "point_index", "point", "realization", "method", "version"),
+    *("seed", "schedule", "gospa_cutoff", "gospa_order"),
+}
 QUICK = ["--estimator", "object-only", "--estimator", "no-interference"]
 
 
@@ -81,10 +85,11 @@ def test_a_summary_is_a_table_with_intervals(rows_path, tmp_path):
 
 
 def test_rows_that_fail_are_reported_and_kept(tmp_path, capsys, monkeypatch):
-    def broken(trials, *, workers, stop):
+    def broken(trials, *, workers, stop, retried):
         from vsep.studies.trial import failed_rows
 
         assert (workers, stop) == (1, None)
+        assert retried is not None
         for trial in trials:
             yield failed_rows(trial, "on purpose")
 
@@ -93,9 +98,49 @@ def test_rows_that_fail_are_reported_and_kept(tmp_path, capsys, monkeypatch):
     assert study("run", "fig-2", *QUICK, "--out", out) == 0
     error = capsys.readouterr().err
     assert "point 0, realization 0, object-only: on purpose" in error
-    assert "2 rows failed" in error
+    assert f"0 of 2 rows done; 2 failed (on purpose); the rows are in {out}." in error
     assert study("plot", out, "--out", tmp_path / "figure.png") == 2
     assert "no finished trial" in capsys.readouterr().err
+
+
+def test_rows_of_killed_workers_are_missing_until_the_command_is_given_again(
+    rows_path, tmp_path, capsys
+):
+    from vsep.studies.rows import rows_text
+
+    out = tmp_path / "rows.jsonl"
+    rows = read_rows(rows_path)
+    lost = [
+        {**{key: value for key, value in row.items() if key in HEAD}, "status": "failed"}
+        | {"reason": "the worker process ended abruptly"}
+        for row in rows[:2]
+    ]
+    out.write_text(rows_text([*rows[2:], *lost]) + '{"study": "fig-3", "poi')
+    command = ["run", "fig-3", "--points", "15,30", "--realizations", 2, *QUICK, "--out", out]
+    assert study(*command) == 0
+    error = capsys.readouterr().err
+    assert f"{out} was cut off amid a row; its last 23 bytes are left out." in error
+    assert "8 of 8 rows done" in error
+    assert {row["status"] for row in read_rows(out)} == {"done"}
+
+
+def test_rows_that_stay_missing_are_told_with_their_reasons_and_what_to_type(
+    tmp_path, capsys, monkeypatch
+):
+    def without_memory(trials, _attempts, **_):
+        from vsep.studies.trial import failed_rows
+
+        for trial in trials:
+            yield trial, failed_rows(trial, "MemoryError: none left")
+
+    monkeypatch.setattr("vsep.studies.engine._run", without_memory)
+    out = tmp_path / "rows of today.jsonl"
+    assert study("run", "fig-2", *QUICK, "--out", out) == 3
+    error = capsys.readouterr().err
+    summary = "0 of 2 rows done; 2 failed (MemoryError: none left); 4 retried; the rows are in"
+    assert summary in error
+    typed = f"vsep study run fig-2 {' '.join(QUICK)} --out '{out}'"
+    assert error.endswith(f"2 rows are missing; to go on, type: {typed}\n")
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.units import from_db
 
 EVERY_WEIGHING = 6  # iterations in which the samples are weighed anew each time, then with searches
@@ -164,5 +164,5 @@ def schedule_by_name(name: str) -> Schedule:
         If there is none.
     """
     if name not in SCHEDULES:
-        raise InputError(f"schedule is {name!r}; it must be one of {', '.join(SCHEDULES)}.")
+        raise InputError(f"schedule is {shown(name)}; it must be one of {', '.join(SCHEDULES)}.")
     return SCHEDULES[name]

@@ -19,7 +19,7 @@ from pkgutil import iter_modules
 from typing import Any, Final
 
 from vsep._entry_points import load_entries, require_loadable
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.presets.registry import NOISE_SCENES
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
@@ -58,7 +58,7 @@ def require_study(name: str) -> Study:
     """
     if name not in CATALOGUE:
         require_loadable(GROUP, name)
-        raise InputError(f"study is {name!r}; it must be one of {', '.join(CATALOGUE)}.")
+        raise InputError(f"study is {shown(name)}; it must be one of {', '.join(CATALOGUE)}.")
     return CATALOGUE[name]
 
 

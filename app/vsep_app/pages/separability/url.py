@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import urlencode
 
-from vsep.errors import InputError
+from vsep.errors import InputError, shown
 from vsep.presets.registry import DEFAULT_PRESET
 from vsep.separability.axes import parse_axis, parse_value
 from vsep.separability.map import LAYERS
@@ -35,7 +35,7 @@ def read_map_spec(query: Mapping[str, Any]) -> tuple[MapSpec, str, list[str]]:
     layer = str(query.get("layer", DEFAULT_LAYER))
     errors = []
     if layer not in LAYERS:
-        errors.append(f"layer is {layer!r}; it must be one of {', '.join(LAYERS)}.")
+        errors.append(f"layer is {shown(layer)}; it must be one of {', '.join(LAYERS)}.")
         layer = DEFAULT_LAYER
     try:
         spec = _spec(query)
@@ -77,5 +77,5 @@ def _spec(query: Mapping[str, Any]) -> MapSpec:
 def _whole(name: str, value: Any) -> int:
     try:
         return int(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is {value!r}; it must be a whole number.") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name} is {shown(value)}; it must be a whole number.") from None

@@ -15,7 +15,7 @@ from vsep.errors import InputError
 from vsep.studies.engine import finished_keys, record_study
 from vsep.studies.rows import read_rows, study_of_rows
 from vsep.studies.study import Study
-from vsep.studies.trial import FAILED, Row
+from vsep.studies.trial import FAILED, Row, is_missing
 from vsep_app.jobs.worker import Limited
 
 _LOG = logging.getLogger(__name__)
@@ -70,6 +70,7 @@ class StudySession:
             if self._phase not in (StudyPhase.STOPPED, StudyPhase.BROKEN):
                 return
             self._phase, self._error = StudyPhase.RUNNING, ""
+            self._rows = [row for row in self._rows if not is_missing(row)]
             self._start = time.monotonic(), len(self._rows)
             self._stop.clear()
             self._thread = threading.Thread(target=self._follow, daemon=True)
@@ -127,7 +128,7 @@ class StudySession:
             self._phase = StudyPhase.BROKEN if error else self._resting_phase()
 
     def _resting_phase(self) -> StudyPhase:
-        whole = len(self._rows) >= self._study.num_rows
+        whole = sum(not is_missing(row) for row in self._rows) >= self._study.num_rows
         return StudyPhase.FINISHED if whole else StudyPhase.STOPPED
 
     def _own_rows(self) -> list[Row]:
