@@ -17,7 +17,7 @@ from vsep_app.pages import PAGES
 from vsep_app.server.health import HealthHandler
 from vsep_app.server.patches import COMPONENT_ROUTE, remember_defaults, replace_handlers
 from vsep_app.server.sessions import (
-    ABSENCE_MS,
+    LOADING_S,
     Admission,
     ServerLimits,
     SessionRegistry,
@@ -84,8 +84,8 @@ def make_server(
         start=False,
         loop=loop,
         websocket_origin=origins if port else "*",
-        check_unused_sessions=CHECK_SESSIONS_MS,
-        unused_session_lifetime=ABSENCE_MS,
+        check_unused_sessions_milliseconds=CHECK_SESSIONS_MS,
+        unused_session_lifetime_milliseconds=round(1000 * LOADING_S),
         secret_key=secrets.token_urlsafe(32),
         sign_sessions=True,
         extra_patterns=[("/health", HealthHandler, {"registry": registry}), COMPONENT_ROUTE],
