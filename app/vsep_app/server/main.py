@@ -15,7 +15,12 @@ from tornado.websocket import WebSocketClosedError
 from vsep.errors import InputError
 from vsep_app.pages import PAGES
 from vsep_app.server.health import HealthHandler
-from vsep_app.server.patches import COMPONENT_ROUTE, remember_defaults, replace_handlers
+from vsep_app.server.patches import (
+    COMPONENT_ROUTE,
+    begin_busy_check,
+    remember_defaults,
+    replace_handlers,
+)
 from vsep_app.server.sessions import (
     LOADING_S,
     Admission,
@@ -91,6 +96,7 @@ def make_server(
         extra_patterns=[("/health", HealthHandler, {"registry": registry}), COMPONENT_ROUTE],
     )
     server.registry = registry
+    begin_busy_check(loop)
     loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
     return server
 

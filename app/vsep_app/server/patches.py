@@ -12,6 +12,7 @@ what is changed        upstream
 `LoadedOnlyHandler`    Panel pull request 3284 made the route; no report on what it imports
 `remember_defaults`    Bokeh pull request 15322 keeps the overridden defaults of a class from 3.10
                        on; whether a default is unstable is asked of every model anew, no report
+`begin_busy_check`     no report: a task of the whole server runs in the context of one document
 `leave_busy_state`     no report: param watches a reference whose place a value has taken
 `release_notifications` no report: Panel keeps the notifications of a page that has gone
 `write_styles_once`    no report: BokehJS writes a style sheet again that has not changed
@@ -129,6 +130,14 @@ def leave_busy_state(page: Any) -> None:
     page.param._update_ref("busy", False)
     with edit_readonly(page):
         page.busy = False
+
+
+def begin_busy_check(loop: Any) -> None:
+    """Begin what looks every ten seconds whether the server is still busy; Panel does so only once.
+
+    By itself it begins with the first event of the first page, whose document it holds for good.
+    """
+    loop.add_callback(pn.state._schedule_busy_cleanup)
 
 
 def release_notifications(document: Document) -> None:
