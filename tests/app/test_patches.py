@@ -10,6 +10,8 @@ import urllib.parse
 import urllib.request
 from types import SimpleNamespace
 
+import panel as pn
+import panel_material_ui as pmu
 import pytest
 from bokeh.core.property.descriptors import PropertyDescriptor
 from bokeh.document import Document
@@ -18,6 +20,7 @@ from bokeh.plotting import figure
 from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import generate_jwt_token, generate_session_id, get_session_id
 from panel.io.server import ComponentResourceHandler
+from panel.util.parameters import edit_readonly
 from tornado.web import HTTPError
 from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext
@@ -25,6 +28,7 @@ from vsep_app.server.patches import (
     LoadedOnlyHandler,
     PromptHandler,
     has_unstable_default,
+    leave_busy_state,
     remember_defaults,
 )
 
@@ -244,3 +248,19 @@ def test_no_query_breaks_a_page(app_server, caplog, route, query):
     status, text = get(app_server, f"{route}?{query}")
     assert (status == 200 and token_of(text)) or (status == 400 and "query" in text)
     assert [record for record in caplog.records if record.exc_info] == []
+
+
+def is_watched_by(page):
+    """Whether the server's state holds a page."""
+    watchers = pn.state.param.watchers["busy"]["value"]
+    return page in [getattr(getattr(one.fn, "__self__", None), "self", None) for one in watchers]
+
+
+def test_the_busy_state_holds_no_page():
+    page = pmu.Page()
+    with edit_readonly(page):
+        page.busy = False
+    assert is_watched_by(page)
+    leave_busy_state(page)
+    assert not is_watched_by(page)
+    assert page.busy is False

@@ -4,6 +4,9 @@ Each session speaks the server's own protocol: it opens the page, draws nothing,
 has drawn as the browser does. Run it by hand:
 
     python tests/load/classroom.py --sessions 30 --minutes 10 --browsers 2
+
+With `--reopen-every 30` all pages of the program are visited, each left for the next one after so
+many seconds: what stays of them shows in the memory.
 """
 
 import argparse
@@ -22,17 +25,23 @@ import urllib.request
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
+from vsep_app.pages import PAGES
 
 PRESETS = ("simulation-1", "simulation-2-a", "simulation-2-b", "simulation-2-c")
 SLIDERS = {"SNR [dB, total]": (20, 70), "SIR [dB, total]": (-30, 0)}
 # A run is over when no picture has come for so long.
 RUN_GAP_S = 1.0
+# The memory at the end is compared with that after so long, when caches are full.
+SETTLED_S = 300.0
 # A machine that others use, too, takes its time to build a page.
 PATIENCE_S = 180.0
 SERVE = "import sys; from vsep_app.cli.main import main; sys.exit(main())"
 FIRST = re.compile(r"iteration ([0-2]) of")
+ENDED = re.compile(r"converged|stopped at the largest")
+TABS = tuple(address.removeprefix("./") for address in PAGES)
 
 
 @dataclass
@@ -46,25 +55,59 @@ class Student:
     pictures: list[float] = field(default_factory=list)
     latencies: list[float] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
+    gaps_s: list[float] = field(default_factory=list)  #: Between pictures while a run goes on.
     num_moves: int = 0
+    num_visits: int = 0
     received_bytes: int = 0
     _moved_at: float | None = None
     _has_ended: bool = False
     _sending: asyncio.Lock = field(default_factory=asyncio.Lock)
+    _seen_at: float | None = None
 
     async def attend(
-        self, until: float, first_at: float, pause_s: tuple[float, float], patience_s: float
+        self,
+        until: float,
+        first_at: float,
+        pause_s: tuple[float, float],
+        patience_s: float,
+        reopen_every_s: float = 0.0,
     ) -> None:
-        """Open the page, look at it and move sliders until the lesson is over, at least once."""
+        """Look at the page until the lesson is over; or at one page after the other."""
         chance = random.Random(self.number)
         await asyncio.sleep(max(0.0, first_at - time.monotonic()))
+        if not reopen_every_s:
+            await self.visit("", until, pause_s, patience_s, chance)
+        while reopen_every_s and time.monotonic() < until:
+            tab = TABS[(self.number + self.num_visits) % len(TABS)]
+            try:
+                leave_at = time.monotonic() + reopen_every_s
+                await self.visit(tab, leave_at, pause_s, patience_s, chance)
+            except Exception as error:
+                self.errors.append(f"opening {tab!r}: {error!r}")
+                await asyncio.sleep(1.0)
+
+    async def visit(
+        self,
+        tab: str,
+        until: float,
+        pause_s: tuple[float, float],
+        patience_s: float,
+        chance: random.Random,
+    ) -> None:
+        """Open a page, look at it and move its sliders, where it has any, at least once."""
+        self._moved_at = self._seen_at = None
+        moves_before = self.num_moves
         started = time.monotonic()
-        async with self._connected() as self._socket:
+        async with self._connected(tab) as self._socket:
             await self._read_document()
             reader = asyncio.create_task(self._read())
-            self.opened_s = time.monotonic() - started
+            self.opened_s = max(self.opened_s, time.monotonic() - started)
+            self.num_visits += 1
             try:
-                while time.monotonic() < until or not self.num_moves:
+                if tab:
+                    await asyncio.sleep(until - time.monotonic())
+                    return
+                while time.monotonic() < until or self.num_moves == moves_before:
                     await asyncio.sleep(chance.uniform(*pause_s))
                     label, (lowest, highest) = chance.choice(list(SLIDERS.items()))
                     # Where the slider is already, nothing would happen.
@@ -93,11 +136,13 @@ class Student:
             await asyncio.sleep(0.05)
 
     @contextlib.asynccontextmanager
-    async def _connected(self) -> AsyncIterator[WebSocketClientConnection]:
+    async def _connected(self, tab: str) -> AsyncIterator[WebSocketClientConnection]:
         """Open a page and its connection; leave when both sides have closed it."""
         page = await asyncio.to_thread(_get, self.url + self.query)
+        query = f"?preset={self.preset}&seed={self.number % 5}"
+        page = await asyncio.to_thread(_get, self.url + tab + query)
         token = re.search(r'"token":"([^"]+)"', page).group(1)
-        where = self.url.replace("http", "ws") + "ws"
+        where = self.url.replace("http", "ws") + (f"{tab}/ws" if tab else "ws")
         request = HTTPRequest(where, connect_timeout=PATIENCE_S, request_timeout=PATIENCE_S)
         connection = await websocket_connect(
             request, subprotocols=["bokeh", token], max_message_size=2**26
@@ -124,15 +169,17 @@ class Student:
     def _find_models(self, document) -> None:
         """Note the numbers of the sliders and of the two sources that pictures go through."""
         self._sliders, self._places = {}, {}
+        source = self._drawn = None
         for model in _models(document):
             attributes = model.get("attributes", {})
             if attributes.get("label") in SLIDERS and "value_throttled" in attributes:
                 self._sliders[attributes["label"]] = model["id"]
                 self._places[attributes["label"]] = attributes.get("value")
-            if attributes.get("name") == "fast-time":
-                source = attributes["renderers"][0]["attributes"]["data_source"]["id"]
+            if "drawn" in str(attributes.get("js_property_callbacks")):
+                source = model["id"]
             if attributes.get("name") == "drawn":
                 self._drawn = model["id"]
+        # A page without pictures of a run has none of the two.
         self._picture = re.compile(rf'"model":\s*{{"id":\s*"{source}"}}')
 
     async def _read(self) -> None:
@@ -144,6 +191,10 @@ class Student:
                     continue
                 now = time.monotonic()
                 self.pictures.append(now)
+                if self._seen_at is not None:
+                    self.gaps_s.append(now - self._seen_at)
+                # What follows the last picture of a run is no gap; a move begins the next one.
+                self._seen_at = None if ENDED.search(content) else now
                 if self._moved_at is not None and FIRST.search(content):
                     self.latencies.append(now - self._moved_at)
                     self._moved_at = None
@@ -159,7 +210,7 @@ class Student:
             self.errors.append(f"no picture {time.monotonic() - self._moved_at:.1f} s after a move")
         self.num_moves += 1
         self._places[label] = value
-        self._moved_at = time.monotonic()
+        self._moved_at = self._seen_at = time.monotonic()
         for attribute in ("value", "value_throttled"):
             await self._change(self._sliders[label], attribute, value)
 
@@ -221,7 +272,7 @@ def health(url: str) -> dict:
 
 def memory_mb(figures: dict) -> float:
     """Return the memory of the server and its workers."""
-    return figures["server_mb"] + sum(figures["workers_mb"])
+    return figures["server_mb"] + sum(one or 0.0 for one in figures["workers_mb"])
 
 
 @contextlib.contextmanager
@@ -259,6 +310,7 @@ async def lesson(
     seconds: float,
     pause_s: tuple[float, float] = (5.0, 15.0),
     patience_s: float = 0.0,
+    reopen_every_s: float = 0.0,
 ) -> tuple[list[Student], list[dict]]:
     """Let a class attend; return the students and the server's health every five seconds.
 
@@ -269,11 +321,15 @@ async def lesson(
     until = now + sessions + seconds
     students = [Student(url, PRESETS[i % len(PRESETS)], i) for i in range(sessions)]
     attending = asyncio.gather(
-        *(each.attend(until, now + i, pause_s, patience_s) for i, each in enumerate(students))
+        *(
+            each.attend(until, now + i, pause_s, patience_s, reopen_every_s)
+            for i, each in enumerate(students)
+        )
     )
     healths = []
     while not attending.done():
         healths.append(await asyncio.to_thread(health, url))
+        healths[-1]["at_s"] = time.monotonic() - now
         await asyncio.wait([attending], timeout=5.0)
     await attending
     return students, healths
@@ -290,8 +346,13 @@ def summary(students: list[Student], healths: list[dict], empty_mb: float) -> di
         begin = next(one for one in healths if one["pages_opened"] == healths[-1]["pages_opened"])
         return round(1e3 * (who(healths[-1]) - who(begin)) / num_pictures, 1)
 
+    settled = next(
+        (m for m, one in zip(memory, healths, strict=True) if one["at_s"] > SETTLED_S), 0.0
+    )
+    percentiles = [np.percentile(each.gaps_s, (95, 99.9, 100)) for each in students if each.gaps_s]
     third = max(1, len(memory) // 3)
-    seconds = max(each.pictures[-1] for each in students) - min(s.pictures[0] for s in students)
+    drawn_at = [at for each in students for at in each.pictures]
+    seconds = max(drawn_at) - min(drawn_at)
     return {
         "sessions": len(students),
         "seconds": round(seconds),
@@ -308,10 +369,20 @@ def summary(students: list[Student], healths: list[dict], empty_mb: float) -> di
         ),
         "slider to first picture, longest s": round(latencies[-1], 3),
         "opening, longest s": round(max(each.opened_s for each in students), 2),
+        "visits": sum(each.num_visits for each in students),
+        "gaps in a run, 95th and 99.9th percentile, longest, slowest session s": (
+            np.round(np.max(percentiles, axis=0), 2).tolist()
+        ),
+        "server processor time an opening, with all pictures, s": round(
+            (healths[-1]["server_cpu_s"] - healths[0]["server_cpu_s"])
+            / sum(each.num_visits for each in students),
+            2,
+        ),
         "kB/s a session": round(
             statistics.mean(each.received_bytes for each in students) / seconds / 1e3, 1
         ),
         "memory without a page, MB": round(empty_mb),
+        "memory after five minutes, MB": round(settled),
         "memory at two thirds, MB": round(memory[2 * third - 1]),
         "memory at the end, MB": round(memory[-1]),
         "memory a session, MB": round((max(memory) - empty_mb) / len(students), 1),
@@ -362,8 +433,14 @@ async def _main(options: argparse.Namespace) -> None:
         ]
         watching = asyncio.gather(*browsers)
         students, healths = await lesson(
-            url, sessions=options.sessions, seconds=seconds, pause_s=tuple(options.pause)
+            url,
+            sessions=options.sessions,
+            seconds=seconds,
+            pause_s=tuple(options.pause),
+            reopen_every_s=options.reopen_every,
         )
+        history = [(round(h["at_s"]), round(h["server_mb"]), round(memory_mb(h))) for h in healths]
+        sys.stdout.write(json.dumps({"s, server MB, in all MB": history[::12]}) + "\n")
         figures = summary(students, healths, empty_mb)
         for latencies in await watching:
             figures.setdefault("real browsers, median and longest s", []).append(
@@ -378,6 +455,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sessions", type=int, default=30)
     parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--reopen-every", type=float, default=0.0, metavar="S")
     parser.add_argument("--browsers", type=int, default=0)
     parser.add_argument("--pause", type=float, nargs=2, default=(5.0, 15.0))
     asyncio.run(_main(parser.parse_args()))

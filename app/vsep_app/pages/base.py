@@ -9,13 +9,12 @@ from typing import Any, ClassVar
 import panel as pn
 import panel_material_ui as pmu
 from bokeh.models import CustomJS
-from panel.util.parameters import edit_readonly
 
 from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.pages import PAGES
-from vsep_app.server.patches import write_styles_once
+from vsep_app.server.patches import leave_busy_state, write_styles_once
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.layout import html_pane, main_part, stylesheet, theme
@@ -134,8 +133,5 @@ def page_frame(
         theme_config=theme(),
         meta_description=description,
     )
-    # Every page is told whenever anybody's event is at work, and looks through all its models each
-    # time: tens of milliseconds a page. Nothing here shows it.
-    with edit_readonly(page):
-        page.busy = False
+    leave_busy_state(page)
     return page

@@ -15,9 +15,14 @@ from tornado.websocket import WebSocketClosedError
 from vsep.errors import InputError
 from vsep_app.pages import PAGES
 from vsep_app.server.health import HealthHandler
-from vsep_app.server.patches import COMPONENT_ROUTE, remember_defaults, replace_handlers
+from vsep_app.server.patches import (
+    COMPONENT_ROUTE,
+    begin_busy_check,
+    remember_defaults,
+    replace_handlers,
+)
 from vsep_app.server.sessions import (
-    ABSENCE_MS,
+    LOADING_S,
     Admission,
     ServerLimits,
     SessionRegistry,
@@ -84,13 +89,14 @@ def make_server(
         start=False,
         loop=loop,
         websocket_origin=origins if port else "*",
-        check_unused_sessions=CHECK_SESSIONS_MS,
-        unused_session_lifetime=ABSENCE_MS,
+        check_unused_sessions_milliseconds=CHECK_SESSIONS_MS,
+        unused_session_lifetime_milliseconds=round(1000 * LOADING_S),
         secret_key=secrets.token_urlsafe(32),
         sign_sessions=True,
         extra_patterns=[("/health", HealthHandler, {"registry": registry}), COMPONENT_ROUTE],
     )
     server.registry = registry
+    begin_busy_check(loop)
     loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
     return server
 

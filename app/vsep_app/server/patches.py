@@ -12,20 +12,25 @@ what is changed        upstream
 `LoadedOnlyHandler`    Panel pull request 3284 made the route; no report on what it imports
 `remember_defaults`    Bokeh pull request 15322 keeps the overridden defaults of a class from 3.10
                        on; whether a default is unstable is asked of every model anew, no report
+`begin_busy_check`     no report: a task of the whole server runs in the context of one document
+`leave_busy_state`     no report: param watches a reference whose place a value has taken
+`release_notifications` no report: Panel keeps the notifications of a page that has gone
 `write_styles_once`    no report: BokehJS writes a style sheet again that has not changed
 =====================  ==========================================================================
 """
 
 import sys
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
+import panel as pn
 from bokeh.core.property.descriptors import PropertyDescriptor
 from bokeh.document import Document
 from bokeh.models import CustomJS
 from bokeh.server.urls import per_app_patterns
 from panel.io.server import ComponentResourceHandler, DocHandler, WSHandler
 from panel.util import parse_query
+from panel.util.parameters import edit_readonly
 from tornado.web import HTTPError
 
 _FOREIGN = ("bokeh-session-id", "bokeh-token")
@@ -113,3 +118,38 @@ def write_styles_once(document: Document) -> None:
     styles of the page anew, as often.
     """
     document.js_on_event("document_ready", CustomJS(code=_WRITE_STYLES_ONCE))
+
+
+def leave_busy_state(page: Any) -> None:
+    """Let a page (of panel-material-ui) follow no longer whether the server is busy.
+
+    Every page would be told whenever anybody's event is at work, and look through all its models
+    each time: tens of milliseconds a page. A value alone would end that, but param goes on to watch
+    what was followed, and so the server's state would hold every page for good.
+    """
+    page.param._update_ref("busy", False)
+    with edit_readonly(page):
+        page.busy = False
+
+
+def begin_busy_check(loop: Any) -> None:
+    """Begin what looks every ten seconds whether the server is still busy; Panel does so only once.
+
+    By itself it begins with the first event of the first page, whose document it holds for good.
+    """
+    loop.add_callback(pn.state._schedule_busy_cleanup)
+
+
+def release_notifications(document: Document) -> None:
+    """Let the notifications of a document go with it.
+
+    Panel looks for them when a session has ended, but has forgotten by then whose they were; their
+    entry among all views would hold document and page for good.
+    """
+    document.on_session_destroyed(partial(_release, pn.state.notifications))
+
+
+def _release(notifications: Any, _: Any) -> None:
+    for reference, (model, _) in tuple(notifications._models.items()):
+        notifications._cleanup(model)
+        pn.state._views.pop(reference, None)

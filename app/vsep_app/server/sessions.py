@@ -29,6 +29,7 @@ from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.recording.tasks import PreparedRecording
+from vsep_app.server.patches import release_notifications
 from vsep_app.teaching.experiment import Experiment
 from vsep_app.widgets.location import read_query
 
@@ -171,6 +172,7 @@ class SessionRegistry:
     def _enter(self, page_class: Callable[[PageContext], PageBase]) -> Any:
         pn.extension(notifications=True, respect_explicit_sizing=True)
         document: Any = pn.state.curdoc
+        release_notifications(document)
         if _has_gone(document.session_context):
             return pn.pane.HTML("")
         most = self.rules.most_pages

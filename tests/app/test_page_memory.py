@@ -1,0 +1,93 @@
+"""A page that is closed leaves nothing in the memory of the server."""
+
+import asyncio
+import gc
+import random
+import threading
+import time
+import weakref
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Any
+
+import pytest
+from bokeh.document import Document
+from vsep_app.jobs.run_session import RunSession
+from vsep_app.pages.base import PageBase
+from vsep_app.server import main, sessions
+
+from tests.load.classroom import TABS, Student
+
+
+class Threads(ThreadPoolExecutor):
+    """The workers of all pages, in this process."""
+
+    def queue(self) -> "Threads":
+        """Return where a page hands in its jobs."""
+        return self
+
+    def close(self) -> None:
+        """A page has left; the workers stay."""
+
+
+@pytest.fixture
+def served(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Serve the dashboard from a thread; sessions end soon after their connection."""
+    monkeypatch.setattr(main, "CHECK_SESSIONS_MS", 100)
+    monkeypatch.setattr(main, "LOADING_S", 1.0)
+    monkeypatch.setattr(sessions, "ABSENCE_MS", 100)
+    ready, box = threading.Event(), {}
+
+    def serve() -> None:
+        asyncio.set_event_loop(asyncio.new_event_loop())
+        box["server"] = server = main.make_server(port=0, address="127.0.0.1")
+        server.io_loop.add_callback(ready.set)
+        server.start()
+        server.io_loop.start()
+
+    with Threads(max_workers=1) as workers:
+        monkeypatch.setattr(sessions, "shared_pool", lambda: workers)
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        assert ready.wait(30)
+        server = box["server"]
+        yield server
+        server.io_loop.add_callback(server.stop)
+        server.io_loop.add_callback(server.io_loop.stop)
+        thread.join(10)
+
+
+def living() -> list[Any]:
+    """Return pages, runs and documents that something holds."""
+    gc.collect()
+    return [one for one in gc.get_objects() if is_of_a_page(type(one))]
+
+
+@cache
+def is_of_a_page(kind: type) -> bool:
+    """Whether objects of a class belong to one page."""
+    return issubclass(kind, PageBase | RunSession | Document)
+
+
+async def visit_all(url: str) -> list[str]:
+    """Open each page twice, wait for what it shows and leave it; return what went wrong."""
+    student = Student(url, "simulation-1&trials=0", 0)
+    for tab in (*TABS, *TABS):
+        await student.visit(tab, time.monotonic() + 0.3, (0.1, 0.2), 10.0, random.Random(1))
+    assert student.num_visits == 2 * len(TABS)
+    assert student.pictures
+    return student.errors
+
+
+def test_nothing_is_left_of_pages_that_were_closed(served: Any) -> None:
+    before = weakref.WeakSet(living())
+    assert asyncio.run(visit_all(f"http://127.0.0.1:{served.port}/")) == []
+    # Timers of a page may have some seconds to go.
+    for _ in range(20):
+        left = [type(one).__name__ for one in living() if one not in before]
+        if not left:
+            break
+        time.sleep(0.5)
+    assert left == []
+    assert not served.registry.open_sessions
