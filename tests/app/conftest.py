@@ -124,6 +124,7 @@ def raw_capture() -> RawCapture:
 @pytest.fixture(scope="session")
 def app_server():
     """Serve the dashboard from a thread with its own event loop."""
+    from vsep_app.server.access import EntryRules
     from vsep_app.server.main import make_server
 
     ready, box = threading.Event(), {}
@@ -131,7 +132,7 @@ def app_server():
     def serve():
         loop = asyncio.new_event_loop()
         asyncio.set_event_loop(loop)
-        server = make_server(port=0, address="127.0.0.1")
+        server = make_server(port=0, address="127.0.0.1", entry=EntryRules(open_to_all=True))
         box.update(server=server, port=server.port)
         server.io_loop.add_callback(ready.set)
         server.start()

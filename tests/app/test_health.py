@@ -6,9 +6,7 @@ from vsep_app.server.sessions import ServerLimits, SessionRegistry
 
 
 def test_figures_are_plain_numbers_of_the_server():
-    told = json.loads(
-        json.dumps(figures(SessionRegistry(ServerLimits(most_pages=7), own_folder=False)))
-    )
+    told = json.loads(json.dumps(figures(SessionRegistry(ServerLimits(most_pages=7)))))
     assert told["pages_at_most"] == 7
     assert told["pages"] == told["jobs_waiting"] == 0
     assert len(told["workers_mb"]) == told["workers"]

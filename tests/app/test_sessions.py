@@ -40,7 +40,7 @@ def _session(registry, *, watched, age_s=0.0):
 @pytest.fixture
 def registry():
     """A lobby with two places."""
-    return SessionRegistry(ServerLimits(most_pages=2), own_folder=False)
+    return SessionRegistry(ServerLimits(most_pages=2))
 
 
 def test_a_page_that_leaves_takes_its_work_along_once(registry):

@@ -29,6 +29,7 @@ from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.recording.tasks import PreparedRecording
+from vsep_app.server.access import Role
 from vsep_app.teaching.experiment import Experiment
 from vsep_app.widgets.location import read_query
 
@@ -117,8 +118,6 @@ class SessionRegistry:
     ----------
     rules : ServerLimits
         How many are let in, and what they get.
-    own_folder : bool
-        Whether visitors sit at this machine and may choose where on its disk rows go.
     experiments : sequence of Experiment
         Guided experiments to choose from.
     loop : asyncio.AbstractEventLoop or None
@@ -129,11 +128,10 @@ class SessionRegistry:
         self,
         rules: ServerLimits,
         *,
-        own_folder: bool,
         experiments: Sequence[Experiment] = (),
         loop: asyncio.AbstractEventLoop | None = None,
     ) -> None:
-        self.rules, self._own_folder = rules, own_folder
+        self.rules = rules
         self._experiments, self._loop = experiments, loop
         self._background = BackgroundTasks(loop)
         self._building = threading.Lock()
@@ -185,7 +183,7 @@ class SessionRegistry:
                 query=read_query(),
                 post=post,
                 watched=watched,
-                own_folder=self._own_folder,
+                own_folder=_is_owner(document.session_context),
                 experiments=self._experiments,
                 shared_resources=self.shared_resources,
                 background=BackgroundTasks(self._loop),
@@ -271,6 +269,12 @@ def _leave(registry: SessionRegistry, page: PageBase, context: Any) -> None:
 def _watched(document: Any) -> bool:
     context = document.session_context
     return context is None or context.session is None or context.session.connection_count > 0
+
+
+def _is_owner(context: Any) -> bool:
+    """Whether a page was asked for with the token of who started the server; see `entry`."""
+    request = None if context is None else context.request
+    return getattr(request, "role", None) is Role.OWNER
 
 
 def _has_gone(context: Any) -> bool:
