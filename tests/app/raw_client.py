@@ -10,7 +10,7 @@ from urllib.parse import urlencode
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
-PATIENCE_S = 60
+PATIENCE_S = 15
 
 
 class Answer:
@@ -55,8 +55,7 @@ async def connected(port, token, path="/studies/ws", **headers):
         yield connection
     finally:
         connection.close()
-        while await asyncio.wait_for(connection.read_message(), PATIENCE_S) is not None:
-            pass
+        await ended(connection)
 
 
 async def send(connection, kind, content, *buffers):
@@ -82,9 +81,16 @@ async def receive(connection):
     return header, content
 
 
+async def ended(connection):
+    """Wait until the server has ended a connection; it says so once."""
+    while not getattr(connection, "has_ended", False):
+        connection.has_ended = await connection.read_message() is None
+
+
 async def _part(connection):
     part = await asyncio.wait_for(connection.read_message(), PATIENCE_S)
     if part is None:
+        connection.has_ended = True
         raise ConnectionError(connection.close_reason or "closed")
     return part
 

@@ -58,6 +58,8 @@ class MessageGuard:
         try:
             events = message.content["events"]
             events[:] = [each for each in events if self._is_kept(each, document, num_bytes)]
+        except InputError:
+            raise
         except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
             raise InputError("The message cannot be read.") from None
 
@@ -147,10 +149,11 @@ def is_allowed_change(model: Model, name: str, new: Any) -> bool:
         raise InputError(f"{name} of {_kind(model)} is for the server to say.")
     if name != "notifications":
         _require_plain(new)
-    if not isinstance(new, dict):
+    new = _number(new)
+    if is_state or not isinstance(new, dict):
         _require_valid(model, name, new)
     if is_state and name in _VALUES:
-        _require_bounds(model, name, _number(new))
+        _require_bounds(model, name, new)
         return not getattr(model, "disabled", False)
     return True
 
@@ -187,6 +190,8 @@ def _require_bounds(model: Model, name: str, new: Any) -> None:
     """Refuse a value of a component that it does not offer."""
     options, length = getattr(model, "options", None), getattr(model, "max_length", None)
     start, end = getattr(model, "start", None), getattr(model, "end", None)
+    if isinstance(new, list) != isinstance(model.value, list | tuple):
+        raise InputError(f"{name} of {_kind(model)} cannot be {_shown(new)}.")
     for value in new if isinstance(new, list) else [new]:
         if isinstance(value, str) and len(value) > (length or _MAX_FIELD):
             raise InputError(

@@ -85,15 +85,25 @@ class PromptHandler(WSHandler):
         connection = self.connection
         if connection is None:
             return
-        try:
-            self._guard.check(message, connection.session.document)
-        except InputError as refusal:
+        refusal = self._refusal(message)
+        if refusal:
             _log.info("refused a message: %s", refusal)
-            await self.send_message(connection.error(message, str(refusal)))
+            await self.send_message(connection.error(message, refusal))
             return
         work = await self._handle(message)
+        if work is not None and work.msgtype == "ERROR":
+            # Where the program lies on this machine is nobody's business.
+            work.content = {**work.content, "traceback": None}
         if work is not None:
             await self.send_message(work)
+
+    def _refusal(self, message: Any) -> str:
+        """Return why a message is not taken, nothing if it is."""
+        try:
+            self._guard.check(message, self.connection.session.document)
+        except InputError as error:
+            return str(error)
+        return ""
 
     def open(self, *arguments: str, **named: str) -> None:
         """Begin to send and receive."""
