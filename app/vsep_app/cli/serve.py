@@ -91,6 +91,13 @@ def run(options: argparse.Namespace) -> int:
     """Serve the dashboard until interrupted."""
     server = require_dashboard("vsep_app.server.main", "serve")
     access = require_dashboard("vsep_app.server.access", "serve")
+    entry = access.EntryRules(
+        token=os.environ.get("VSEP_TOKEN") or None,
+        with_code=options.classroom,
+        open_to_all=options.no_token,
+        origins=options.allow_websocket_origin,
+        frame_ancestors=options.frame_ancestor,
+    )
     sys.stderr.write("vsep: getting ready; the very first time takes a minute or more.\n")
     compile_everything()
     own = "0.0.0.0" if options.classroom else "127.0.0.1"
@@ -99,13 +106,7 @@ def run(options: argparse.Namespace) -> int:
         address=options.address or own,
         show=options.show,
         prefix=options.prefix,
-        entry=access.EntryRules(
-            token=os.environ.get("VSEP_TOKEN") or None,
-            with_code=options.classroom,
-            open_to_all=options.no_token,
-            origins=options.allow_websocket_origin,
-            frame_ancestors=options.frame_ancestor,
-        ),
+        entry=entry,
         experiments=options.experiments,
         rules=server.CLASSROOM if options.classroom else None,
     )

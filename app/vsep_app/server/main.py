@@ -10,6 +10,7 @@ from typing import Any
 
 import panel as pn
 from panel.io.application import build_applications
+from panel.io.server import ComponentResourceHandler
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
@@ -99,6 +100,9 @@ def make_server(
     )
     server.registry = registry
     server.access = Access(entry or EntryRules(), port=server.port)
+    # Panel's own route of components stands behind ours, and would import modules.
+    routes = server._tornado.wildcard_router.rules
+    routes[:] = [rule for rule in routes if rule.target is not ComponentResourceHandler]
     guard_entry(server._tornado, server.access, f"{server.prefix}/health")
     bound_connections(server)
     loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
