@@ -185,7 +185,23 @@ def test_what_is_packed_in_a_message_is_not_unpacked(app_server):
         model = page.model("Seed")
         for value in (half, [small], {"type": "map", "entries": [["x", inside]]}, inside):
             assert (await page.set(model, "value", value))[0] == "ERROR"
-        assert (await page.tell(page.component("Seed"), {"x": small}))[0] == "ERROR"
+        assert (await page.tell(page.component("Seed"), {"x": half}))[0] == "ERROR"
+        rows = page.component("Open rows (.jsonl)")
+        told = {"status": "upload_event", "name": "a", "chunk": 1, "total_chunks": 1, "data": half}
+        assert (await page.tell(rows, told))[0] == "ERROR"
+        # Beside what is asked for, nothing is read: not in the message, an event, or a reference.
+        for content in (
+            {**change(model, "value", 2), "references": half},
+            {"events": [{"more": half, **change(model, "value", 2)["events"][0]}]},
+            {
+                "events": [
+                    {**change(model, "value", 2)["events"][0], "model": {**half, "id": model}}
+                ]
+            },
+            {"events": [{**change("p0", "value", 2)["events"][0], "new": half}]},
+            {"events": [{**change(model, "value", 2)["events"][0], "new": 2}] * 2},
+        ):
+            assert (await send(page.connection, "PATCH-DOC", content))[0] == "OK"
         with pytest.raises(ConnectionError):
             await page.set(model, "value", bomb)
         assert memory_mb() - before < 64.0
@@ -290,6 +306,10 @@ def test_an_upload_is_counted_until_the_field_has_taken_it():
     for name in "abc":
         part(1, 1, 90, name)
         upload.take({"status": "finished"}, 0)
-    part(1, 1, 50)
+    part(1, 2, 60)  # is left, and stays
+    part(1, 1, 30, "b")
+    upload.take({"status": "finished"}, 0)
     with pytest.raises(InputError, match="more than"):
-        part(1, 1, 51, "b")
+        part(1, 1, 41, "b")
+    with pytest.raises(InputError, match="one after the other"):
+        part(3, 3, 1, "c")

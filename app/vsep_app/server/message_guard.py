@@ -45,7 +45,7 @@ class MessageGuard:
         self._has_pulled = False
 
     def check(self, message: Any, document: Document) -> None:
-        """Leave out of a message what is for the server to say.
+        """Leave in a message what a browser may say, written anew, and nothing else.
 
         Raises `InputError` if nothing of it is to be done.
         """
@@ -56,38 +56,56 @@ class MessageGuard:
             raise InputError(f"A browser does not send {message.msgtype} here.")
         num_bytes = sum(len(buffer.data) for buffer in message.buffers)
         try:
-            events = message.content["events"]
-            events[:] = [each for each in events if self._is_kept(each, document, num_bytes)]
+            events = [self._clean(each, document, num_bytes) for each in message.content["events"]]
         except InputError:
             raise
         except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
             raise InputError("The message cannot be read.") from None
+        message.content = {"events": [each for each in events if each is not None]}
 
-    def _is_kept(self, event: Any, document: Document, num_bytes: int) -> bool:
+    def _clean(self, event: Any, document: Document, num_bytes: int) -> Any:
+        """Return an event with all that it may say; None if it is not to be done."""
         kind = event["kind"]
         if kind == "MessageSent" and event["msg_type"] == "bokeh_event":
-            return self._is_kept_event(event["msg_data"], document, num_bytes)
+            told = self._clean_event(event["msg_data"], document, num_bytes)
+            sent = {"kind": kind, "msg_type": "bokeh_event", "msg_data": told}
+            return None if told is None else sent
         if kind != "ModelChanged":
             raise InputError(f"A browser does not send {kind} here.")
-        model = document.get_model_by_id(event["model"]["id"])
-        # What has just left the page is dropped by Bokeh.
-        return model is None or is_allowed_change(model, event["attr"], event["new"])
+        model, name, new = (
+            document.get_model_by_id(event["model"]["id"]),
+            event["attr"],
+            event["new"],
+        )
+        # What has just left the page may still be on its way.
+        if model is None or not is_allowed_change(model, name, new):
+            return None
+        return {"kind": kind, "model": {"id": model.id}, "attr": name, "new": new}
 
-    def _is_kept_event(self, event: Any, document: Document, num_bytes: int) -> bool:
+    def _clean_event(self, event: Any, document: Document, num_bytes: int) -> Any:
         values = _entries(event["values"])
         model = document.get_model_by_id(values.pop("model", {}).get("id", ""))
-        state = getattr(model, "data", None)
+        state, buffer = getattr(model, "data", None), {}
         if event["name"] == "data_event" and isinstance(state, DataModel):
-            told = _entries(values.pop("data"))
+            told = _entries(values["data"])
             if hasattr(state, "max_file_size"):
-                told.pop("data", None)
+                buffer = {"data": _of_a_buffer(told.pop("data"))} if "data" in told else {}
                 upload = self._uploads.setdefault(state.id, Upload(_most_bytes(state)))
                 upload.take(told, num_bytes)
             elif hasattr(state, "items") and "item" in told:
                 _require_item(state.items, told["item"])
-            _require_plain(list(told.values()))
+            values["data"] = _map(told)
         _require_plain(list(values.values()))
-        return not getattr(state, "disabled", False)
+        if buffer:
+            values["data"] = _map({**told, **buffer})
+        if model is not None:
+            values = {"model": {"id": model.id}, **values}
+        is_disabled = getattr(state, "disabled", False)
+        return (
+            None
+            if is_disabled
+            else {"type": "event", "name": str(event["name"]), "values": _map(values)}
+        )
 
 
 class Upload:
@@ -100,30 +118,35 @@ class Upload:
     """
 
     def __init__(self, most_bytes: int) -> None:
-        self._most_bytes, self._num_bytes = most_bytes, 0
+        self._most_bytes = most_bytes
+        # Of files that are whole, of the one that is coming, and of those that never came whole:
+        # these stay on the server as long as the page.
+        self._whole = self._coming = self._left = 0
         self._file: tuple[Any, Any] | None = None
         self._part = 0
 
     def take(self, told: Mapping[str, Any], num_bytes: int) -> None:
-        """Count what is told of a part. Raises `InputError` if it is no next one, or too much.
-
-        A browser that gives up begins anew; what it has sent before still lies on the server.
-        """
-        if told.get("status") == "finished" and self._file is None:
-            self._num_bytes = 0
+        """Count what is told of a part. Raises `InputError` if it is no next one, or too much."""
+        if told.get("status") == "finished":
+            self._whole = 0
         if told.get("status") != "upload_event":
             return
-        self._num_bytes += num_bytes
-        if self._num_bytes > self._most_bytes:
+        file, part = (told.get("name"), told.get("total_chunks")), told.get("chunk")
+        goes_on = file == self._file
+        if not isinstance(file[0], str) or part != (self._part + 1 if goes_on else 1):
+            raise InputError("The parts of a file come one after the other.")
+        if not goes_on:
+            self._left, self._coming = self._left + self._coming, 0
+        self._coming += num_bytes
+        if self._whole + self._coming + self._left > self._most_bytes:
             raise InputError(
                 f"The files have more than {self._most_bytes // 2**20} MB, which is all that is "
                 "taken."
             )
-        file, part = (told.get("name"), told.get("total_chunks")), told.get("chunk")
-        if part != (self._part + 1 if file == self._file else 1):
-            raise InputError("The parts of a file come one after the other.")
-        is_last = part == told.get("total_chunks")
-        self._file, self._part = (None, 0) if is_last else (file, part)
+        self._file, self._part = file, part
+        if part == file[1]:
+            self._whole, self._coming = self._whole + self._coming, 0
+            self._file, self._part = None, 0
 
 
 def is_allowed_change(model: Model, name: str, new: Any) -> bool:
@@ -147,8 +170,10 @@ def is_allowed_change(model: Model, name: str, new: Any) -> bool:
         or not where.startswith((*_OF_THE_BROWSER, *_OF_FIGURES))
     ):
         raise InputError(f"{name} of {_kind(model)} is for the server to say.")
-    if name != "notifications":
-        _require_plain(new)
+    if name == "notifications":
+        _require_references(new)
+        return True
+    _require_plain(new)
     new = _number(new)
     if is_state or not isinstance(new, dict):
         _require_valid(model, name, new)
@@ -178,11 +203,7 @@ def _require_valid(model: Model, name: str, new: Any) -> None:
         descriptor = model.lookup(name)
     except AttributeError:
         raise InputError(f"{_kind(model)} has no {name}.") from None
-    if (
-        isinstance(descriptor, PropertyDescriptor)
-        and name != "notifications"
-        and not descriptor.property.is_valid(new)
-    ):
+    if isinstance(descriptor, PropertyDescriptor) and not descriptor.property.is_valid(new):
         raise InputError(f"{name} of {_kind(model)} cannot be {_shown(new)}.")
 
 
@@ -243,8 +264,23 @@ def _require_plain(value: Any) -> None:
             raise InputError(f"A browser does not send a value of type {_shown(kind)} here.")
 
 
-def _entries(value: Any) -> dict[str, Any]:
+def _require_references(value: Any) -> None:
+    if not all(isinstance(each["id"], str) and len(each) == 1 for each in value):
+        raise InputError("A browser does not send new objects.")
+
+
+def _of_a_buffer(value: Any) -> dict[str, Any]:
+    """Return bytes that came as they are, behind the text of the message."""
+    return {"type": "bytes", "data": {"id": str(value["data"]["id"])}}
+
+
+def _map(values: dict[str, Any]) -> dict[str, Any]:
     """Return a map as Bokeh writes it."""
+    return {"type": "map", "entries": [list(each) for each in values.items()]}
+
+
+def _entries(value: Any) -> dict[str, Any]:
+    """Return what is in a map as Bokeh writes it."""
     if not isinstance(value, dict) or value.get("type") != "map":
         raise InputError("A map is needed here.")
     return dict(value.get("entries", []))
