@@ -148,6 +148,10 @@ def test_what_is_offered_is_taken_unless_it_is_hidden_or_disabled(app_server, tm
         chosen = form.realizations.value, form.cutoff.value, form.study_name.value
         assert chosen == (7, 2, "fig-5")
         assert form.path(tmp_path).parent == tmp_path
+        # What is no longer offered may still be on its way.
+        form.realizations.end = 10
+        assert (await page.set(page.model("Realizations a point"), "value", 11))[0] == "OK"
+        assert form.realizations.value == 7
         form.seed.disabled = True
         assert (await page.set(page.model("Seed"), "value", 5))[0] == "OK"
         assert form.seed.value == 1

@@ -1,5 +1,6 @@
 """What whoever starts a server is told: its addresses, the token, the code of the room."""
 
+import atexit
 import os
 import socket
 import tempfile
@@ -77,6 +78,7 @@ def open_browser(place: str, loop: Any) -> None:
     number, name = tempfile.mkstemp(".html", "vsep-", folder)
     with os.fdopen(number, "w", encoding="utf-8") as file:
         file.write(_PAGE.format(place))
+    atexit.register(Path(name).unlink, missing_ok=True)
     loop.call_later(_READ_S, Path(name).unlink, missing_ok=True)
     webbrowser.open(Path(name).as_uri())
 

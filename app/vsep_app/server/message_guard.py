@@ -34,6 +34,7 @@ _VALUES = ("value", "value_throttled", "value_input")
 _ENDS = ("start", "end")
 _OF_THE_BROWSER = ("panel.models.browser", "panel.models.location")
 _OF_FIGURES = ("bokeh.models", "bokeh.plotting")
+_NO_OFFER = (None, None, None)
 _WIRES = ("js_property_callbacks", "js_event_callbacks", "subscribed_events", "name", "tags")
 
 
@@ -43,6 +44,9 @@ class MessageGuard:
     def __init__(self) -> None:
         self._uploads: dict[str, Upload] = {}
         self._has_pulled = False
+        # What components offer, as the browser was first told; and those for which it has changed.
+        self._offers: dict[str, Any] = {}
+        self._moving: set[str] = set()
 
     def check(self, message: Any, document: Document) -> None:
         """Leave in a message what a browser may say, written anew, and nothing else.
@@ -51,9 +55,15 @@ class MessageGuard:
         """
         if message.msgtype == "PULL-DOC-REQ" and not self._has_pulled:
             self._has_pulled = True
+            states = [each for each in document.models if isinstance(each, DataModel)]
+            self._offers = {each.id: _offer(each) for each in states if _offer(each) != _NO_OFFER}
             return
         if message.msgtype != "PATCH-DOC":
             raise InputError(f"A browser does not send {message.msgtype} here.")
+        for number, offer in self._offers.items():
+            state = document.get_model_by_id(number)
+            if state is not None and _offer(state) != offer:
+                self._moving.add(number)
         num_bytes = sum(len(buffer.data) for buffer in message.buffers)
         try:
             events = [self._clean(each, document, num_bytes) for each in message.content["events"]]
@@ -72,19 +82,28 @@ class MessageGuard:
             return None if told is None else sent
         if kind != "ModelChanged":
             raise InputError(f"A browser does not send {kind} here.")
-        model, name, new = (
-            document.get_model_by_id(event["model"]["id"]),
-            event["attr"],
-            event["new"],
-        )
+        model = document.get_model_by_id(event["model"]["id"])
+        name, new = event["attr"], event["new"]
         # What has just left the page may still be on its way.
-        if model is None or not is_allowed_change(model, name, new):
+        if model is None:
+            return None
+        try:
+            is_allowed = is_allowed_change(model, name, new)
+        except InputError:
+            # So may what a component no longer offers, which is no fault of the browser.
+            if name not in _VALUES or model.id not in self._moving:
+                raise
+            return None
+        if not is_allowed:
             return None
         return {"kind": kind, "model": {"id": model.id}, "attr": name, "new": new}
 
     def _clean_event(self, event: Any, document: Document, num_bytes: int) -> Any:
         values = _entries(event["values"])
-        model = document.get_model_by_id(values.pop("model", {}).get("id", ""))
+        named = values.pop("model", None)
+        model = None if named is None else document.get_model_by_id(named["id"])
+        if named is not None and model is None:
+            return None
         state, buffer = getattr(model, "data", None), {}
         if event["name"] == "data_event" and isinstance(state, DataModel):
             told = _entries(values["data"])
@@ -100,12 +119,9 @@ class MessageGuard:
             values["data"] = _map({**told, **buffer})
         if model is not None:
             values = {"model": {"id": model.id}, **values}
-        is_disabled = getattr(state, "disabled", False)
-        return (
-            None
-            if is_disabled
-            else {"type": "event", "name": str(event["name"]), "values": _map(values)}
-        )
+        if getattr(state, "disabled", False):
+            return None
+        return {"type": "event", "name": str(event["name"]), "values": _map(values)}
 
 
 class Upload:
@@ -300,6 +316,13 @@ def _leaves(options: Any) -> Iterator[Any]:
             yield from _leaves(each)
         else:
             yield each
+
+
+def _offer(state: Any) -> tuple[Any, ...]:
+    """Return what a component offers: two ends, or options."""
+    options = getattr(state, "options", None)
+    kept = list(options) if isinstance(options, list | tuple) else options
+    return getattr(state, "start", None), getattr(state, "end", None), kept
 
 
 def _most_bytes(state: Any) -> int:
