@@ -23,15 +23,14 @@ MAX_FILE = 256 * 2**20
 """Bytes of one file, of a field that has no bound of its own."""
 
 _MAX_FIELD = 20_000
-# What a component of the page keeps of its own; all else of it is for the server to say.
+# What a component of the page keeps of its own. All else of it is for the server to say; browsers
+# tell that, too, at times, such as the end that a slider has just been given.
 _STATES = {
     *("value", "value_throttled", "value_input", "active", "open", "notifications"),
     *("sidebar_open", "sidebar_width", "dropdown_open", "collapsed", "expanded", "dark_theme"),
     *("filter_str", "scroll_position"),
 }
 _VALUES = ("value", "value_throttled", "value_input")
-# A slider that is told a value before its end moves its end; it is told that, too.
-_ENDS = ("start", "end")
 _OF_THE_BROWSER = ("panel.models.browser", "panel.models.location")
 _OF_FIGURES = ("bokeh.models", "bokeh.plotting")
 _NO_OFFER = (None, None, None)
@@ -168,16 +167,16 @@ class Upload:
 def is_allowed_change(model: Model, name: str, new: Any) -> bool:
     """Whether a browser's change of a model is done.
 
-    That of an end of a slider is not, nor that of a component that has just been disabled.
+    That of what a component offers is not, nor that of a component that has just been disabled.
 
     Raises `InputError` if the change is for the server alone, or the value out of bounds.
     """
     where = type(model).__module__
     is_state = isinstance(model, DataModel)
-    if is_state and name in _ENDS:
+    if is_state and name not in _STATES:
         return False
     if is_state:
-        _require_state(model, name)
+        _require_no_file(model, name)
     elif isinstance(model, ColumnDataSource) and name == "data":
         _require_like(model, new)
     elif name != "scroll_position" and (
@@ -199,8 +198,9 @@ def is_allowed_change(model: Model, name: str, new: Any) -> bool:
     return True
 
 
-def _require_state(model: Model, name: str) -> None:
-    if name not in _STATES or (name in _VALUES and hasattr(model, "max_file_size")):
+def _require_no_file(model: Model, name: str) -> None:
+    """Refuse files that do not come in parts."""
+    if name in _VALUES and hasattr(model, "max_file_size"):
         raise InputError(f"{name} of {_kind(model)} is for the server to say.")
 
 
