@@ -1,10 +1,11 @@
 """Fixtures of the application's tests: finished runs, and the served dashboard."""
 
 import asyncio
+import contextlib
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -121,18 +122,17 @@ def raw_capture() -> RawCapture:
     return RawCapture(words.tobytes(), settings_text(settings).encode(), received)
 
 
-@pytest.fixture(scope="session")
-def app_server():
-    """Serve the dashboard from a thread with its own event loop."""
+@contextlib.contextmanager
+def served(**options: Any) -> Iterator[Any]:
+    """Serve the dashboard from a thread with its own event loop, with options of `make_server`."""
     from vsep_app.server.main import make_server
 
     ready, box = threading.Event(), {}
 
-    def serve():
+    def serve() -> None:
         loop = asyncio.new_event_loop()
         asyncio.set_event_loop(loop)
-        server = make_server(port=0, address="127.0.0.1")
-        box.update(server=server, port=server.port)
+        server = box["server"] = make_server(**{"port": 0, "address": "127.0.0.1", **options})
         server.io_loop.add_callback(ready.set)
         server.start()
         server.io_loop.start()
@@ -143,7 +143,7 @@ def app_server():
     server = box["server"]
     yield server
 
-    async def leave():
+    async def leave() -> None:
         server.stop()
         await server._http.close_all_connections()
         # What the browsers have closed is closed here, too, before the loop ends.
@@ -152,3 +152,12 @@ def app_server():
 
     server.io_loop.add_callback(leave)
     thread.join(10)
+
+
+@pytest.fixture(scope="session")
+def app_server() -> Iterator[Any]:
+    """The served dashboard, which lets everybody in; see `test_access_server` for who gets in."""
+    from vsep_app.server.access import EntryRules
+
+    with served(entry=EntryRules(open_to_all=True)) as server:
+        yield server

@@ -7,16 +7,14 @@ from vsep_app.server.sessions import ServerLimits, SessionRegistry, shared_pool
 
 
 def test_figures_are_plain_numbers_of_the_server():
-    told = json.loads(
-        json.dumps(figures(SessionRegistry(ServerLimits(most_pages=7), own_folder=False)))
-    )
+    told = json.loads(json.dumps(figures(SessionRegistry(ServerLimits(most_pages=7)))))
     assert told["pages_at_most"] == 7
     assert told["pages"] == told["jobs_waiting"] == 0
     assert len(told["workers_mb"]) == told["workers"]
 
 
 def test_health_is_not_ok_without_a_worker(monkeypatch):
-    registry = SessionRegistry(ServerLimits(), own_folder=False)
+    registry = SessionRegistry(ServerLimits())
     assert figures(registry)["status"] == "ok"
     lacking = replace(shared_pool().figures(), workers=0, process_ids=())
     monkeypatch.setattr(type(shared_pool()), "figures", lambda _: lacking)

@@ -23,16 +23,23 @@ from tests.app.test_shared_runs import _run
 class Page:
     """A page that only knows whether it is closed."""
 
-    closed = 0
+    closed = expired = 0
 
     def close(self):
         self.closed += 1
+
+    def expire(self):
+        self.expired += 1
 
 
 def _session(registry, *, watched, age_s=0.0):
     page, queue = Page(), Page()
     registry.open_sessions[page] = Session(
-        page=page, queue=queue, watched=lambda: watched, since=time.monotonic() - age_s
+        page=page,
+        queue=queue,
+        watched=lambda: watched,
+        since=time.monotonic() - age_s,
+        expire=page.expire,
     )
     return page, queue
 
@@ -40,7 +47,7 @@ def _session(registry, *, watched, age_s=0.0):
 @pytest.fixture
 def registry():
     """A lobby with two places."""
-    return SessionRegistry(ServerLimits(most_pages=2), own_folder=False)
+    return SessionRegistry(ServerLimits(most_pages=2))
 
 
 def test_a_page_that_leaves_takes_its_work_along_once(registry):
@@ -55,6 +62,21 @@ def test_places_are_for_pages_that_are_looked_at_or_loading(registry):
     _session(registry, watched=False, age_s=0.0)
     _session(registry, watched=False, age_s=2.0 * LOADING_S)
     assert registry.num_places_taken == 2
+
+
+def test_who_has_loaded_longest_gives_up_a_place_and_no_page_that_is_looked_at(registry):
+    watched, _ = _session(registry, watched=True, age_s=3.0)
+    first, _ = _session(registry, watched=False, age_s=4.0)
+    second, _ = _session(registry, watched=False, age_s=3.0)
+    fresh, _ = _session(registry, watched=False)
+    assert registry._make_room()
+    assert registry._make_room()
+    assert not registry._make_room()
+    assert [page.expired for page in (watched, first, second, fresh)] == [0, 1, 1, 0]
+    assert registry.num_places_taken == 2
+    # Its browser may still come.
+    assert first in registry.open_sessions
+    assert first.closed == 0
 
 
 @pytest.mark.parametrize(("comes_back", "closed"), [(True, 0), (False, 1)])

@@ -281,8 +281,10 @@ def serving(*options: str) -> Iterator[tuple[subprocess.Popen, str]]:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    command = [sys.executable, "-c", SERVE, "serve", "--classroom", "--address", "127.0.0.1"]
-    with subprocess.Popen([*command, "--port", str(port), *options]) as process:
+    command = [sys.executable, "-c", SERVE, "serve", "--classroom", "--no-token"]
+    with subprocess.Popen(
+        [*command, *("--address", "127.0.0.1", "--port", str(port)), *options]
+    ) as process:
         url = f"http://127.0.0.1:{port}/"
         try:
             for _ in range(600):

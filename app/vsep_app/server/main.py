@@ -4,17 +4,24 @@ import asyncio
 import logging
 import secrets
 import socket
+import sys
 from pathlib import Path
 from typing import Any
 
 import panel as pn
 from panel.io.application import build_applications
+from panel.io.server import ComponentResourceHandler
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
 from vsep.errors import InputError
 from vsep_app.pages import PAGES
+from vsep_app.server.access import Access, EntryRules
+from vsep_app.server.announce import announcement, base_address, open_browser
+from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
+from vsep_app.server.entry import guard_entry, log_request
 from vsep_app.server.health import HealthHandler
+from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT
 from vsep_app.server.patches import (
     COMPONENT_ROUTE,
     begin_busy_check,
@@ -22,7 +29,6 @@ from vsep_app.server.patches import (
     replace_handlers,
 )
 from vsep_app.server.sessions import (
-    LOADING_S,
     Admission,
     ServerLimits,
     SessionRegistry,
@@ -36,7 +42,7 @@ from vsep_app.teaching.experiment import (
 )
 
 CHECK_SESSIONS_MS = 2000
-LOOPBACK = ("127.0.0.1", "::1", "localhost")
+UNUSED_SESSION_MS = 15_000  # a slow browser has connected by then
 # Thirty students, a lecturer, and a few who open a second page.
 CLASSROOM = ServerLimits(most_pages=40, most_kept=32, most_studies=1)
 
@@ -45,11 +51,14 @@ def make_server(
     *,
     port: int,
     address: str,
-    show: bool = False,
+    prefix: str = "",
+    entry: EntryRules | None = None,
     experiments: Path | None = None,
     rules: ServerLimits | None = None,
 ) -> Any:
-    """Return a server that is ready to start; its `registry` holds the open pages.
+    """Return a server that is ready to start.
+
+    Its `registry` holds the open pages, its `access` the token and the code.
 
     The parameters are those of `serve`.
 
@@ -64,16 +73,8 @@ def make_server(
     _require_free(port, address)
     replace_handlers()
     remember_defaults()
-    everywhere = address in ("0.0.0.0", "::")
-    origins = ["*"] if everywhere else [f"{address}:{port}", f"localhost:{port}"]
     loop: Any = IOLoop.current()
-    # Only who sits at this machine may choose where on its disk rows go.
-    registry = SessionRegistry(
-        rules or ServerLimits(),
-        own_folder=address in LOOPBACK,
-        experiments=guided,
-        loop=loop.asyncio_loop,
-    )
+    registry = SessionRegistry(rules or ServerLimits(), experiments=guided, loop=loop.asyncio_loop)
     applications = build_applications(
         {page.route: registry.builder(page.load()) for page in PAGES.values()},
         title={page.route: page.title for page in PAGES.values()},
@@ -85,17 +86,30 @@ def make_server(
         applications,
         port=port,
         address=address,
-        show=show,
+        prefix=prefix,
+        show=False,
         start=False,
+        verbose=False,
         loop=loop,
-        websocket_origin=origins if port else "*",
         check_unused_sessions_milliseconds=CHECK_SESSIONS_MS,
-        unused_session_lifetime_milliseconds=round(1000 * LOADING_S),
+        unused_session_lifetime_milliseconds=UNUSED_SESSION_MS,
         secret_key=secrets.token_urlsafe(32),
         sign_sessions=True,
+        # A page holds a signed copy of what it was asked with, which is nobody's business.
+        include_headers=["Host"],
+        include_cookies=[],
+        websocket_max_message_size=MAX_TEXT + MAX_BUFFER,
+        http_server_kwargs=HTTP_BOUNDS,
+        log_function=log_request,
         extra_patterns=[("/health", HealthHandler, {"registry": registry}), COMPONENT_ROUTE],
     )
     server.registry = registry
+    server.access = Access(entry or EntryRules(), port=server.port)
+    # Panel's own route of components stands behind ours, and would import modules.
+    routes = server._tornado.wildcard_router.rules
+    routes[:] = [rule for rule in routes if rule.target is not ComponentResourceHandler]
+    guard_entry(server._tornado, server.access, f"{server.prefix}/health")
+    bound_connections(server)
     begin_busy_check(loop)
     loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
     return server
@@ -134,6 +148,8 @@ def serve(
     port: int = 5006,
     address: str = "127.0.0.1",
     show: bool = False,
+    prefix: str = "",
+    entry: EntryRules | None = None,
     experiments: Path | None = None,
     rules: ServerLimits | None = None,
 ) -> None:
@@ -147,6 +163,10 @@ def serve(
         127.0.0.1 serves this machine only, 0.0.0.0 its network.
     show : bool
         Open it in the browser.
+    prefix : str
+        Folder of all addresses, as ``tools/vsep``.
+    entry : EntryRules or None
+        Who gets in; None: who has the token that is printed.
     experiments : Path or None
         Folder of further guided experiments.
     rules : ServerLimits or None
@@ -154,10 +174,20 @@ def serve(
     """
     logging.getLogger("bokeh").setLevel(logging.WARNING)
     server = make_server(
-        port=port, address=address, show=show, experiments=experiments, rules=rules
+        port=port,
+        address=address,
+        prefix=prefix,
+        entry=entry,
+        experiments=experiments,
+        rules=rules,
     )
     shared_pool()
     server.start()
+    access, prefix = server.access, server.prefix
+    sys.stderr.write(announcement(access, address=address, prefix=prefix))
+    if show:
+        place = f"{base_address(address, access.port, prefix)}?token={access.token}"
+        server.io_loop.add_callback(open_browser, place, server.io_loop)
     try:
         server.io_loop.start()
     finally:

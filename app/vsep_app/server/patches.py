@@ -7,7 +7,7 @@ the project as it is still needs it.
 what is changed        upstream
 =====================  ==========================================================================
 `PromptHandler`        tornado issue 755 gave connections `set_nodelay`; Bokeh does not call it, no
-                       report
+                       report; nor does Bokeh hold what a browser sends against any bound
 `OwnSessionHandler`    no report: Bokeh lets any address name the session that a page joins
 `LoadedOnlyHandler`    Panel pull request 3284 made the route; no report on what it imports
 `remember_defaults`    Bokeh pull request 15322 keeps the overridden defaults of a class from 3.10
@@ -19,6 +19,7 @@ what is changed        upstream
 =====================  ==========================================================================
 """
 
+import logging
 import sys
 from functools import cache, partial
 from typing import Any
@@ -33,6 +34,12 @@ from panel.util import parse_query
 from panel.util.parameters import edit_readonly
 from tornado.web import HTTPError
 
+from vsep.errors import InputError
+from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT, MessageGuard
+
+_log = logging.getLogger(__name__)
+# Why a connection is closed, by RFC 6455.
+_TOO_LARGE, _UNREADABLE = 1009, 1007
 _FOREIGN = ("bokeh-session-id", "bokeh-token")
 # What the pages show is made of classes of these packages.
 _SERVED = ("panel", "panel_material_ui", "vsep_app")
@@ -47,11 +54,61 @@ if (!sheet.writes_once) {
 
 
 class PromptHandler(WSHandler):
-    """A connection that sends small messages at once.
+    """A connection that sends small messages at once, and takes no message out of bounds.
 
     A picture is some dozens of them, and the second would wait until the browser has confirmed the
     first, which a browser with nothing to say does after 40 ms.
     """
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self._guard = MessageGuard()
+        self._num_bytes = 0
+
+    def check_origin(self, origin: str) -> bool:
+        """Whether the request came through the entry, which has looked at its origin."""
+        del origin
+        return hasattr(self.request, "role")
+
+    async def on_message(self, fragment: str | bytes) -> None:
+        """Take a part of a message; all of a message together has a bound, too."""
+        self._num_bytes += len(fragment)
+        is_text = isinstance(fragment, str)
+        if self.receiver is None or self._num_bytes > MAX_TEXT + (0 if is_text else MAX_BUFFER):
+            self.close(_TOO_LARGE, "The message is too large.")
+            return
+        try:
+            message = await self.receiver.consume(fragment)
+        except Exception:
+            self.close(_UNREADABLE, "The message cannot be read.")
+            return
+        if message is not None:
+            self._num_bytes = 0
+            await self._answer(message)
+
+    async def _answer(self, message: Any) -> None:
+        connection = self.connection
+        if connection is None:
+            return
+        refusal = self._refusal(message)
+        if refusal:
+            _log.info("refused a message: %s", refusal)
+            await self.send_message(connection.error(message, refusal))
+            return
+        work = await self._handle(message)
+        if work is not None and work.msgtype == "ERROR":
+            # Where the program lies on this machine is nobody's business.
+            work.content = {**work.content, "traceback": None}
+        if work is not None:
+            await self.send_message(work)
+
+    def _refusal(self, message: Any) -> str:
+        """Return why a message is not taken, nothing if it is."""
+        try:
+            self._guard.check(message, self.connection.session.document)
+        except InputError as error:
+            return str(error)
+        return ""
 
     def open(self, *arguments: str, **named: str) -> None:
         """Begin to send and receive."""
@@ -65,6 +122,14 @@ class OwnSessionHandler(DocHandler):
     Whoever could name the session in an address that another person opens would share that
     person's page.
     """
+
+    def set_default_headers(self) -> None:
+        """Say which pages may show this one in a frame."""
+        super().set_default_headers()
+        policy = self.settings["access"].frame_policy
+        self.set_header("Content-Security-Policy", policy)
+        self.set_header("Referrer-Policy", "same-origin")
+        self.set_header("X-Content-Type-Options", "nosniff")
 
     async def prepare(self) -> None:
         """Refuse a request that names a session, or whose query Panel cannot read (1.9: `x=²`)."""

@@ -1,11 +1,12 @@
 """Lets visitors in, and sees to it that who has left leaves nothing running."""
 
 import asyncio
+import math
 import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
@@ -29,6 +30,7 @@ from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.recording.tasks import PreparedRecording
+from vsep_app.server.access import Role
 from vsep_app.server.patches import release_notifications
 from vsep_app.teaching.experiment import Experiment
 from vsep_app.widgets.location import read_query
@@ -37,8 +39,10 @@ from vsep_app.widgets.location import read_query
 ABSENCE_MS = 4000
 # Time for all open pages after a new one has been built.
 PAUSE_S = 0.1
-# A page that is still loading takes a place, too.
-LOADING_S = 15.0
+# A page that is still loading takes a place, too; but when all are taken, the one that has loaded
+# longest gives it up. Its browser, if there is one, gets the page all the same.
+LOADING_S = 6.0
+_FIRM_S = 2.0
 RETRY_S = 20
 # A page whose connection is lost is opened again, at its address, once the server can be reached.
 # Bokeh's own way (`pn.config.reconnect`) leaves it empty: what a page has of functions cannot be
@@ -103,12 +107,15 @@ class Session:
         Whether a browser is connected.
     since : float
         When it was opened, by the monotonic clock.
+    expire : callable
+        Lets the server forget it unless a browser connects.
     """
 
     page: PageBase
     queue: ClientQueue
     watched: Callable[[], bool]
     since: float
+    expire: Callable[[], None]
 
 
 class SessionRegistry:
@@ -118,8 +125,6 @@ class SessionRegistry:
     ----------
     rules : ServerLimits
         How many are let in, and what they get.
-    own_folder : bool
-        Whether visitors sit at this machine and may choose where on its disk rows go.
     experiments : sequence of Experiment
         Guided experiments to choose from.
     loop : asyncio.AbstractEventLoop or None
@@ -130,11 +135,10 @@ class SessionRegistry:
         self,
         rules: ServerLimits,
         *,
-        own_folder: bool,
         experiments: Sequence[Experiment] = (),
         loop: asyncio.AbstractEventLoop | None = None,
     ) -> None:
-        self.rules, self._own_folder = rules, own_folder
+        self.rules = rules
         self._experiments, self._loop = experiments, loop
         self._background = BackgroundTasks(loop)
         self._building = threading.Lock()
@@ -176,7 +180,7 @@ class SessionRegistry:
         if _has_gone(document.session_context):
             return pn.pane.HTML("")
         most = self.rules.most_pages
-        if most is not None and self.num_places_taken >= most:
+        if most is not None and not self._has_room(most):
             self.num_refused += 1
             return _no_place(document, most)
         queue, watched = shared_pool().queue(), partial(_watched, document)
@@ -187,7 +191,7 @@ class SessionRegistry:
                 query=read_query(),
                 post=post,
                 watched=watched,
-                own_folder=self._own_folder,
+                own_folder=_is_owner(document.session_context),
                 experiments=self._experiments,
                 shared_resources=self.shared_resources,
                 background=BackgroundTasks(self._loop),
@@ -197,13 +201,41 @@ class SessionRegistry:
         )
         self.num_opened += 1
         self.open_sessions[page] = Session(
-            page=page, queue=queue, watched=watched, since=time.monotonic()
+            page=page,
+            queue=queue,
+            watched=watched,
+            since=time.monotonic(),
+            expire=partial(_expire, document),
         )
         pn.state.onload(partial(post, page.start))
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
         document.js_on_event("connection_lost", CustomJS(code=_OPEN_AGAIN))
         return page.page()
+
+    def _has_room(self, most: int) -> bool:
+        """Whether there is a place, and no crowd of pages that wait for their browsers."""
+        if len(self.open_sessions) >= 2 * most:
+            return False
+        return self.num_places_taken < most or self._make_room()
+
+    def _make_room(self) -> bool:
+        """Take the place of the page that has waited longest for its browser; whether there is one.
+
+        Whoever asks for pages without showing them, as a script does, holds no places by it.
+        """
+        now = time.monotonic()
+        waiting = [
+            session
+            for session in self.open_sessions.values()
+            if not session.watched() and _FIRM_S < now - session.since < LOADING_S
+        ]
+        if not waiting:
+            return False
+        longest = min(waiting, key=lambda session: session.since)
+        self.open_sessions[longest.page] = replace(longest, since=-math.inf)
+        longest.expire()
+        return True
 
     def leave(self, page: PageBase) -> None:
         """End all work of a page; nothing happens if it has left already."""
@@ -273,6 +305,18 @@ def _leave(registry: SessionRegistry, page: PageBase, context: Any) -> None:
 def _watched(document: Any) -> bool:
     context = document.session_context
     return context is None or context.session is None or context.session.connection_count > 0
+
+
+def _expire(document: Any) -> None:
+    context = document.session_context
+    if context is not None and context.session is not None:
+        context.session.request_expiration()
+
+
+def _is_owner(context: Any) -> bool:
+    """Whether a page was asked for with the token of who started the server; see `entry`."""
+    request = None if context is None else context.request
+    return getattr(request, "role", None) is Role.OWNER
 
 
 def _has_gone(context: Any) -> bool:

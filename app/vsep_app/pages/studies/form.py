@@ -34,6 +34,8 @@ class StudyForm:
 
     def __init__(self, load: Callable[[str, bytes], Awaitable[None]], *, own_folder: bool) -> None:
         self._load = load
+        # What is not shown can still be set by who speaks for a browser.
+        self.owns_folders = own_folder
         self.study_name = field(
             pmu.Select,
             "Study",
@@ -45,7 +47,7 @@ class StudyForm:
         self.panels = _choice("Panels", "Parts of the figure to run.")
         self.methods = _choice("Methods", "Each sees the same scenes and noise.")
         self._make_trials()
-        self._make_work(own_folder=own_folder)
+        self._make_work()
         text = "Look at what `vsep study run` or this page wrote, and go on with it."
         self.upload = file_field("Open rows (.jsonl)", text, ".jsonl")
         self.upload.param.watch(self._uploaded, "value")
@@ -86,7 +88,7 @@ class StudyForm:
             "GOSPA order", "Weight of large distances; 1 is plain.", DEFAULT_ORDER, *(1.0, 100.0)
         )
 
-    def _make_work(self, *, own_folder: bool) -> None:
+    def _make_work(self) -> None:
         cores = os.cpu_count() or 1
         self.workers = number_field(
             "Processes", "More are faster, and slow the live view.", max(1, cores - 1), *(1, cores)
@@ -97,7 +99,7 @@ class StudyForm:
             "Where the rows go and are looked for. A temporary folder is removed when this page is "
             "closed; download the rows to keep them.",
             placeholder="a temporary one",
-            visible=own_folder,
+            visible=self.owns_folders,
         )
 
     def layout(self) -> list[Any]:
@@ -183,7 +185,7 @@ class StudyForm:
 
         Raises `InputError` if the chosen folder is not there.
         """
-        chosen = self.folder.value.strip() if self.folder.visible else ""
+        chosen = self.folder.value.strip() if self.owns_folders else ""
         folder = Path(chosen).expanduser() if chosen else temporary
         if not folder.is_dir():
             raise InputError(f"The results folder {chosen} is not there; make it or name another.")
