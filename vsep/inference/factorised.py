@@ -4,7 +4,6 @@ Estimators are frozen bags of settings with ``init``, ``step`` and ``terminate``
 changes is in the state, so a run can be paused, resumed and stepped back exactly.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +15,6 @@ from vsep.inference.bursts.filter_correction import update_correction
 from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
-from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import next_noise_spectrum
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
@@ -24,13 +22,12 @@ from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.inference.objects.masked import MAX_STEP
-from vsep.inference.objects.object_only import ObjectSettings, expected_error, update_objects
+from vsep.inference.objects.object_only import ObjectSettings, update_objects
 from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace
-from vsep.kernels.object_posterior import separable_projections
+from vsep.inference.separation_diagnostics import separability_ratio_db, separation_bound
+from vsep.inference.weighed_frame import WeighedFrame
 from vsep.units import from_db
 
-NEGLIGIBLE_SHARE = 0.03  # of a frame's information: what bursts may take without being counted
-LEAST_SHARE = 0.1
 KEEP_MAJORISED = 0.9  # of its threshold: what an object keeps, whose share is known roughly only
 FITTED_AFTER = 2  # quiet iterations: the bursts' channels are complete
 GROWING_SHARE = 0.03  # of the channel components: more new ones in a step, and channels still grow
@@ -86,9 +83,8 @@ class FactorisedSeparator(ObjectSettings):
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
         interference, searched, weights = self.prepare(received, state)
-        explained = state.object_signal + state.interference_signal
-        used = received if weights is None else weights.fitted(received, explained)
-        residual = used - state.object_signal  # r_beta = r - Phi alpha
+        frame = WeighedFrame(received, state, weights)
+        residual = frame.used - state.object_signal  # r_beta = r - Phi alpha
         with part(BURSTS):
             precision = self.burst_precision(state, state.noise_precision)
             interference.update(residual, precision)  # Algorithm 2 on every ramp
@@ -98,70 +94,32 @@ class FactorisedSeparator(ObjectSettings):
         # tr(Phi C Phi^H) + tr(U Psi C Psi^H U^H)
         traces = self._object_trace(state) + interference.trace
         bursts = interference.signal  # U Psi beta
-        target = used - bursts  # r_alpha
-        noise_residual = residual - bursts
-        if weights is not None:
-            noise_residual = received - state.object_signal - bursts
-            target = state.object_signal + weights.values * noise_residual
-        # lambda from (65)
-        noise_precision = self._noise_precision(noise_residual, traces, weights)
+        noise_precision = frame.noise_precision(state.object_signal, bursts, traces)  # (65)
         share = 1.0
         if interference.schedule.weights_begun(state.iteration):
-            share = self._share_for_objects(interference, precision, weights)
+            share = frame.share_for_objects(interference, precision)
         with part(OBJECTS):
-            objects = self._updated_objects(
-                target,
+            objects = self._updated_objects(  # Algorithm 3
+                frame.for_objects(state.object_signal, bursts),  # r_alpha
                 replace(state, noise_precision=noise_precision),
                 interference.schedule.object_additions(state.iteration),
                 share,
             )
-        residual = used - objects.signal  # r_beta
-        noise_residual = residual - bursts
-        if weights is not None:
-            noise_residual = received - objects.signal - bursts
-            residual = bursts + weights.values * noise_residual
+        residual = frame.for_bursts(objects.signal, bursts)  # r_beta
         traces = objects.active.trace() + interference.trace
-        noise_precision = self._noise_precision(noise_residual, traces, weights)
+        noise_precision = frame.noise_precision(objects.signal, bursts, traces)  # (65)
         with part(BURSTS):
             # C_beta from (62), beta from (61)
             interference.recompute(residual, self.burst_precision(state, noise_precision))
-        num_used = received.size if weights is None else weights.num_counted
         # (19)
-        bound = _separation_bound(residual, objects, interference, noise_precision, num_used)
+        bound = separation_bound(residual, objects, interference, noise_precision, frame.num_used)
         used = residual + objects.signal
-        end = self.conclude(
+        new_state, info = self.conclude(
             state, objects, interference, noise_precision, bound, searched, used, share
         )
         values = None if weights is None else weights.values
-        end = replace(end[0], used_share=share, sample_weights=values), end[1]
-        return self.confirmed(received, *end)
-
-    def _noise_precision(
-        self, noise_residual: ComplexArray, trace: float, weights: SampleWeights | None
-    ) -> float:
-        """Lambda from (65), of the samples that count."""
-        if weights is None:
-            return noise_residual.size / expected_error(noise_residual, trace)
-        counted = np.sqrt(weights.values) * noise_residual
-        error = expected_error(counted[weights.counted], weights.share * trace)
-        return weights.num_counted / error
-
-    def _share_for_objects(
-        self,
-        interference: InterferenceWorkspace,
-        noise_precision: float,
-        weights: SampleWeights | None,
-    ) -> float:
-        """Share of the frame's information that is left for the objects.
-
-        What the bursts are fitted with, lambda tr(U Psi C Psi^H U^H) weights and a pair of real
-        parameters each, explains as much of the noise, and of every object that is not modelled.
-        """
-        fitted = noise_precision * interference.trace + len(interference.table)
-        lost = fitted / math.prod(self.model.rows_shape)
-        if weights is None:
-            return 1.0 if lost < NEGLIGIBLE_SHARE else max(1.0 - lost, LEAST_SHARE)
-        return max(weights.share - lost, LEAST_SHARE)
+        new_state = replace(new_state, used_share=share, sample_weights=values)
+        return self.confirmed(received, new_state, info)
 
     def _updated_objects(
         self,
@@ -304,7 +262,7 @@ class FactorisedSeparator(ObjectSettings):
             max_frequency_change=objects.max_frequency_change,
             noise_precision_change=noise_precision / state.noise_precision - 1.0,
             searched=searched,
-            separability_ratio_db=_separability_ratio_db(objects, signal),
+            separability_ratio_db=separability_ratio_db(objects, signal),
         )
         spectrum = state.noise_spectrum
         if interference.schedule.noise_spectrum:
@@ -380,45 +338,6 @@ class FactorisedSeparator(ObjectSettings):
         schedule = schedule_by_name(self.schedule)
         confirmed = info.searched or not schedule.search_before_convergence
         return settle(state, self.max_iterations, converged=confirmed and is_quiet(info))
-
-
-def _separation_bound(
-    residual: ComplexArray,
-    objects: ObjectWorkspace,
-    interference: InterferenceWorkspace,
-    noise_precision: float,
-    num_used: int,
-) -> float:
-    traces = objects.active.trace() + interference.trace
-    error = expected_error(residual - interference.signal, traces)
-    active, filtered = objects.active, interference.correction
-    # Terms of q(beta) and q(gamma_beta), then of q(alpha) and q(gamma_alpha)
-    bound = interference.weights_bound + weights_bound(
-        active.amplitudes,
-        np.diagonal(active.covariance).real,
-        active.precisions,
-        active.log_determinant,
-    )
-    if filtered.num_splines:  # of the filter's coefficients
-        bound += weights_bound(
-            filtered.amplitudes,
-            np.diagonal(filtered.covariance).real,
-            filtered.precisions,
-            float(np.linalg.slogdet(filtered.covariance)[1]),
-        )
-    return bound + noise_bound(num_used, noise_precision, error)  # likelihood and q(lambda)
-
-
-def _separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray) -> float:
-    """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
-    count = len(objects.ids)
-    active = objects.active
-    own = active.gram[:count, :count] @ active.amplitudes[:count]  # Phi^H Phi alpha
-    other = separable_projections(interference, *objects.factors)  # Phi^H U Psi beta
-    energies = float(np.vdot(own, own).real), float(np.vdot(other, other).real)
-    if 0.0 in energies:
-        return float("nan")
-    return 10.0 * math.log10(energies[0] / energies[1])
 
 
 ENTRIES = (
