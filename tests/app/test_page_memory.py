@@ -35,7 +35,7 @@ class Threads(ThreadPoolExecutor):
 def served(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """Serve the dashboard from a thread; sessions end soon after their connection."""
     monkeypatch.setattr(main, "CHECK_SESSIONS_MS", 100)
-    monkeypatch.setattr(main, "LOADING_S", 1.0)
+    monkeypatch.setattr(main, "UNUSED_SESSION_MS", 1000)
     monkeypatch.setattr(sessions, "ABSENCE_MS", 100)
     ready, box = threading.Event(), {}
 
