@@ -131,8 +131,8 @@ def test_zeroing_leaves_ghosts():
     while step.termination is Termination.RUNNING:
         step = advance_all(comparison, step.state)
     zeroing, masked, factorised = (view.metrics for view in step.views)
-    # "about 90 false ones", "and it has not ended"
-    assert 80 <= zeroing.false_alarms <= 100
+    # "about 55 false ones", "and it has not ended"
+    assert 50 <= zeroing.false_alarms <= 60
     assert zeroing.num_detections == plan.scene.max_iterations
     assert (masked.misses, masked.false_alarms) == (0, 0)
     assert (factorised.misses, factorised.false_alarms) == (0, 0)

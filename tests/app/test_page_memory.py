@@ -3,7 +3,6 @@
 import asyncio
 import gc
 import random
-import threading
 import time
 import weakref
 from collections.abc import Iterator
@@ -16,7 +15,9 @@ from bokeh.document import Document
 from vsep_app.jobs.run_session import RunSession
 from vsep_app.pages.base import PageBase
 from vsep_app.server import main, sessions
+from vsep_app.server.access import EntryRules
 
+from tests.app.conftest import served
 from tests.load.classroom import TABS, Student
 
 
@@ -32,30 +33,15 @@ class Threads(ThreadPoolExecutor):
 
 
 @pytest.fixture
-def served(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """Serve the dashboard from a thread; sessions end soon after their connection."""
     monkeypatch.setattr(main, "CHECK_SESSIONS_MS", 100)
     monkeypatch.setattr(main, "UNUSED_SESSION_MS", 1000)
     monkeypatch.setattr(sessions, "ABSENCE_MS", 100)
-    ready, box = threading.Event(), {}
-
-    def serve() -> None:
-        asyncio.set_event_loop(asyncio.new_event_loop())
-        box["server"] = server = main.make_server(port=0, address="127.0.0.1")
-        server.io_loop.add_callback(ready.set)
-        server.start()
-        server.io_loop.start()
-
     with Threads(max_workers=1) as workers:
         monkeypatch.setattr(sessions, "shared_pool", lambda: workers)
-        thread = threading.Thread(target=serve, daemon=True)
-        thread.start()
-        assert ready.wait(30)
-        server = box["server"]
-        yield server
-        server.io_loop.add_callback(server.stop)
-        server.io_loop.add_callback(server.io_loop.stop)
-        thread.join(10)
+        with served(entry=EntryRules(open_to_all=True)) as server:
+            yield server
 
 
 def living() -> list[Any]:
@@ -80,9 +66,9 @@ async def visit_all(url: str) -> list[str]:
     return student.errors
 
 
-def test_nothing_is_left_of_pages_that_were_closed(served: Any) -> None:
+def test_nothing_is_left_of_pages_that_were_closed(opened: Any) -> None:
     before = weakref.WeakSet(living())
-    assert asyncio.run(visit_all(f"http://127.0.0.1:{served.port}/")) == []
+    assert asyncio.run(visit_all(f"http://127.0.0.1:{opened.port}/")) == []
     # Timers of a page may have some seconds to go.
     for _ in range(20):
         left = [type(one).__name__ for one in living() if one not in before]
@@ -90,4 +76,4 @@ def test_nothing_is_left_of_pages_that_were_closed(served: Any) -> None:
             break
         time.sleep(0.5)
     assert left == []
-    assert not served.registry.open_sessions
+    assert not opened.registry.open_sessions
