@@ -16,7 +16,7 @@ from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
-from vsep.inference.core.noise_update import next_noise_spectrum
+from vsep.inference.core.noise_update import next_noise_spectrum, noise_spectrum_due
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
@@ -265,7 +265,7 @@ class FactorisedSeparator(ObjectSettings):
             separability_ratio_db=separability_ratio_db(objects, signal),
         )
         spectrum = state.noise_spectrum
-        if interference.schedule.noise_spectrum:
+        if interference.schedule.noise_spectrum and noise_spectrum_due(state):
             # A burst that is hardly more than noise is looked at as noise.
             strong = interference.strong_bursts(noise_precision)
             noise_residual, table = used - object_signal - signal, interference.table

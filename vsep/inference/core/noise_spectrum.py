@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy import fft
 
 from vsep._typing import ComplexArray, FloatArray, frozen
 from vsep.signal.template import SignalModel
@@ -153,7 +154,11 @@ def estimate_noise_spectrum(
     if noise_residual.shape[0] * noise_residual.shape[1] < FEWEST_ROWS:
         return None
     periodogram, looks = quiet_periodogram(noise_residual)
-    terms = spectral_terms(model.num_samples, filter_power(model).tobytes())
+    terms, centred, norms = spectral_terms(model.num_samples, filter_power(model).tobytes())
+    # Against white noise, which is nearly always all there is to do
+    excess = _excess(periodogram, np.full(periodogram.shape, np.log(periodogram.mean())), looks)
+    if float((looks * (centred @ excess) ** 2 / norms).max()) <= convincing:
+        return None
     active: list[int] = []
     basis = np.ones((1, len(periodogram)))
     coefficients = np.array([np.log(np.mean(periodogram))])
@@ -162,17 +167,15 @@ def estimate_noise_spectrum(
         # score test: what of each term the active ones do not explain already
         orthonormal = np.linalg.qr(basis.T)[0]
         beside = terms - (terms @ orthonormal) @ orthonormal.T
-        norms = np.einsum("jn,jn->j", beside, beside)
-        usable = norms > 0.05 * np.einsum("jn,jn->j", terms, terms)
-        score = np.where(usable, looks * (beside @ excess) ** 2 / np.maximum(norms, 1e-12), 0.0)
+        left = np.einsum("jn,jn->j", beside, beside)
+        usable = left > 0.05 * np.einsum("jn,jn->j", terms, terms)
+        score = np.where(usable, looks * (beside @ excess) ** 2 / np.maximum(left, 1e-12), 0.0)
         best = int(np.argmax(score))
         if score[best] <= (FURTHER if active else convincing):
             break
         active.append(best)
         basis = np.concatenate([basis, terms[best : best + 1]])
         coefficients = _fitted(periodogram, basis, np.append(coefficients, 0.0), looks)
-    if not active:
-        return None
     # Fisher information of the coefficients is `looks` times the Gram matrix of the terms.
     orthonormal = np.linalg.qr(basis.T)[0]
     variance = np.einsum("nk,nk->n", orthonormal, orthonormal) / looks
@@ -196,10 +199,8 @@ def quiet_periodogram(noise_residual: ComplexArray) -> tuple[FloatArray, float]:
     looks : float
         Relative variance of a cell is one over this.
     """
-    num_ramps, num_samples = noise_residual.shape[1:]
-    spectra = np.fft.ifft(noise_residual, axis=2, norm="ortho")
-    if num_ramps > 1:
-        spectra = np.fft.ifft(spectra, axis=1, norm="ortho")
+    num_samples = noise_residual.shape[2]
+    spectra = fft.ifft2(noise_residual, axes=(1, 2), norm="ortho")
     power = (spectra.real**2 + spectra.imag**2).reshape(-1, num_samples)
     rows = len(power)
     count = int(np.ceil(LOWER_SHARE * rows))
@@ -210,8 +211,13 @@ def quiet_periodogram(noise_residual: ComplexArray) -> tuple[FloatArray, float]:
 
 
 @lru_cache(maxsize=8)
-def spectral_terms(num_samples: int, filter_bytes: bytes) -> FloatArray:
-    """(J, N) terms of the log spectrum: the filter's, that of 1/f noise, bumps of dyadic widths."""
+def spectral_terms(
+    num_samples: int, filter_bytes: bytes
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(J, N) terms of the log spectrum: the filter's, that of 1/f noise, bumps of dyadic widths.
+
+    Also the terms without their means, and the squared norms (J,) of these.
+    """
     beats = np.fft.fftfreq(num_samples)
     response = np.frombuffer(filter_bytes)
     rows = [np.log(np.maximum(np.abs(beats), 0.5 / num_samples))]
@@ -225,7 +231,9 @@ def spectral_terms(num_samples: int, filter_bytes: bytes) -> FloatArray:
             inside = np.abs(apart) < width
             rows.append(np.where(inside, 0.5 + 0.5 * np.cos(np.pi * apart / width), 0.0))
         width /= 2.0
-    return frozen(np.array(rows))
+    terms = np.array(rows)
+    centred = terms - terms.mean(axis=1, keepdims=True)
+    return frozen(terms), frozen(centred), frozen(np.einsum("jn,jn->j", centred, centred))
 
 
 def _excess(periodogram: FloatArray, log_level: FloatArray, looks: float) -> FloatArray:

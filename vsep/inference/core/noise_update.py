@@ -21,6 +21,12 @@ EVERY_FIRST = 4  # iterations in which the spectrum is estimated each time, then
 LAST_ESTIMATE = 24  # iteration after which the spectrum stands still, so that a run can settle
 
 
+def noise_spectrum_due(state: SeparationState) -> bool:
+    """Whether the noise spectrum is looked at in the step that starts from a state."""
+    early = state.iteration < EVERY_FIRST
+    return early or (state.iteration % 2 == 0 and state.iteration <= LAST_ESTIMATE)
+
+
 def next_noise_spectrum(
     state: SeparationState,
     events: Sequence[ComponentEvent],
@@ -58,10 +64,8 @@ def next_noise_spectrum(
         ),
         default=0.0,
     )
-    if state.iteration >= EVERY_FIRST and state.iteration % 2:
-        return state.noise_spectrum
     moving = abs(noise_precision / state.noise_precision - 1.0) > STEADY
-    if moving or state.iteration > LAST_ESTIMATE or strongest > NEARLY_NOISE_DB:
+    if not noise_spectrum_due(state) or moving or strongest > NEARLY_NOISE_DB:
         return state.noise_spectrum
     rows = noise_residual.reshape(model.num_antennas, *model.shape)
     clean = np.ones(model.num_ramps, np.bool_)
