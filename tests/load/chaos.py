@@ -41,7 +41,7 @@ class Survivor(Student):
 
     address: str = ""
     acknowledged: dict[str, int] = field(default_factory=dict)
-    gaps_s: list[float] = field(default_factory=list)
+    answered_after_s: list[float] = field(default_factory=list)
     num_cuts: int = 0
     _address_before: str = ""
     calm_since: float = 0.0  # the end of the last time without descriptors
@@ -71,7 +71,7 @@ class Survivor(Student):
             self._socket.close()
 
     async def _visit(self, chance: random.Random, begun: float, until: float) -> None:
-        async with self._connected() as self._socket:
+        async with self._connected("") as self._socket:
             await self._read_document()
             self._compare()
             reader = asyncio.create_task(self._read())
@@ -101,7 +101,7 @@ class Survivor(Student):
                 self.errors.append("no picture at all")
                 break
         if not reader.done():
-            self.gaps_s.append(time.monotonic() - max(since, self.calm_since))
+            self.answered_after_s.append(time.monotonic() - max(since, self.calm_since))
             self.acknowledged = dict(self._places)
 
     def _compare(self) -> None:
@@ -245,7 +245,7 @@ async def chaos(
 
 def summary(survivors: list[Survivor], watch: Watch, num_killed: int) -> dict:
     """Return the figures."""
-    gaps = sorted(gap for each in survivors for gap in each.gaps_s)
+    gaps = sorted(gap for each in survivors for gap in each.answered_after_s)
     return {
         "sessions": len(survivors),
         "moves answered": len(gaps),

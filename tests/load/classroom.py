@@ -138,9 +138,7 @@ class Student:
     @contextlib.asynccontextmanager
     async def _connected(self, tab: str) -> AsyncIterator[WebSocketClientConnection]:
         """Open a page and its connection; leave when both sides have closed it."""
-        page = await asyncio.to_thread(_get, self.url + self.query)
-        query = f"?preset={self.preset}&seed={self.number % 5}"
-        page = await asyncio.to_thread(_get, self.url + tab + query)
+        page = await asyncio.to_thread(_get, self.url + tab + self.query)
         token = re.search(r'"token":"([^"]+)"', page).group(1)
         where = self.url.replace("http", "ws") + (f"{tab}/ws" if tab else "ws")
         request = HTTPRequest(where, connect_timeout=PATIENCE_S, request_timeout=PATIENCE_S)
