@@ -1,7 +1,7 @@
 """Orders of words in raw captures, compared by what the samples look like.
 
 In the right order an echo is one line over the beat frequency; in a wrong one it has images and
-copies. The number of cells that hold most of the energy tells the orders apart.
+copies. The number of cells that stand out of the noise tells the orders apart.
 """
 
 from dataclasses import replace
@@ -18,23 +18,30 @@ ORDERS: Final = {
     "tda2": "I1 Q1 I2 Q2 I3 Q3 I4 Q4",
     "tsw1400-xwr16xx": "one receiver after the other, I(n) Q(n)",
 }
+_OVER_NOISE = 20.0  # times the median cell
+_DYNAMIC = 1e-5  # of the strongest cell
+MANY_CELLS: Final = 24  # of which images are told apart from noise
 FEWER_CELLS: Final = 0.65  # of those of the given order: what another must reach to be named
 _SAME: Final = {"tsw1400": "tda2"}
 
 
-def occupied_cells(samples: NDArray[Any]) -> float:
-    """Return how many cells over beat frequency hold the energy: one over the sum of squares.
+def occupied_cells(samples: NDArray[Any]) -> int:
+    """Return how many cells over beat and Doppler frequency stand out of the noise.
+
+    Parameters
+    ----------
+    samples : (ramps, antennas, samples) complex
 
     Examples
     --------
-    >>> line = np.exp(0.5j * np.arange(64))
-    >>> occupied_cells(line[None]) < occupied_cells(line.real[None])
+    >>> line = np.exp(0.5j * np.arange(64)) + np.zeros((8, 1, 1))
+    >>> occupied_cells(line) < occupied_cells(line.real)
     True
     """
-    window = np.hanning(samples.shape[-1])
-    power = np.abs(np.fft.fft(samples * window, axis=-1)) ** 2
-    share = power.reshape(-1, samples.shape[-1]).mean(axis=0)
-    return float(share.sum() ** 2 / max(float(np.sum(share**2)), 1e-300))
+    window = np.hanning(len(samples))[:, None, None] * np.blackman(samples.shape[-1])
+    power = np.mean(np.abs(np.fft.fft2(samples * window, axes=(0, 2))) ** 2, axis=1)
+    floor = max(_OVER_NOISE * float(np.median(power)), _DYNAMIC * float(power.max()))
+    return int(np.count_nonzero(power > floor))
 
 
 def better_format(
@@ -63,7 +70,8 @@ def better_format(
         for name in ORDERS
     }
     best = min(cells, key=lambda name: cells[name])
-    return best if best != own and cells[best] < FEWER_CELLS * cells[own] else None
+    fits = 0 < cells[best] < FEWER_CELLS * cells[own] and cells[own] >= MANY_CELLS
+    return best if fits else None
 
 
 def remark_of_format(name: str, settings: RecordingSettings) -> str:
