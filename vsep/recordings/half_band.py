@@ -56,7 +56,7 @@ def half_band(num_samples: int) -> HalfBand:
     Examples
     --------
     >>> len(half_band(256).taps), round(half_band(256).transition, 3)
-    (63, 0.03)
+    (63, 0.028)
     """
     if num_samples < LEAST_SAMPLES:
         raise InputError(

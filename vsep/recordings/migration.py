@@ -15,6 +15,7 @@ from vsep.units import to_db
 
 SATELLITE_DB: Final = -6.0  # of an object that moves by one range cell
 VISIBLE_DB: Final = 13.0  # over the noise of a frame: what is found as an object
+_DYNAMIC = 1e-6  # of the window's side lobes, which are no noise
 _FEWEST = 8  # ramps and samples
 
 
@@ -31,7 +32,7 @@ def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[s
         return
     window = np.hanning(received.shape[0])[:, None] * np.hanning(received.shape[1])
     power = np.abs(np.fft.ifft2(received * window)) ** 2
-    noise = float(np.median(power)) / np.log(2.0)
+    noise = max(float(np.median(power)) / np.log(2.0), _DYNAMIC * float(power.max()))
     if noise <= 0.0:
         return
     course = power.max(axis=1)
@@ -40,6 +41,8 @@ def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[s
     cells = velocity / velocity_of_one_cell(radar)
     # Of a window's main lobe three cells belong to what stands still.
     cells[np.abs(doppler) * len(course) < 2.5] = 0.0
+    # Beside a maximum its own main lobe
+    cells[(course < np.roll(course, 1)) | (course < np.roll(course, -1))] = 0.0
     level_db = to_db(np.maximum(course, 1e-300) / noise)
     satellites_db = level_db + 2.0 * to_db(np.maximum(cells, 1e-9)) + SATELLITE_DB
     worst = int(np.argmax(satellites_db))

@@ -141,6 +141,9 @@ def _against_format(both: Halves, settings: RecordingSettings, reach_m: float) -
         return ()
     if settings.samples == REAL or both.likeness > MIRROR_SHARE:
         return ()
+    mirrored = Halves(both.positive, both.negative)
+    if _at_negative(mirrored)[1] < _BALANCE[True]:
+        return ()
     cells = 2 * (len(both.positive) + _FIRST)
     strongest = (int(np.argmax(both.positive)) + _FIRST) / cells
     return (

@@ -51,7 +51,7 @@ def read_configuration(name: str, text: str) -> Configuration:
     Examples
     --------
     >>> line = "profileCfg 0 77 7 6 60 0 0 29.982 1 256 10000 0 0 30"
-    >>> read_configuration("radar.cfg", line).values["ramp_period_s"]
+    >>> round(read_configuration("radar.cfg", line).values["ramp_period_s"], 9)
     6.7e-05
     """
     for reader in READERS:

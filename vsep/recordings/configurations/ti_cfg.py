@@ -50,7 +50,7 @@ def read_cfg(name: str, text: str) -> Configuration:
             )
         _take(setup, command, words[1:], source)
     configuration = setup.configuration()
-    if claimed_m is not None:
+    if claimed_m:
         values = configuration.values
         swept = abs(values["slope_hz_per_s"]) * values["num_samples"] / values["sample_rate_hz"]
         cell_m = SPEED_OF_LIGHT_MPS / (2.0 * swept) if swept else math.inf
