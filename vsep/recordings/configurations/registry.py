@@ -64,6 +64,14 @@ def read_configuration(name: str, text: str) -> Configuration:
     )
 
 
+def configuration_values(name: str, text: str) -> dict[str, Any]:
+    """Return the settings of a configuration of any kind by name, not yet judged.
+
+    Raises `InputError` as `read_configuration` does.
+    """
+    return read_configuration(name, text).values
+
+
 def read_configuration_file(path: str) -> Configuration:
     """Read the file of a configuration; raises `InputError` whatever is wrong with it."""
     content = read_bounded(path, path, "a settings file", MAX_BYTES)

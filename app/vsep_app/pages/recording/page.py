@@ -12,8 +12,9 @@ import param
 from vsep.errors import InputError
 from vsep.inference.core.progress import Step
 from vsep.presets import real_frame
+from vsep.recordings.configurations.registry import SUFFIXES, configuration_values
 from vsep.recordings.settings import MAX_FILE as MAX_SETTINGS
-from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings, settings_values
+from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings
 from vsep.recordings.settings_text import settings_text
 from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep_app.assets import path
@@ -35,7 +36,6 @@ from vsep_app.widgets.download import Download, Link
 from vsep_app.widgets.share import MAX_FILE
 from vsep_app.widgets.transport import Transport
 
-SETTINGS_SUFFIXES = (".yaml", ".yml", ".json")
 EXAMPLE = "example (without interference).npz"
 _OF_ARRAYS = ("key", "axes")
 
@@ -324,13 +324,13 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
 
 
 def _is_settings(name: str) -> bool:
-    return Path(name).suffix.lower() in SETTINGS_SUFFIXES
+    return Path(name).suffix.lower() in SUFFIXES
 
 
 def _settings_of(name: str, content: bytes) -> dict[Any, Any]:
     """Return what a settings file says; `InputError` if it is none."""
     try:
-        return settings_values(name, content[:MAX_SETTINGS].decode("utf-8-sig"))
+        return configuration_values(name, content[:MAX_SETTINGS].decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise InputError(f"{name} is no text in UTF-8; a settings file is needed.") from error
 
