@@ -70,10 +70,9 @@ def lowest_beat(
         What was said.
     """
     one_sided = 0.0 if radar.slope_hz_per_s > 0.0 else -1.0
-    if settings.samples in {REAL, COMPLEX_1X}:
-        told = one_sided
-    else:
-        told = -0.5 if settings.lowest_beat is None else settings.lowest_beat
+    told = one_sided if settings.samples in {REAL, COMPLEX_1X} else -0.5
+    if settings.lowest_beat is not None and settings.samples != REAL:
+        told = settings.lowest_beat
     is_open = settings.samples == "complex" and settings.lowest_beat is None
     if not is_open or radar.num_samples < FEWEST_SAMPLES:
         return told, ()
