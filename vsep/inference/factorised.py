@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._typing import ComplexArray, IntArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep._validation import require_range
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.bursts.filter_correction import update_correction
@@ -183,7 +183,8 @@ class FactorisedSeparator(ObjectSettings):
         relative_noise = state.relative_noise
         if share < 1.0:
             step = min(1.0 / share, MAX_STEP)
-            residual = state.object_signal + step * (residual - state.object_signal)
+            steps = step if self.missing is None else step * self._relative_steps(self.missing)
+            residual = state.object_signal + steps * (residual - state.object_signal)
             state = replace(state, noise_precision=state.noise_precision / step)
         return update_objects(
             residual,
@@ -194,6 +195,11 @@ class FactorisedSeparator(ObjectSettings):
             relative_noise,
             1.0 if share == 1.0 else KEEP_MAJORISED,
         )
+
+    def _relative_steps(self, missing: BoolArray) -> FloatArray:
+        """Step lengths of the rows for each other, one on average."""
+        steps = self.row_steps(~missing)
+        return steps / steps.mean()
 
     def prepare(
         self, received: ComplexArray, state: SeparationState

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vsep._typing import BoolArray, ComplexArray, frozen
+from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
 from vsep.errors import InputError
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
@@ -68,6 +68,16 @@ class ObjectSettings:
                 f"{rows}, with at least 2."
             )
         return frozen(missing.reshape(rows)) if missing.any() else None
+
+    def row_steps(self, used: BoolArray) -> FloatArray:
+        """Step lengths w of the rows, (A P, 1), by the share of the samples that an antenna has.
+
+        With a common one an antenna that has fewer samples than others would follow more slowly,
+        and what it does not follow yet would be taken for objects.
+        """
+        shares = used.reshape(self.model.num_antennas, -1).mean(axis=1)
+        steps = np.minimum(1.0 / np.maximum(shares, 1.0 / used[0].size), MAX_STEP)
+        return np.repeat(steps, self.model.num_ramps)[:, None]
 
     @property
     def threshold_db(self) -> float:
@@ -150,11 +160,12 @@ def step_on_used(
     model = settings.model
     num_used = int(np.count_nonzero(used))
     share = num_used / used.size
-    length = min(1.0 / share, MAX_STEP)  # w
+    steps = settings.row_steps(used)  # w
+    length = float(steps.mean())
     used_residual = np.where(used, received - state.object_signal, 0.0)  # M (r - Phi alpha)
     with part(OBJECTS):
         objects = update_objects(
-            state.object_signal + length * used_residual,  # r'
+            state.object_signal + steps * used_residual,  # r'
             replace(state, noise_precision=state.noise_precision / length),  # lambda / w
             settings.threshold_db,
             ROBUST.object_additions(state.iteration),
