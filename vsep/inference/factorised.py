@@ -199,7 +199,7 @@ class FactorisedSeparator(ObjectSettings):
     def _relative_steps(self, missing: BoolArray) -> FloatArray:
         """Step lengths of the rows for each other, one on average."""
         steps = self.row_steps(~missing)
-        return steps / steps.mean()
+        return np.asarray(steps / steps.mean(), dtype=np.float64)
 
     def prepare(
         self, received: ComplexArray, state: SeparationState

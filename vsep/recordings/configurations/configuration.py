@@ -11,10 +11,11 @@ _LARGEST = 1e15
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """A value and where it came from."""
+    """A value and where it came from; whether it was said in the words of vsep itself."""
 
     value: Any
     source: str
+    is_own: bool = False
 
 
 @dataclass(frozen=True, slots=True)

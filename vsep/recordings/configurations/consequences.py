@@ -18,8 +18,10 @@ _UNITS: Final = {
 
 
 def lines_of(configuration: Configuration) -> Iterator[str]:
-    """Yield a line for every setting: its value and where it came from."""
+    """Yield a line for every setting that a sensor's tool wrote: value, and where it came from."""
     for name, said in configuration.settings.items():
+        if said.is_own:
+            continue
         factor, unit = _UNITS.get(name, (0.0, ""))
         try:
             shown = f"{float(said.value) * factor:.7g} {unit}" if unit else f"{said.value}"

@@ -1,6 +1,7 @@
 """Kinds of configurations that are read, and what follows from their numbers."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -60,7 +61,7 @@ def read_configuration(name: str, text: str) -> Configuration:
     if len(text) > MAX_FILE:
         raise InputError(f"{name} is larger than {MAX_FILE} bytes; a settings file is needed.")
     return Configuration(
-        {key: Said(value, name) for key, value in settings_values(name, text).items()}
+        {key: Said(value, name, is_own=True) for key, value in settings_values(name, text).items()}
     )
 
 
@@ -110,7 +111,7 @@ def merged(configurations: Mapping[str, Configuration]) -> Configuration:
         for name, said in each.settings.items():
             if said.value is not None:
                 source = f"{said.source} of {path}" if several and said.source != path else None
-                settings[name] = Said(said.value, source or said.source)
+                settings[name] = replace(said, source=source or said.source)
         remarks.extend(each.remarks)
     order: list[Any] = [name for name in SETTING_NAMES if name in settings]
     order += [name for name in settings if name not in SETTING_NAMES]
