@@ -115,6 +115,45 @@ async def test_controls_and_text_are_the_same_settings(driven):
 
 
 @on_a_page
+async def test_controls_say_which_side_of_the_band_and_which_receivers(driven):
+    page = driven.page
+    await driven.opened()
+    quick = page.form.quick
+    quick["samples"].value = "complex-1x"
+    await until(lambda: page._prepared_run.prepared.static_picture.radar.lowest_beat == 0.0)
+    assert "samples: complex-1x\n" in page.form.text.value
+    quick["lowest_beat"].value = -0.25
+    await until(lambda: page._prepared_run.prepared.static_picture.radar.lowest_beat == -0.25)
+    quick["lowest_beat"].value = None
+    await until(lambda: page._prepared_run.prepared.static_picture.radar.lowest_beat == 0.0)
+    quick["antennas"].value = "0"
+    quick["offset"].value = "remove"
+    await until(lambda: page._prepared_run.plan.settings.offset == "remove")
+    assert page._prepared_run.plan.settings.antennas == "0"
+    page.form.text.value = page.form.text.value.replace("offset: remove", "offset: keep")
+    assert quick["offset"].value == "keep"
+    assert driven.told == []
+
+
+@on_a_page
+async def test_a_configuration_of_the_sensor_is_dropped_with_its_capture(driven):
+    page = driven.page
+    ramps, samples = driven.capture.received.shape[-2:]
+    text = (
+        "channelCfg 1 1 0\nadcCfg 2 2\n"
+        f"profileCfg 0 79 7 6 200 0 0 10 0 {samples} 10000 0 0 30\n"
+        f"chirpCfg 0 0 0 0 0 0 0 1\nframeCfg 0 0 {ramps} 1 100 1 0\n"
+    )
+    page.drop([("radar.cfg", text.encode()), ("adc.bin", driven.capture.content)])
+    await driven.shown("adc.bin")
+    settings = page._prepared_run.plan.settings
+    assert settings.slope_hz_per_s == 10e12
+    assert settings.samples == "complex-2x"
+    assert settings.num_ramps == ramps
+    assert driven.told == []
+
+
+@on_a_page
 async def test_a_second_capture_of_the_sensor_needs_no_settings(driven):
     page = driven.page
     await driven.opened()

@@ -18,11 +18,16 @@ FOUR_LANES = {
     ("dca1000-xwr14xx", "real"): "I0 I1 I2 I3",
     ("tsw1400", "complex"): "I0 Q0 I1 Q1 I2 Q2 I3 Q3",
     ("tsw1400", "real"): "I0 I1 I2 I3",
+    ("tda2", "complex"): "I0 Q0 I1 Q1 I2 Q2 I3 Q3",
 }
-TWO_LANES = {"complex": "I I+1 Q Q+1", "real": "I I+1"}
+TWO_LANES = {
+    ("dca1000-xwr16xx", "complex"): "I I+1 Q Q+1",
+    ("dca1000-xwr16xx", "real"): "I I+1",
+    ("tsw1400-xwr16xx", "complex"): "I Q I+1 Q+1",
+}
 CASES = [
     *[(kind, samples, antennas) for kind, samples in FOUR_LANES for antennas in (1, 3, 4)],
-    *[("dca1000-xwr16xx", samples, antennas) for samples in TWO_LANES for antennas in (1, 2, 4)],
+    *[(kind, samples, antennas) for kind, samples in TWO_LANES for antennas in (1, 2, 4)],
 ]
 
 
@@ -56,14 +61,14 @@ def written(path: Path, words: Any, kind: str, samples: str, mask: int = 0xFFFF)
     content = bytearray()
 
     def put(value: int) -> None:
-        word = value + 2**15 if kind == "tsw1400" else value & mask
+        word = value + 2**15 if kind.startswith("tsw1400") else value & mask
         content.extend((word & 0xFFFF).to_bytes(2, "little"))
 
     ramps, antennas, count = words.shape
     for ramp in range(ramps):
-        if kind == "dca1000-xwr16xx":
+        if (kind, samples) in TWO_LANES:
             for antenna, sample in itertools.product(range(antennas), range(0, count, 2)):
-                for place in TWO_LANES[samples].split():
+                for place in TWO_LANES[kind, samples].split():
                     put(part(words[ramp, antenna, sample + place.endswith("+1")], place[0]))
             continue
         for sample, place in itertools.product(range(count), FOUR_LANES[kind, samples].split()):
@@ -80,28 +85,28 @@ def test_every_layout_comes_back_exactly(
     words = example_words(num_antennas, samples)
     path = written(tmp_path / "adc.bin", words, kind, samples)
     chosen = settings(kind, samples=samples, num_antennas=num_antennas)
-    read, remarks = read_raw(str(path), chosen)
-    assert np.array_equal(read * 2**15, words)
-    assert remarks == ()
+    read = read_raw(str(path), chosen)
+    assert np.array_equal(read.samples * 2**15, words)
+    assert read.remarks == ()
 
 
 @pytest.mark.parametrize("bits", [12, 14])
 def test_the_sign_of_a_short_word_is_extended(tmp_path: Path, bits: int) -> None:
     words = example_words(2, "complex", bits)
     path = written(tmp_path / "adc.bin", words, "dca1000-xwr14xx", "complex", 2**bits - 1)
-    read, _ = read_raw(str(path), settings("dca1000-xwr14xx", num_antennas=2, adc_bits=bits))
-    assert np.array_equal(read * 2 ** (bits - 1), words)
+    read = read_raw(str(path), settings("dca1000-xwr14xx", num_antennas=2, adc_bits=bits))
+    assert np.array_equal(read.samples * 2 ** (bits - 1), words)
 
 
 def test_a_frame_is_chosen_and_a_rest_remarked(tmp_path: Path) -> None:
     words = example_words(1, "complex", frames=3)
     path = written(tmp_path / "adc.bin", words, "dca1000-xwr16xx", "complex")
-    read, _ = read_raw(str(path), settings("dca1000-xwr16xx", frame=1))
-    assert np.array_equal(read * 2**15, words[3:6])
+    read = read_raw(str(path), settings("dca1000-xwr16xx", frame=1))
+    assert np.array_equal(read.samples * 2**15, words[3:6])
     path.write_bytes(path.read_bytes()[:-7])
-    read, remarks = read_raw(str(path), settings("dca1000-xwr16xx", frame=1))
-    assert np.array_equal(read * 2**15, words[3:6])
-    assert "ends with 89 bytes that are no whole frame of 96 bytes" in remarks[0]
+    read = read_raw(str(path), settings("dca1000-xwr16xx", frame=1))
+    assert np.array_equal(read.samples * 2**15, words[3:6])
+    assert "ends with 89 bytes that are no whole frame of 96 bytes" in read.remarks[0]
     with pytest.raises(InputError, match=r"2 whole frames of 3 ramps.*frame 2 is not among them"):
         read_raw(str(path), settings("dca1000-xwr16xx", frame=2))
 
@@ -109,7 +114,11 @@ def test_a_frame_is_chosen_and_a_rest_remarked(tmp_path: Path) -> None:
 def test_without_a_number_of_ramps_the_file_is_one_frame(tmp_path: Path) -> None:
     words = example_words(1, "complex", frames=2)
     path = written(tmp_path / "adc.bin", words, "dca1000-xwr16xx", "complex")
-    assert read_raw(str(path), settings("dca1000-xwr16xx", num_ramps=None))[0].shape == (6, 1, 8)
+    assert read_raw(str(path), settings("dca1000-xwr16xx", num_ramps=None)).samples.shape == (
+        6,
+        1,
+        8,
+    )
 
 
 @pytest.mark.parametrize(

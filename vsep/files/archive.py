@@ -36,6 +36,7 @@ MIN_EXPANDED_BYTES = 64 * 2**20
 
 _MAX_TEXT = 4096
 _MAX_DIRECTORY = 256 * MAX_MEMBERS  # bytes of an archive's directory
+_MAX_HEADER = 65535  # bytes of an array's header
 _MAX_ITEM = 64  # bytes of an element; complex128 has 16
 # RuntimeError: encrypted members and unknown kinds of compression.
 _UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, OSError, ValueError)
@@ -333,14 +334,20 @@ def _judge(where: str, header: _Header, num_bytes: int, max_elements: int) -> No
 def _read_header(stream: IO[bytes]) -> _Header:
     """Read an array's header; `ValueError` for whatever is no header.
 
-    Version 1.0 of the format is the only one that numbers and plain texts need, and the only one
-    whose header cannot be longer than 64 KiB.
+    Versions 2.0 and 3.0 of the format differ from 1.0 in the width of the header's length, which is
+    judged before the header is read.
     """
     version = np.lib.format.read_magic(stream)
-    if version != (1, 0):
+    if version not in ((1, 0), (2, 0), (3, 0)):
         raise ValueError(f"version {version} of the array format")
     try:
-        shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
+        if version == (1, 0):
+            shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
+        else:
+            length = stream.read(4)
+            header = stream.read(_require_short_header(int.from_bytes(length, "little")))
+            # Names of fields apart, version 3.0 says the same in UTF-8.
+            shape, _, dtype = np.lib.format.read_array_header_2_0(io.BytesIO(length + header))
     except (SyntaxError, TypeError, MemoryError, OverflowError, tokenize.TokenError) as error:
         # NumPy evaluates the header as a Python literal, and passes on how that fails.
         raise ValueError("no array header") from error
@@ -348,6 +355,12 @@ def _read_header(stream: IO[bytes]) -> _Header:
     if any(type(length) is not int or length < 0 for length in shape):
         raise ValueError(f"length that is no count in shape {shape}")
     return _Header(shape=shape, dtype=dtype)
+
+
+def _require_short_header(length: int) -> int:
+    if length > _MAX_HEADER:
+        raise ValueError(f"header of {length} bytes")
+    return length
 
 
 def _shape_text(shape: tuple[int, ...]) -> str:

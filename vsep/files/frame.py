@@ -6,8 +6,8 @@ single ramp, or (antennas, ramps, samples); the scalars ``sample_rate_hz``, ``sl
 sign, by default) or +1 for sensors whose targets lie at positive beat frequency; ``lowest_beat``,
 see `ChirpSequence`; ``antenna_spacing_wavelengths`` of a uniform line of antennas; the assumed
 filter, ``filter_kind`` with ``filter_cutoff_hz`` (half amplitude), ``filter_rolloff``,
-``filter_order``, or ``filter_frequency_hz`` and ``filter_response``; the truth of a simulation,
-``truth_*``.
+``filter_order``, or ``filter_frequency_hz`` and ``filter_response``; ``missing``, boolean and of
+the shape of ``received``, samples that were never received; the truth of a simulation, ``truth_*``.
 
 Signals and the filter's response keep the file's own sign; numbers such as ``truth_beat`` are in
 the paper's. In memory everything has the paper's sign.
@@ -78,6 +78,8 @@ class Frame:
         Between neighbours of a uniform line of antennas, where the file says so.
     antennas_truth : GroundTruth or None
         The truth of all antennas, where it is known; `truth` is that of the one in use.
+    missing : (A, P, N) bool or None
+        Which samples of each antenna were never received.
 
     Raises
     ------
@@ -98,6 +100,7 @@ class Frame:
     antenna: int = 0
     antenna_spacing_wavelengths: float | None = None
     antennas_truth: GroundTruth | None = None
+    missing: BoolArray | None = None
 
     def __post_init__(self) -> None:
         """Check the signal and freeze it."""
@@ -121,6 +124,8 @@ class Frame:
             require_range(key, self.antenna_spacing_wavelengths, lowest, highest)
         if self.antennas is not None:
             self._freeze_antennas(self.antennas)
+        if self.missing is not None:
+            self._freeze_missing(self.missing)
         of_all = self.antennas_truth
         if of_all is not None and of_all.object_signal.shape[:-2] != (self.num_antennas,):
             raise InputError(
@@ -142,6 +147,17 @@ class Frame:
         if not np.array_equal(antennas[self.antenna], self.received):
             raise InputError(f"{self.name}: received is not the signal of antenna {self.antenna}.")
         object.__setattr__(self, "antennas", frozen(antennas))
+
+    def _freeze_missing(self, missing: BoolArray) -> None:
+        """Check which samples are missing; all of them would leave no signal."""
+        missing = np.array(missing)
+        shape = (self.num_antennas, *self.radar.shape)
+        if missing.shape != shape or missing.dtype != np.bool_ or missing.all():
+            raise InputError(
+                f"{self.name}: missing has shape {missing.shape} and type {missing.dtype}; it must "
+                f"be boolean, {shape}, and not true everywhere."
+            )
+        object.__setattr__(self, "missing", frozen(missing))
 
     @property
     def num_antennas(self) -> int:
@@ -168,7 +184,15 @@ class Frame:
             antenna=0,
             antenna_spacing_wavelengths=None,
             antennas_truth=None,
+            missing=None if self.missing is None else _missing_of(self.missing, antenna),
         )
+
+    def missing_rows(self, *, together: bool) -> BoolArray | None:
+        """(P, N) missing samples of the antenna in use, or (A, P, N) of all of them together."""
+        if self.missing is None or together:
+            return self.missing
+        found = _missing_of(self.missing, self.antenna)
+        return None if found is None else found[0]
 
     @property
     def assumed_filter(self) -> AntiAliasingFilter:
@@ -220,6 +244,7 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
             anti_aliasing_filter = read_filter(archive, beat_sign)
             truth = read_truth(archive, radar.shape, beat_sign, len(every))
             truth_mask = read_truth_mask(archive, radar.shape)
+            missing = archive.array("missing") if "missing" in archive else None
             spacing = _read_spacing(archive)
         except InputError as error:
             raise naming(label, error) from error
@@ -239,6 +264,7 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
             antenna=antenna,
             antenna_spacing_wavelengths=spacing,
             antennas_truth=of_all,
+            missing=None if missing is None else missing.reshape((1, 1, *missing.shape)[-3:]),
         )
 
 
@@ -280,6 +306,8 @@ def write_frame(path: str | Path, frame: Frame) -> None:
         arrays |= truth_arrays(truth, frame.in_file_sign)
     if frame.truth_mask is not None:
         arrays["truth_mask"] = frame.in_file_shape(frame.truth_mask)
+    if frame.missing is not None:
+        arrays["missing"] = frame.missing.reshape(arrays["received"].shape)
     arrays |= {
         key: kind(frame.settings[key]) for key, kind in _SETTINGS.items() if key in frame.settings
     }
@@ -308,6 +336,13 @@ def _require_antenna(name: str, antenna: int, num_antennas: int) -> None:
             f"{name}: antenna is {antenna}; it must lie between 0 and {num_antennas - 1}, the last "
             "of the file."
         )
+
+
+def _missing_of(missing: BoolArray, antenna: int) -> BoolArray | None:
+    """Return the missing samples of one antenna, None where none or all are."""
+    if not missing[antenna].any() or missing[antenna].all():
+        return None
+    return missing[antenna : antenna + 1]
 
 
 def _read_radar(archive: Archive, shape: tuple[int, ...]) -> ChirpSequence:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._typing import ComplexArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep._validation import require_range
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.bursts.filter_correction import update_correction
@@ -21,8 +21,7 @@ from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.schedule import schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
-from vsep.inference.objects.masked import MAX_STEP
-from vsep.inference.objects.object_only import ObjectSettings, update_objects
+from vsep.inference.objects.object_only import MAX_STEP, ObjectSettings, update_objects
 from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace
 from vsep.inference.separation_diagnostics import separability_ratio_db, separation_bound
 from vsep.inference.weighed_frame import WeighedFrame
@@ -98,6 +97,8 @@ class FactorisedSeparator(ObjectSettings):
         share = 1.0
         if interference.schedule.weights_begun(state.iteration):
             share = frame.share_for_objects(interference, precision)
+        elif self.missing is not None and weights is not None:
+            share = weights.share
         with part(OBJECTS):
             objects = self._updated_objects(  # Algorithm 3
                 frame.for_objects(state.object_signal, bursts),  # r_alpha
@@ -135,7 +136,8 @@ class FactorisedSeparator(ObjectSettings):
         relative_noise = state.relative_noise
         if share < 1.0:
             step = min(1.0 / share, MAX_STEP)
-            residual = state.object_signal + step * (residual - state.object_signal)
+            steps = step if self.missing is None else step * self._relative_steps(self.missing)
+            residual = state.object_signal + steps * (residual - state.object_signal)
             state = replace(state, noise_precision=state.noise_precision / step)
         return update_objects(
             residual,
@@ -146,6 +148,11 @@ class FactorisedSeparator(ObjectSettings):
             relative_noise,
             1.0 if share == 1.0 else KEEP_MAJORISED,
         )
+
+    def _relative_steps(self, missing: BoolArray) -> FloatArray:
+        """Step lengths of the rows for each other, one on average."""
+        steps = self.row_steps(~missing)
+        return np.asarray(steps / steps.mean(), dtype=np.float64)
 
     def prepare(
         self, received: ComplexArray, state: SeparationState
@@ -201,7 +208,7 @@ class FactorisedSeparator(ObjectSettings):
         """Look for bursts; late in a run only in samples that are not censored."""
         schedule = interference.schedule
         # Early on a burst that is not modelled yet looks like outliers itself.
-        if schedule.search_is_late(state.iteration):
+        if schedule.search_is_late(state.iteration) or self.missing is not None:
             received = self.fitted_frame(received, state)
         BurstSearch(
             interference,
@@ -214,7 +221,20 @@ class FactorisedSeparator(ObjectSettings):
     def sample_weights(
         self, received: ComplexArray, state: SeparationState
     ) -> SampleWeights | None:
-        """Weights of samples that both sources explain badly; None where all count fully."""
+        """Weights of samples that both sources explain badly; None where all count fully.
+
+        Missing ones do not count from the start, and tell nothing of the others.
+        """
+        if self.missing is None:
+            return self._weights_of_fit(received, state)
+        explained = state.object_signal + state.interference_signal
+        weights = self._weights_of_fit(np.where(self.missing, explained, received), state)
+        values = np.ones(received.shape) if weights is None else weights.values
+        return SampleWeights(np.where(self.missing, 0.0, values))
+
+    def _weights_of_fit(
+        self, received: ComplexArray, state: SeparationState
+    ) -> SampleWeights | None:
         if not schedule_by_name(self.schedule).weights_due(state.iteration):
             return None if state.sample_weights is None else SampleWeights(state.sample_weights)
         return sample_weights(
@@ -277,7 +297,7 @@ class FactorisedSeparator(ObjectSettings):
                 # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
                 state.noise_precision if 2 * np.sum(~strong) > len(used) else noise_precision,
                 self.model,
-                interfered=table.rows[strong],
+                interfered=self._rows_with_gaps(table.rows[strong]),
                 share=share,
             )
         # Deviation: a run may only end after a search that found nothing new.
@@ -300,6 +320,12 @@ class FactorisedSeparator(ObjectSettings):
             else 0,
         )
         return new_state, info
+
+    def _rows_with_gaps(self, interfered: IntArray) -> IntArray:
+        """Return rows with bursts or missing samples."""
+        if self.missing is None:
+            return interfered
+        return np.concatenate([interfered, np.flatnonzero(self.missing.any(axis=1))])
 
     def _is_quiet(self, interference: InterferenceWorkspace, objects: ObjectWorkspace) -> bool:
         """Whether a step has added no object and next to no channel component."""

@@ -2,6 +2,10 @@
 
 from typing import Any, Final
 
+import numpy as np
+
+from vsep._typing import BoolArray
+from vsep.errors import InputError
 from vsep.inference.core.estimator import Estimator, EstimatorEntry
 from vsep.registry import Registry
 from vsep.signal.template import SignalModel
@@ -10,7 +14,9 @@ ESTIMATORS: Final = Registry(EstimatorEntry, "vsep.inference", "vsep.estimators"
 """The estimators of this package and of other distributions by name."""
 
 
-def make_estimator(name: str, model: SignalModel, **settings: Any) -> Estimator:
+def make_estimator(
+    name: str, model: SignalModel, *, missing: BoolArray | None = None, **settings: Any
+) -> Estimator:
     """Make the estimator of a name.
 
     Parameters
@@ -19,6 +25,8 @@ def make_estimator(name: str, model: SignalModel, **settings: Any) -> Estimator:
         One of `ESTIMATORS`.
     model : SignalModel
         Size, sampling and assumed filter.
+    missing : (P, N) or (A, P, N) bool, optional
+        Samples that were never received.
     **settings
         Those that the estimator has, see `EstimatorEntry.settings` and `FactorisedSeparator`; None
         stands for the default.
@@ -26,7 +34,8 @@ def make_estimator(name: str, model: SignalModel, **settings: Any) -> Estimator:
     Raises
     ------
     InputError
-        If the name is unknown, the estimator has no such setting or a value is out of its range.
+        If the name is unknown, the estimator has no such setting, a value is out of its range, or
+        samples are missing and the estimator cannot leave any out.
 
     Examples
     --------
@@ -37,5 +46,12 @@ def make_estimator(name: str, model: SignalModel, **settings: Any) -> Estimator:
     Traceback (most recent call last):
     vsep.errors.InputError: schedule is 'paper'; object-only takes none; factorised and joint do.
     """
+    if missing is not None:
+        if not ESTIMATORS.require(name).takes_missing:
+            raise InputError(
+                f"{np.count_nonzero(missing)} samples of the frame are missing; {name} cannot "
+                "leave samples out."
+            )
+        settings |= {"missing": missing}
     estimator: Estimator = ESTIMATORS.make(name, model=model, **settings)
     return estimator

@@ -8,13 +8,14 @@ import numpy as np
 
 from vsep._typing import ComplexArray
 from vsep.files.frame import Frame
-from vsep.recordings.settings import RecordingSettings
+from vsep.recordings.migration import migration_remark
+from vsep.recordings.sampling import MIRROR_SHARE, halves
+from vsep.recordings.settings import REAL, RecordingSettings
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS
 
 RADAR_BANDS_HZ: Final = ((24.0e9, 24.25e9), (57.0e9, 71.0e9), (76.0e9, 81.0e9), (122e9, 141e9))
 MIN_REACH_M: Final = 3.0
 MAX_REACH_M: Final = 3000.0
-MIRROR_SHARE: Final = 0.9  # of the strong cells: how alike both halves of the spectrum may be
 COHERENT_SHARE: Final = 0.5  # of the energy: what a mean along an axis explains of static echoes
 
 
@@ -79,21 +80,14 @@ def _of_samples(frame: Frame, settings: RecordingSettings) -> Iterator[str]:
             f"{frame.radar.num_samples} samples."
         )
         return
-    if settings.samples == "real" or frame.radar.num_samples < 16:
+    yield from migration_remark(received, frame.radar)
+    if settings.samples == REAL or frame.radar.num_samples < 16:
         return
-    lower, upper, likeness = _halves(received)
-    if likeness > MIRROR_SHARE:
+    if halves(received, frame.radar.slope_hz_per_s).likeness > MIRROR_SHARE:
         yield (
             "Positive and negative frequencies are mirror images; I and Q are not in their places "
             "(check format, axes and num_samples), or the samples are real."
         )
-    elif frame.radar.lowest_beat == -0.5 and frame.radar.slope_hz_per_s * (lower - upper) > 0.0:
-        share = max(lower, upper) / (lower + upper)
-        if share > COHERENT_SHARE + 0.25:
-            yield (
-                f"{share:.0%} of the static energy lies at negative distances; sign "
-                f"({settings.sign}) is perhaps the other one."
-            )
 
 
 def _coherent_share(received: ComplexArray, axis: int) -> float:
@@ -103,19 +97,3 @@ def _coherent_share(received: ComplexArray, axis: int) -> float:
     mean = received.mean(axis=axis)
     total = np.sum(np.abs(received) ** 2)
     return float(np.sum(np.abs(mean) ** 2) * received.shape[axis] / total)
-
-
-def _halves(received: ComplexArray) -> tuple[float, float, float]:
-    """Energy at negative and at positive beat frequencies, and how alike the halves are.
-
-    By the median over the ramps, which bursts do not move, from the second half of a ramp, where
-    the receiver has settled, and without the lowest frequencies, where offsets live.
-    """
-    settled = received[:, received.shape[1] // 2 :]
-    num_samples = settled.shape[1]
-    spectra = np.fft.ifft(settled * np.hanning(num_samples), axis=1)
-    power = np.median(np.abs(spectra) ** 2, axis=0)
-    first, last = max(1, num_samples // 64), num_samples // 2
-    upper, lower = power[first:last], power[-first:-last:-1]
-    likeness = float(np.sum(np.sqrt(upper * lower)) / np.sqrt(upper.sum() * lower.sum()))
-    return float(lower.sum()), float(upper.sum()), likeness

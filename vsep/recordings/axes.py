@@ -9,7 +9,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._typing import ComplexArray
 from vsep.errors import InputError
 from vsep.recordings.settings import RecordingSettings
 
@@ -69,23 +68,6 @@ def virtual_antennas(ramps: NDArray[Any], num_transmitters: int) -> NDArray[Any]
     turns = ramps.reshape(count // num_transmitters, num_transmitters, antennas, samples)
     split = np.moveaxis(turns, 0, 2)
     return np.ascontiguousarray(split.reshape(num_transmitters * antennas, -1, samples))
-
-
-def complex_at_half_rate(samples: NDArray[Any]) -> ComplexArray:
-    """Turn real samples into complex ones of half the rate, along the last axis.
-
-    The upper half of the spectrum of real samples mirrors the lower one; that lower half, on its
-    own, is a complex signal of half the rate whose noise is white. A cosine of amplitude one
-    becomes a line of magnitude one at its positive frequency.
-
-    Raises `InputError` if the number of samples is odd.
-    """
-    count = samples.shape[-1]
-    if count % 2:
-        raise InputError(f"A ramp has {count} real samples; an even number is needed.")
-    spectrum = np.fft.rfft(samples, axis=-1)[..., : count // 2]
-    spectrum[..., 0] *= 0.5
-    return np.asarray(np.fft.ifft(spectrum, axis=-1), dtype=np.complex128)
 
 
 def _names(path: str, array: NDArray[Any], settings: RecordingSettings) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """A frame of a recording: samples from its file, everything else from the settings."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,24 @@ from vsep.files.archive import Archive
 from vsep.files.filter_keys import read_filter
 from vsep.files.frame import Frame
 from vsep.recordings.advice import advice
-from vsep.recordings.axes import arranged, complex_at_half_rate, virtual_antennas
+from vsep.recordings.axes import arranged, virtual_antennas
+from vsep.recordings.captured import Captured
+from vsep.recordings.half_band import complex_at_half_rate, half_band, missing_at_half_rate
+from vsep.recordings.missing_samples import (
+    LEAST_RUN,
+    LEAST_SAMPLES,
+    remark_of_missing,
+    zero_runs,
+)
 from vsep.recordings.raw_words import read_raw
-from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
+from vsep.recordings.receivers import kept_receivers, spacing_of, without_offset
+from vsep.recordings.sampling import lowest_beat
+from vsep.recordings.settings import COMPLEX_2X, RAW_FORMATS, REAL, RecordingSettings
 from vsep.recordings.stored_arrays import read_stored_array
 from vsep.recordings.suggest import is_frame
+from vsep.recordings.word_kinds import is_unsigned, wrapped
 from vsep.signal.filters import AntiAliasingFilter
-from vsep.signal.radar import ChirpSequence
+from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 
 
 def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tuple[str, ...]]:
@@ -44,36 +56,66 @@ def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tu
     InputError
         In one sentence, whatever cannot be.
     """
-    if settings.format in RAW_FORMATS:
-        ramps, remarks = read_raw(path, settings)
-    else:
-        ramps, remarks = arranged(path, read_stored_array(path, settings), settings), ()
-    _require_kind(path, ramps, settings)
-    _require_duration(ramps.shape[-1], settings)
-    signal = virtual_antennas(ramps, settings.num_transmitters)
-    crop = settings.crop_start_samples
-    if crop >= signal.shape[-1]:
+    captured = _captured(path, settings)
+    _require_kind(path, captured.samples, settings)
+    num_samples = captured.samples.shape[-1]
+    _require_duration(num_samples, settings)
+    if settings.crop_start_samples >= num_samples:
         raise InputError(
-            f"crop_start_samples is {crop}, but a ramp of {path} has {signal.shape[-1]} samples."
+            f"crop_start_samples is {settings.crop_start_samples}, but a ramp of {path} has "
+            f"{num_samples} samples."
         )
-    frame = _frame(path, signal[..., crop:], settings)
+    captured = without_offset(kept_receivers(path, captured, settings), settings)
+    frame, remarks = _frame(path, captured, settings)
     return frame, (*remarks, *advice(frame, settings))
 
 
-def _frame(path: str, signal: NDArray[Any], settings: RecordingSettings) -> Frame:
-    rate, lowest_beat = settings.sample_rate_hz, settings.lowest_beat
+def _captured(path: str, settings: RecordingSettings) -> Captured:
+    if settings.format in RAW_FORMATS:
+        return read_raw(path, settings)
+    samples = arranged(path, read_stored_array(path, settings), settings)
+    least = LEAST_RUN if settings.samples == REAL else LEAST_SAMPLES
+    runs = zero_runs(samples.reshape(-1), least)
+    missing = None if runs is None else runs.reshape(samples.shape)
+    signed, remark = wrapped(samples)
+    return Captured(
+        samples=signed,
+        missing=missing,
+        remarks=(remark,) if remark else (),
+        unit=1.0 if samples.dtype.kind in "iu" else 0.0,
+        is_unsigned=is_unsigned(signed),
+    )
+
+
+def _frame(
+    path: str, captured: Captured, settings: RecordingSettings
+) -> tuple[Frame, tuple[str, ...]]:
+    """Make the frame; what is taken is remarked."""
+    crop = settings.crop_start_samples
+    signal = virtual_antennas(captured.samples, settings.num_transmitters)[..., crop:]
+    missing = captured.missing
+    if missing is not None:
+        missing = virtual_antennas(missing, settings.num_transmitters)[..., crop:]
+    remarks = list(captured.remarks)
+    rate = settings.sample_rate_hz
     beat_sign = 1 if settings.sign == "positive" else -1
-    if settings.samples == "real":
+    start_s = settings.adc_start_s + crop / rate
+    if settings.samples == REAL:
         # The half kept has positive frequencies: a falling ramp has them in the paper's sign,
         # where its beat frequencies are negative.
-        rising = settings.slope_hz_per_s > 0.0
-        beat_sign, lowest_beat = (1, 0.0) if rising else (-1, -1.0)
+        beat_sign = 1 if settings.slope_hz_per_s > 0.0 else -1
+        remarks.append(_remark_of_real(signal.shape[-1], settings))
+        start_s += half_band(signal.shape[-1]).delay / rate
+        missing = None if missing is None else missing_at_half_rate(missing)
         signal = complex_at_half_rate(signal)
         rate *= 0.5
+    if missing is not None and (missing.all() or not missing.any()):
+        missing = None
+    if missing is not None:
+        remarks.append(remark_of_missing(np.moveaxis(missing, 0, 1)))
     received: ComplexArray = signal.astype(np.complex128)
     if beat_sign == 1:
         received = np.conj(received)
-    start_s = settings.adc_start_s + settings.crop_start_samples / settings.sample_rate_hz
     radar = ChirpSequence(
         start_frequency_hz=settings.start_frequency_hz + settings.slope_hz_per_s * start_s,
         slope_hz_per_s=settings.slope_hz_per_s,
@@ -81,16 +123,38 @@ def _frame(path: str, signal: NDArray[Any], settings: RecordingSettings) -> Fram
         ramp_period_s=settings.ramp_period_s * settings.num_transmitters,
         num_samples=received.shape[2],
         num_ramps=received.shape[1],
-        lowest_beat=lowest_beat,
     )
-    return Frame(
+    if captured.is_doubtful and settings.samples == "complex":
+        settings = replace(settings, samples=COMPLEX_2X)
+    lowest, taken = lowest_beat(received, radar, settings)
+    spacing = settings.antenna_spacing_wavelengths
+    if settings.num_transmitters == 1:
+        spacing = spacing_of(captured.kept, spacing)
+    elif captured.kept is not None:
+        spacing = None  # Gaps in each transmitter's part make no uniform line.
+    frame = Frame(
         received=received[0],
-        radar=radar,
+        radar=replace(radar, lowest_beat=lowest),
         anti_aliasing_filter=_own_filter(path, settings, beat_sign),
         name=path,
         beat_sign=beat_sign,
         antennas=received if len(received) > 1 else None,
-        antenna_spacing_wavelengths=settings.antenna_spacing_wavelengths,
+        antenna_spacing_wavelengths=spacing,
+        missing=missing,
+    )
+    return frame, (*remarks, *taken)
+
+
+def _remark_of_real(num_samples: int, settings: RecordingSettings) -> str:
+    """Say what the filter of real samples leaves of a ramp."""
+    design = half_band(num_samples)
+    kept = (num_samples - len(design.taps)) // 2 + 1
+    cell_m = settings.sample_rate_hz / abs(settings.slope_hz_per_s) * SPEED_OF_LIGHT_MPS / 2.0
+    return (
+        f"Real samples became {kept} complex ones of half the rate by a filter of "
+        f"{len(design.taps)} taps, which takes {len(design.taps) - 1} of {num_samples} samples at "
+        f"the ramp's ends; within {design.transition * cell_m:.3g} m of both ends of the "
+        f"{cell_m / 2.0:.3g} m of range an object may have an image at the other end."
     )
 
 
@@ -98,7 +162,7 @@ def _own_filter(
     path: str, settings: RecordingSettings, beat_sign: int
 ) -> AntiAliasingFilter | None:
     """Return the filter of a frame file, whatever else of it the settings change."""
-    if settings.format != "npz" or settings.samples == "real":
+    if settings.format != "npz" or settings.samples == REAL:
         return None
     with Archive(path, path) as archive:
         return read_filter(archive, beat_sign) if is_frame(archive) else None
@@ -108,11 +172,11 @@ def _require_kind(path: str, ramps: NDArray[Any], settings: RecordingSettings) -
     if ramps.size == 0:
         raise InputError(f"{path} holds an array without samples; a recording is needed.")
     is_real = ramps.dtype.kind != "c"
-    if is_real and settings.samples == "complex":
+    if is_real and settings.samples != REAL:
         raise InputError(
             f"{path} holds real numbers; name an axis iq that holds I and Q, or say samples: real."
         )
-    if not is_real and settings.samples == "real":
+    if not is_real and settings.samples == REAL:
         raise InputError(f"{path} holds complex numbers, but samples is 'real'.")
 
 

@@ -1,16 +1,19 @@
-"""Arrays of numbers in MATLAB's .mat files of version 5 to 7.
+"""Arrays of numbers in MATLAB's .mat files of version 4 to 7.
 
 SciPy's reader trusts the lengths in a file and can end the process on a damaged one; arrays of
 numbers are a small part of the format, and here every length is checked against what is there.
 A file is a header of 128 bytes and elements (type, length, data); a matrix, which may be compressed
 on its own, is an element whose data are elements: flags, lengths, name, real part, imaginary part.
+Arrays inside of structures and cells are matrices without a name; they are called as MATLAB calls
+them, ``radar.adc``, ``radar(2).adc`` and ``frames{3}``.
 """
 
 import itertools
+import math
 import os
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import IO, Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -18,6 +21,7 @@ from numpy.typing import NDArray
 
 from vsep.errors import InputError
 from vsep.files.archive import EXPANSION, MAX_MEMBERS, MAX_SAMPLES, MIN_EXPANDED_BYTES
+from vsep.recordings.matlab_4 import matrices_of_version_4, read_matrix
 
 _Order: TypeAlias = Literal["little", "big"]
 _HEADER = 128  # bytes
@@ -29,6 +33,10 @@ _STORED: Final = {
     **dict(enumerate(("i1", "u1", "i2", "u2", "i4", "u4", "f4"), 1)),
     **{9: "f8", 12: "i8", 13: "u8"},
 }
+_STRUCT = 2
+_NESTED: Final = ("cell", "struct")
+_DEEPEST = 8  # structures in structures
+_LONGEST_FIELD = 256  # bytes of the name of a field
 _CLASSES: Final = {1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse"}
 _NUMBERS: Final = dict(enumerate(("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"), 6))
 _COMPLEX, _LOGICAL = 0x08, 0x02  # flags
@@ -51,9 +59,13 @@ class _Variable:
     class_number: int
     flags: int
     shape: tuple[int, ...]
-    place: int  # of the real part, in the element's data
+    place: int  # of the real part, in the matrix
     order: _Order
     element: tuple[int, int, int]  # type, first byte and length in the file
+    inside: tuple[int, int | None] = (
+        0,
+        None,
+    )  # part of the element's data, for a matrix of a structure or cell
 
 
 def read_matlab(file: IO[bytes], path: str, key: str | None) -> NDArray[Any]:
@@ -73,6 +85,9 @@ def read_matlab(file: IO[bytes], path: str, key: str | None) -> NDArray[Any]:
     InputError
         In one sentence, whatever is wrong with the file.
     """
+    if (matrices := matrices_of_version_4(file)) is not None:
+        return read_matrix(file, matrices[choose_array(path, key, tuple(matrices))])
+    file.seek(0)
     variables = _found(file, path)
     variable = variables[choose_array(path, key, tuple(variables))]
     _judge(path, variable)
@@ -87,6 +102,9 @@ def matlab_shapes(file: IO[bytes], path: str) -> dict[str, tuple[int, ...]]:
 
     Raises `InputError` if it is no such file.
     """
+    if (matrices := matrices_of_version_4(file)) is not None:
+        return {name: each.shape for name, each in matrices.items()}
+    file.seek(0)
     return {name: each.shape for name, each in _found(file, path).items()}
 
 
@@ -97,7 +115,7 @@ def _found(file: IO[bytes], path: str) -> dict[str, _Variable]:
         raise InputError(f"{path} is a MATLAB file of version 7.3, which is HDF5; {_AGAIN}.")
     order = _ORDERS.get(start[_HEADER - 2 : _HEADER])
     if order is None:
-        raise InputError(f"{path} is no MATLAB file of version 5 to 7; {_AGAIN}.")
+        raise InputError(f"{path} is no MATLAB file of version 4 to 7; {_AGAIN}.")
     try:
         return {each.name: each for each in _variables(file, order)}
     except _TooManyError:
@@ -145,7 +163,7 @@ def _variables(file: IO[bytes], order: _Order) -> Iterator[_Variable]:
         if kind in (_MATRIX, _COMPRESSED):
             content = _content(file, element, order, _BEGINNING)
             if (variable := _described(content, element, order)) is not None:
-                yield variable
+                yield from _arrays(file, variable)
         place += 8 + length
 
 
@@ -162,14 +180,18 @@ def _content(file: IO[bytes], element: tuple[int, int, int], order: _Order, most
 
 
 def _described(content: bytes, element: tuple[int, int, int], order: _Order) -> _Variable | None:
-    """Read flags, lengths and name; None for what MATLAB keeps there for itself, without a name."""
+    """Describe a variable; None for what MATLAB keeps there for itself, without a name."""
+    variable = _matrix(content, element, order)
+    return variable if variable.name else None
+
+
+def _matrix(content: bytes, element: tuple[int, int, int], order: _Order) -> _Variable:
+    """Read flags, lengths and name."""
     _, flags, place = _element(content, 0, order)
     kind, lengths, place = _element(content, place, order)
     _, name, place = _element(content, place, order)
     if len(flags) != 8 or kind != _INT32 or len(lengths) % 4 or len(lengths) > 4 * 32:
         raise _DamageError
-    if not name:
-        return None
     word = int.from_bytes(flags[:4], order)
     return _Variable(
         name=name.decode("latin-1"),
@@ -183,6 +205,62 @@ def _described(content: bytes, element: tuple[int, int, int], order: _Order) -> 
         order=order,
         element=element,
     )
+
+
+def _arrays(file: IO[bytes], variable: _Variable) -> Iterator[_Variable]:
+    """Yield a variable, or in the place of a structure or cell the arrays of numbers in it."""
+    inside = _CLASSES.get(variable.class_number)
+    if inside not in _NESTED:
+        yield variable
+        return
+    most = min(_MAX_BYTES, max(EXPANSION * variable.element[2], MIN_EXPANDED_BYTES))
+    content = _content(file, variable.element, variable.order, most)
+    yield from _inner(content, variable, _DEEPEST)
+
+
+def _inner(content: bytes, outer: _Variable, depth: int) -> Iterator[_Variable]:
+    """Yield the arrays of numbers in a structure or cell; others are nothing to read."""
+    own, order = content[slice(*outer.inside)], outer.order
+    place, names = outer.place, [""]
+    if outer.class_number == _STRUCT:
+        _, width, place = _element(own, place, order)
+        _, text, place = _element(own, place, order)
+        length = int.from_bytes(width, order)
+        if not 0 < length <= _LONGEST_FIELD:
+            raise _DamageError
+        fields = [text[i : i + length] for i in range(0, len(text), length)]
+        names = [field.split(b"\0")[0].decode("latin-1") for field in fields]
+    count = math.prod(outer.shape) * len(names)
+    if not 0 <= count <= MAX_MEMBERS:
+        raise _TooManyError
+    for number in range(count):
+        tag = own[place : place + 8]
+        kind, length = (int.from_bytes(tag[i : i + 4], order) for i in (0, 4))
+        first = place + 8
+        if len(tag) < 8 or kind != _MATRIX or first + length > len(own):
+            raise _DamageError
+        place = first + length
+        if not length:
+            continue
+        start = outer.inside[0] + first
+        which, field = divmod(number, len(names))
+        matrix = replace(
+            _matrix(own[first:place], outer.element, order),
+            name=_path(outer, which, names[field]),
+            inside=(start, start + length),
+        )
+        if matrix.class_number in _NUMBERS:
+            yield matrix
+        elif _CLASSES.get(matrix.class_number) in _NESTED and depth:
+            yield from _inner(content, matrix, depth - 1)
+
+
+def _path(outer: _Variable, which: int, field: str) -> str:
+    """Return what MATLAB calls a part of a structure or cell."""
+    if outer.class_number != _STRUCT:
+        return f"{outer.name}{{{which + 1}}}"
+    index = "" if math.prod(outer.shape) == 1 else f"({which + 1})"
+    return f"{outer.name}{index}.{field}"
 
 
 def _element(content: bytes, place: int, order: _Order) -> tuple[int, bytes, int]:
@@ -220,7 +298,7 @@ def _judge(path: str, variable: _Variable) -> None:
 
 def _values(file: IO[bytes], variable: _Variable) -> NDArray[Any]:
     most = min(_MAX_BYTES, max(EXPANSION * variable.element[2], MIN_EXPANDED_BYTES))
-    content = _content(file, variable.element, variable.order, most)
+    content = _content(file, variable.element, variable.order, most)[slice(*variable.inside)]
     count = int(np.prod(variable.shape))
     real, place = _numbers(content, variable.place, variable.order, count)
     kind = np.dtype(_NUMBERS[variable.class_number])

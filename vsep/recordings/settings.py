@@ -18,10 +18,19 @@ from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.files.opening import read_bounded
 
-RAW_FORMATS: Final = ("dca1000-xwr14xx", "dca1000-xwr16xx", "tsw1400")
+RAW_FORMATS: Final = (
+    "dca1000-xwr14xx",
+    "dca1000-xwr16xx",
+    "tda2",
+    "tsw1400",
+    "tsw1400-xwr16xx",
+)
 FORMATS: Final = ("mat", "npy", "npz", *RAW_FORMATS)
 SIGNS: Final = ("positive", "negative")
-SAMPLE_KINDS: Final = ("complex", "real")
+REAL: Final = "real"
+COMPLEX_1X, COMPLEX_2X = "complex-1x", "complex-2x"
+SAMPLE_KINDS: Final = ("complex", COMPLEX_1X, COMPLEX_2X, REAL)
+OFFSETS: Final = ("automatic", "remove", "keep")
 ADC_BITS: Final = (12, 14, 16)
 MAX_FILE = 65536  # bytes of a settings file
 _MOST = 2**20
@@ -37,7 +46,7 @@ _NUMBERS = (
     "lowest_beat",
     "antenna_spacing_wavelengths",
 )
-_TEXTS = ("format", "sign", "samples", "key", "axes")
+_TEXTS = ("format", "sign", "samples", "offset", "key", "axes")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -61,12 +70,20 @@ class RecordingSettings:
     #: transmitters that take turns, ramp by ramp; each makes virtual antennas of its own
     num_transmitters: int = 1
     sign: str = "positive"  #: of the beat frequency of a target in the file
-    samples: str = "complex"  #: what the converter recorded
+    #: what the converter recorded: Complex 1x (beat frequencies from zero to the sample rate),
+    #: Complex 2x (both signs) or real; of complex ones that say no more the samples tell
+    samples: str = "complex"
     adc_bits: int = 16  #: 12, 14 or 16 bits of a raw word
     adc_start_s: float = 0.0  #: from the start of the ramp to its first sample
     #: samples to leave out at the start of every ramp: the receiver's settling transient
     crop_start_samples: int = 0
-    lowest_beat: float = -0.5  #: see `ChirpSequence`
+    #: see `ChirpSequence`; by default it follows from `samples`
+    lowest_beat: float | None = None
+    #: a constant offset is removed where the words are unsigned (automatic), always or never
+    offset: str = "automatic"
+    skip_bytes: int = 0  #: of a raw file, before its first frame
+    #: receive antennas to keep, from 0 with commas between; all that are not dead by default
+    antennas: str | None = None
     frame: int = 0  #: which frame of the file, from 0
     key: str | None = None  #: name of the array in a .mat or .npz file that holds several
     #: names of the array's axes in their order, of ``frames, transmitters, antennas, ramps,
@@ -81,6 +98,7 @@ class RecordingSettings:
             ("format", FORMATS),
             ("sign", SIGNS),
             ("samples", SAMPLE_KINDS),
+            ("offset", OFFSETS),
             ("adc_bits", ADC_BITS),
         ):
             value = getattr(self, key)
@@ -94,12 +112,31 @@ class RecordingSettings:
         require_range("num_transmitters", self.num_transmitters, 1, 64)
         require_range("frame", self.frame, 0, _MOST)
         require_range("crop_start_samples", self.crop_start_samples, 0, _MOST)
+        require_range("skip_bytes", self.skip_bytes, 0, 2**40)
         require_range("adc_start_s", self.adc_start_s, 0.0, 1.0, "s")
         # As `ChirpSequence` asks, but before anything is divided by them.
         require_range("sample_rate_hz", self.sample_rate_hz, 1e2, 1e12, "Hz")
         require_range("ramp_period_s", self.ramp_period_s, 1e-9, 1e2, "s")
+        self.chosen_antennas()
         if self.format in RAW_FORMATS and self.num_samples is None:
             raise InputError(f"num_samples is not given; a file of format {self.format} needs it.")
+
+    def chosen_antennas(self) -> tuple[int, ...] | None:
+        """Return which receive antennas to keep; None for all that are not dead.
+
+        Raises `InputError` unless they are different whole numbers with commas between.
+        """
+        if self.antennas is None:
+            return None
+        words = [word.strip() for word in self.antennas.split(",")]
+        if not all(word.isascii() and word.isdigit() and len(word) < 6 for word in words) or len(
+            set(map(int, words))
+        ) != len(words):
+            raise InputError(
+                f"antennas is {self.antennas[:40]!r}; it must be different whole numbers from 0 "
+                "with commas between, for example 0,2."
+            )
+        return tuple(int(word) for word in words)
 
 
 SETTING_NAMES: Final = tuple(field.name for field in fields(RecordingSettings))
@@ -177,6 +214,9 @@ def parse_settings(stored: Mapping[Any, Any]) -> RecordingSettings:
 
 
 def _parsed(name: str, value: Any) -> Any:
+    if name == "antennas":
+        listed = value if isinstance(value, list) else [value]
+        return ",".join(str(item) for item in listed[:1024])
     if name in _TEXTS:
         if not isinstance(value, str):
             raise InputError(f"{name} is {_shown(value)}; a text is needed.")

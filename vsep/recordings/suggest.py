@@ -15,15 +15,16 @@ RAW_FORMAT: Final = "dca1000-xwr16xx"
 """Suggested for files that say nothing: the usual card and the most common sensors."""
 
 _SIGNAL = "received"
+_BY_START: Final = ((b"\x93NUMPY", "npy"), (b"PK\x03\x04", "npz"), (b"MATLAB 5.0", "mat"))
 _BY_SUFFIX: Final = {".npz": "npz", ".npy": "npy", ".mat": "mat"}
 
 
 def suggest_settings(path: str, name: str) -> dict[str, Any]:
     """Return settings as far as a file tells them.
 
-    Its kind is told by its suffix. A frame file tells all; of other archives the largest array is
-    taken for the recording, and scalars that are called as a setting for its value, also numbers
-    inside of a text in JSON.
+    Its kind is told by its suffix, or by its first bytes where that is unknown. A frame file tells
+    all; of other archives the largest array is taken for the recording, and scalars that are called
+    as a setting for its value, also numbers inside of a text in JSON.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def suggest_settings(path: str, name: str) -> dict[str, Any]:
     InputError
         In one sentence, if the file is not what its suffix says.
     """
-    kind = _BY_SUFFIX.get(Path(name).suffix.lower(), RAW_FORMAT)
+    kind = _kind(path, name)
     found: dict[str, Any] = {"format": kind}
     if kind == "npz":
         with Archive(path, name) as archive:
@@ -51,6 +52,15 @@ def suggest_settings(path: str, name: str) -> dict[str, Any]:
         found |= _of_matlab(path, name)
     wanted = NEEDED_SETTINGS if kind in _BY_SUFFIX.values() else (*NEEDED_SETTINGS, "num_samples")
     return {key: found.get(key) for key in SETTING_NAMES if key in found or key in wanted}
+
+
+def _kind(path: str, name: str) -> str:
+    known = _BY_SUFFIX.get(Path(name).suffix.lower())
+    if known is not None:
+        return known
+    with open_regular(path, name, "a recording") as file:
+        start = file.read(16)
+    return next((kind for first, kind in _BY_START if start.startswith(first)), RAW_FORMAT)
 
 
 def is_frame(archive: Archive) -> bool:

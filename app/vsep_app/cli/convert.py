@@ -4,9 +4,16 @@ import argparse
 import sys
 from dataclasses import replace
 
+from vsep.errors import InputError
 from vsep.files.frame import write_frame
+from vsep.recordings.configurations.consequences import consequences, lines_of
+from vsep.recordings.configurations.registry import (
+    for_recording,
+    merged,
+    read_configuration_file,
+)
 from vsep.recordings.convert import convert_recording
-from vsep.recordings.settings import read_settings
+from vsep.recordings.settings import parse_settings
 from vsep_app.cli.shared_options import add_file, add_number, add_out, require_other_file
 
 DESCRIPTION = (
@@ -16,6 +23,7 @@ DESCRIPTION = (
 EXAMPLES = """\
 examples:
   vsep convert adc_data.bin --settings radar.yaml --out frame.npz
+  vsep convert adc_data.bin --settings radar.cfg --out frame.npz
   vsep convert recording.mat --settings radar.json --frame 3 --out frame.npz
 
 A settings file names the format and the radar's values, for example
@@ -36,20 +44,37 @@ assets/docs/recordings.md explains all of them. What looks wrong is said on stan
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("recording", metavar="RAW", help="the recording")
-    add_file(parser, "--settings", "what it is, *.json, *.yaml or *.yml", required=True)
+    add_file(
+        parser,
+        "--settings",
+        "what it is, *.yaml or *.json, or the configuration of the sensor: *.cfg, *.lua, "
+        "*.mmwave.json, LogFile.txt, config.json; given again, later ones count",
+        required=True,
+        action="append",
+    )
     add_number(parser, "--frame", "which frame of it, from 0, instead of the settings'", kind=int)
     add_out(parser, "the frame file, *.npz")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the frame file of a recording; what looks wrong goes to standard error."""
-    inputs = (options.recording, options.settings)
+    """Write the frame file of a recording; what looks wrong goes to standard error.
+
+    Of a configuration every number is printed with its source, and what follows.
+    """
+    inputs = (options.recording, *options.settings)
     require_other_file(options.out, inputs, "is the recording or its settings")
-    settings = read_settings(options.settings)
+    said = merged({path: read_configuration_file(path) for path in options.settings})
+    said = for_recording(said, options.recording)
+    try:
+        settings = parse_settings(said.values)
+    except InputError as error:
+        raise InputError(f"{', '.join(options.settings)}: {error}") from error
     if options.frame is not None:
         settings = replace(settings, frame=options.frame)
     frame, remarks = convert_recording(options.recording, settings)
     write_frame(options.out, frame)
-    for remark in remarks:
+    for line in (*lines_of(said), *consequences(frame.radar, settings)):
+        sys.stdout.write(f"{line}\n")
+    for remark in (*said.remarks, *remarks):
         sys.stderr.write(f"vsep: {remark}\n")
     return 0

@@ -310,17 +310,22 @@ def _require_usable(options: argparse.Namespace) -> None:
 def _separator_of(options: argparse.Namespace, frame: Frame, received: ComplexArray) -> Estimator:
     needs_mask = ESTIMATORS.require(options.estimator).needs_mask
     mask = frame_mask(frame, options.mask, received) if needs_mask else None
-    num_antennas = frame.num_antennas if _is_together(frame, options) else 1
+    together = _is_together(frame, options)
+    num_antennas = frame.num_antennas if together else 1
     model = SignalModel.of_radar(frame.radar, frame.assumed_filter, num_antennas)
-    return make_separator(options, model, mask)
+    return make_separator(options, model, mask, frame.missing_rows(together=together))
 
 
 def make_separator(
-    options: argparse.Namespace, model: SignalModel, mask: BoolArray | None = None
+    options: argparse.Namespace,
+    model: SignalModel,
+    mask: BoolArray | None = None,
+    missing: BoolArray | None = None,
 ) -> Estimator:
     """Make the estimator that the options of ``separate`` describe."""
     settings: Any = given(options, ESTIMATOR_SETTINGS) | {"mask": mask}
-    return make_estimator(options.estimator or DEFAULT_ESTIMATOR, model, **settings)
+    name = options.estimator or DEFAULT_ESTIMATOR
+    return make_estimator(name, model, missing=missing, **settings)
 
 
 def _signals_path(folder: str, frame: str) -> Path:

@@ -110,7 +110,11 @@ def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepar
     if not is_together(plan, frame):
         frame = frame.of_antenna(min(antenna, frame.num_antennas - 1))
     estimator = plan_estimator(
-        plan, frame.radar, scene.assumed_filter, num_antennas=frame.num_antennas
+        plan,
+        frame.radar,
+        scene.assumed_filter,
+        num_antennas=frame.num_antennas,
+        missing=frame.missing,
     )
     every = frame.received if frame.antennas is None else frame.antennas
     received = every if frame.antennas is None else estimator.model.check(every)
@@ -268,6 +272,7 @@ def plan_estimator(
     anti_aliasing_filter: AntiAliasingFilter,
     *,
     mask: BoolArray | None = None,
+    missing: BoolArray | None = None,
     num_antennas: int = 1,
     interference_threshold_db: float | None = None,
 ) -> Estimator:
@@ -281,7 +286,7 @@ def plan_estimator(
         mask=mask,
     )
     threshold = {"interference_threshold_db": interference_threshold_db}
-    return make_estimator(plan.estimator, model, **threshold, **settings)
+    return make_estimator(plan.estimator, model, missing=missing, **threshold, **settings)
 
 
 def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int) -> Observation:

@@ -114,6 +114,7 @@ def of_steps(spec: ReportSpec, steps: tuple[Step, ...]) -> ReportRun:
         frame.radar,
         scene.assumed_filter,
         mask=frame_mask(frame, spec.mask) if entry.needs_mask else None,
+        missing=frame.missing_rows(together=together),
         num_antennas=frame.num_antennas if together else 1,
         interference_threshold_db=spec.interference_threshold_db,
     )

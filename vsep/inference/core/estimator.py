@@ -1,6 +1,7 @@
 """Protocol and record of the estimators, and when a run has settled."""
 
 from dataclasses import dataclass
+from inspect import signature
 from typing import ClassVar, Protocol
 
 from vsep._typing import ComplexArray
@@ -51,7 +52,8 @@ class EstimatorEntry(Entry):
     Parameters
     ----------
     name, factory, label, help, group, position
-        As of `vsep.registry.Entry`; the factory makes an `Estimator` and takes a ``model``.
+        As of `vsep.registry.Entry`; the factory makes an `Estimator` and takes a ``model``,
+        and ``missing``, the samples that were never received, if it can leave samples out.
     several_antennas : bool
         Whether it takes what several antennas received apart together.
 
@@ -63,9 +65,15 @@ class EstimatorEntry(Entry):
     """
 
     kind: ClassVar[str] = "estimator"
-    bound: ClassVar[tuple[str, ...]] = ("model",)
+    # What was never received belongs to the frame, as the model does.
+    bound: ClassVar[tuple[str, ...]] = ("model", "missing")
 
     several_antennas: bool = False
+
+    @property
+    def takes_missing(self) -> bool:
+        """Whether it can be told which samples were never received."""
+        return "missing" in signature(self.factory).parameters
 
     @property
     def needs_mask(self) -> bool:

@@ -20,19 +20,9 @@ import numpy as np
 from vsep._typing import BoolArray, ComplexArray, frozen
 from vsep.errors import InputError
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, require_one_antenna, settle
-from vsep.inference.core.noise_update import next_noise_spectrum
 from vsep.inference.core.progress import IterationInfo, Termination
-from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
-from vsep.inference.core.stopwatch import OBJECTS, part
-from vsep.inference.objects.object_only import (
-    ObjectSettings,
-    conclude_objects,
-    expected_error,
-    update_objects,
-)
-
-MAX_STEP = 1.9  # w at most: beyond half the samples missing, where w < 2 would not hold
+from vsep.inference.objects.object_only import ObjectSettings, step_on_used
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -72,7 +62,7 @@ class MaskedSeparator(ObjectSettings):
     def used(self) -> BoolArray:
         """(P, N) True where a sample is used."""
         assert self.mask is not None  # set in __post_init__
-        return ~self.mask
+        return ~self.mask if self.missing is None else ~(self.mask | self.missing)
 
     def init(self, received: ComplexArray) -> SeparationState:
         """State before the first step; see `ObjectOnlySeparator.init`.
@@ -98,39 +88,12 @@ class MaskedSeparator(ObjectSettings):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One iteration of Algorithm 3 on a whole frame with the gradient of the used samples."""
-        used = self.used
-        num_used = int(np.count_nonzero(used))
-        length = min(used.size / num_used, MAX_STEP)  # w
-        used_residual = np.where(used, received - state.object_signal, 0.0)  # M (r - Phi alpha)
-        with part(OBJECTS):
-            objects = update_objects(
-                state.object_signal + length * used_residual,  # r'
-                replace(state, noise_precision=state.noise_precision / length),  # lambda / w
-                self.threshold_db,
-                ROBUST.object_additions(state.iteration),
-                relative_noise=state.relative_noise,
-            )
-        object_signal = objects.signal
-        difference = received - object_signal
-        share = num_used / used.size
-        # (65) over the used samples, which see their share of tr(Phi C Phi^H)
-        error = expected_error(difference[used], share * objects.active.trace())
-        new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
-        interfered = np.flatnonzero(~used.all(axis=1))
-        spectrum = next_noise_spectrum(
-            state,
-            objects.events,
-            np.where(used, difference, 0.0),
-            new_state.noise_precision,
-            self.model,
-            interfered=interfered,
-            share=share,
-        )
-        return replace(
-            new_state,
-            interference_signal=np.where(used, 0.0, difference),
-            noise_spectrum=spectrum,
-        ), info
+        new_state, info = step_on_used(self, received, state, self.used)
+        flagged = ~self.used
+        if self.missing is not None:
+            flagged = flagged & ~self.missing
+        difference = received - new_state.object_signal
+        return replace(new_state, interference_signal=np.where(flagged, difference, 0.0)), info
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""

@@ -1,10 +1,11 @@
 """Object-only estimator: Algorithm 3 on the received signal, interference neglected."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vsep._typing import ComplexArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep.errors import InputError
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
@@ -18,6 +19,8 @@ from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, n
 from vsep.parameters import PARAMETERS
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
+
+MAX_STEP = 1.9  # w at most: beyond half the samples missing, where w < 2 would not hold
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -34,12 +37,15 @@ class ObjectSettings:
         The threshold itself, in place of the rate.
     max_iterations : int
         Where a run stops at the latest.
+    missing : (P, N) or (A, P, N) bool or None
+        Samples that were never received and are left out.
     """
 
     model: SignalModel
     false_alarm_rate: float = PARAMETERS["false_alarm_rate"].default
     object_threshold_db: float | None = None
     max_iterations: int = PARAMETERS["max_iterations"].default
+    missing: BoolArray | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -48,6 +54,30 @@ class ObjectSettings:
         if self.object_threshold_db is not None:
             name = "object_threshold_db"
             PARAMETERS[name].require(self.object_threshold_db, name)
+        if self.missing is not None:
+            object.__setattr__(self, "missing", self._missing_rows(np.array(self.missing)))
+
+    def _missing_rows(self, missing: BoolArray) -> BoolArray | None:
+        """Check what is missing; (A P, N), None if nothing is."""
+        rows = self.model.rows_shape
+        fits = missing.size == rows[0] * rows[1] and missing.shape[-1] == rows[1]
+        if not fits or missing.dtype != np.bool_ or np.count_nonzero(~missing) < 2:
+            raise InputError(
+                f"missing has shape {missing.shape}, type {missing.dtype} and "
+                f"{np.count_nonzero(~missing)} samples that are not missing; it must be boolean, "
+                f"{rows}, with at least 2."
+            )
+        return frozen(missing.reshape(rows)) if missing.any() else None
+
+    def row_steps(self, used: BoolArray) -> FloatArray:
+        """Step lengths w of the rows, (A P, 1), by the share of the samples that an antenna has.
+
+        With a common one an antenna that has fewer samples than others would follow more slowly,
+        and what it does not follow yet would be taken for objects.
+        """
+        shares = used.reshape(self.model.num_antennas, -1).mean(axis=1)
+        steps = np.minimum(1.0 / np.maximum(shares, 1.0 / used[0].size), MAX_STEP)
+        return np.repeat(steps, self.model.num_ramps)[:, None]
 
     @property
     def threshold_db(self) -> float:
@@ -66,12 +96,17 @@ class ObjectSettings:
             If the frame has another shape, is all zero, or holds a value that is not finite.
         """
         received = self.model.check(received)
+        present = received if self.missing is None else received[~self.missing]
+        energy = float(np.sum(np.abs(present) ** 2))
+        if energy == 0.0:
+            raise InputError("received is zero at every sample that is not missing.")
         return SeparationState(
             iteration=0,
             objects=no_objects(self.model.num_antennas),
             bursts=(),
             # half of the power is noise
-            noise_precision=2.0 * (received.size - 1) / float(np.sum(np.abs(received) ** 2)),
+            noise_precision=2.0 * (present.size - 1) / energy,
+            used_share=present.size / received.size,
             object_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
             interference_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
             next_component_id=0,
@@ -89,6 +124,8 @@ class ObjectOnlySeparator(ObjectSettings):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One iteration of Algorithm 3 on the received signal itself."""
+        if self.missing is not None:
+            return step_on_used(self, received, state, ~self.missing)
         with part(OBJECTS):
             objects = update_objects(  # Algorithm 3 with r_alpha = r
                 received,
@@ -111,6 +148,45 @@ class ObjectOnlySeparator(ObjectSettings):
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""
         return settle(state, self.max_iterations, converged=is_quiet(info))
+
+
+def step_on_used(
+    settings: ObjectSettings, received: ComplexArray, state: SeparationState, used: BoolArray
+) -> tuple[SeparationState, IterationInfo]:
+    """One iteration of Algorithm 3 on a whole frame with the gradient of the used samples.
+
+    See `vsep.inference.objects.masked`; `used` is (A P, N) bool.
+    """
+    model = settings.model
+    num_used = int(np.count_nonzero(used))
+    share = num_used / used.size
+    steps = settings.row_steps(used)  # w
+    length = float(steps.mean())
+    used_residual = np.where(used, received - state.object_signal, 0.0)  # M (r - Phi alpha)
+    with part(OBJECTS):
+        objects = update_objects(
+            state.object_signal + steps * used_residual,  # r'
+            replace(state, noise_precision=state.noise_precision / length),  # lambda / w
+            settings.threshold_db,
+            ROBUST.object_additions(state.iteration),
+            model.num_antennas,
+            state.relative_noise,
+        )
+    object_signal = objects.signal
+    difference = received - object_signal
+    # (65) over the used samples, which see their share of tr(Phi C Phi^H)
+    error = expected_error(difference[used], share * objects.active.trace())
+    new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
+    spectrum = next_noise_spectrum(
+        state,
+        objects.events,
+        np.where(used, difference, 0.0),
+        new_state.noise_precision,
+        model,
+        interfered=np.flatnonzero(~used.all(axis=1)),
+        share=share,
+    )
+    return replace(new_state, noise_spectrum=spectrum), info
 
 
 def update_objects(

@@ -174,6 +174,7 @@ def _method_run(plan: ComparePlan, name: str, scene: MadeScene, mask: BoolArray)
             frame.radar,
             scene.assumed_filter,
             mask=mask,
+            missing=frame.missing_rows(together=False),
         ),
         num_prior_peaks=(
             None if _prior_of(name) is None else sum(int(seen.peaks.sum()) for seen in history)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from functools import partial
 from typing import Any
 
 import panel as pn
@@ -21,7 +22,9 @@ _FORMATS = {
     "MATLAB (.mat)": "mat",
     "DCA1000, xWR12xx/14xx": "dca1000-xwr14xx",
     "DCA1000, xWR16xx/18xx/68xx": "dca1000-xwr16xx",
+    "TDA2, cascaded sensors": "tda2",
     "TSW1400, xWR12xx/14xx": "tsw1400",
+    "TSW1400, xWR16xx/18xx/68xx": "tsw1400-xwr16xx",
 }
 _CHOICES: dict[str, tuple[str, dict[str, str], str]] = {
     "format": (
@@ -37,8 +40,21 @@ _CHOICES: dict[str, tuple[str, dict[str, str], str]] = {
     ),
     "samples": (
         "Samples",
-        {"Complex": "complex", "Real": "real"},
-        "What the converter recorded; real samples become complex ones of half the rate.",
+        {
+            "Complex": "complex",
+            "Complex 1x": "complex-1x",
+            "Complex 2x": "complex-2x",
+            "Real": "real",
+        },
+        "What the converter recorded. Complex 1x has beat frequencies from zero to the sample "
+        "rate, 2x both signs; Complex alone lets the echoes tell. Real samples become complex ones "
+        "of half the rate.",
+    ),
+    "offset": (
+        "Offset",
+        {"If unsigned": "automatic", "Remove": "remove", "Keep": "keep"},
+        "Constant offset of the converter, an object at zero range or at the far end: removed "
+        "where no value is negative, always or never.",
     ),
 }
 _NUMBERS: dict[str, tuple[str, str]] = {
@@ -53,6 +69,15 @@ _NUMBERS: dict[str, tuple[str, str]] = {
         "Transmitters that take turns, ramp by ramp; each makes virtual antennas of its own.",
     ),
 }
+_LOWEST_BEAT = (
+    "Lowest beat",
+    "Lower edge of the beat frequencies in cycles per sample: -0.5 for both signs, 0 for one side "
+    "of the band. Empty: it follows from the samples.",
+)
+_RECEIVERS = (
+    "Receivers",
+    "Receivers to keep, from 0 with commas between, for example 0,2. Empty: all that are not dead.",
+)
 _DEFAULTS = {each.name: each.default for each in fields(RecordingSettings)}
 MAX_TEXT = 4_000  # characters; they are read in a fraction of a second
 _TEXT_DOC = (
@@ -103,6 +128,11 @@ class RecordingForm:
         self.text.param.watch(lambda _: self._edited(), "value")
         self.quick = {name: self._choice(name) for name in _CHOICES}
         self.quick |= {name: self._number(name) for name in _NUMBERS}
+        lowest = field(pmu.FloatInput, *_LOWEST_BEAT, start=-1.0, end=0.0, step=0.25, value=None)
+        receivers = field(pmu.TextInput, *_RECEIVERS, value="", max_length=200)
+        for name, widget in (("lowest_beat", lowest), ("antennas", receivers)):
+            widget.param.watch(partial(self._take_open, name), "value")
+            self.quick[name] = widget
         self.clutter = field(
             pmu.Switch,
             "No clutter",
@@ -132,7 +162,9 @@ class RecordingForm:
             pair(quick["num_antennas"], quick["num_transmitters"]),
             heading("3 · Mend it"),
             pair(quick["sign"], quick["samples"]),
+            pair(quick["lowest_beat"], quick["offset"]),
             pair(quick["crop_start_samples"], quick["frame"]),
+            quick["antennas"],
             self.clutter,
             pn.Row(self.live, self.save, margin=(0, 12), sizing_mode="stretch_width"),
             heading("4 · Separate it"),
@@ -189,6 +221,17 @@ class RecordingForm:
         except InputError as error:
             self._complain(str(error))
 
+    def _take_open(self, name: str, event: Any) -> None:
+        """Write the value of a control that may be empty into the text."""
+        if self._showing:
+            return
+        value = None if event.new in ("", None) else event.new
+        try:
+            if value is not None or name in self.values():
+                self.text.value = with_value(self.text.value or "", name, value)
+        except InputError as error:
+            self._complain(str(error))
+
     def _show_quick(self) -> None:
         """Show on the controls what the text says, as far as it makes sense."""
         try:
@@ -199,7 +242,9 @@ class RecordingForm:
         for name, widget in self.quick.items():
             value = values.get(name)
             value = _DEFAULTS[name] if value is None else value
-            if _suits(name, value):
+            if name in _OPEN:
+                widget.value = _OPEN[name](value)
+            elif _suits(name, value):
                 widget.value = value
         raw = values.get("format") in RAW_FORMATS
         self.quick["num_antennas"].disabled = not raw
@@ -244,6 +289,21 @@ _ZONES = {
         "beside.",
     },
 }
+
+
+def _beat(value: Any) -> float | None:
+    """Return a number as the field of the lowest beat shows it."""
+    usual = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if usual and -1.0 <= value <= 0.0 else None
+
+
+def _receivers(value: Any) -> str:
+    """Return a list of receivers as its field shows it."""
+    listed = value if isinstance(value, list) else [value]
+    return "" if value is None else ",".join(str(each)[:8] for each in listed[:32])
+
+
+_OPEN: dict[str, Callable[[Any], Any]] = {"lowest_beat": _beat, "antennas": _receivers}
 
 
 def _suits(name: str, value: Any) -> bool:

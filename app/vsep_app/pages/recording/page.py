@@ -12,6 +12,7 @@ import param
 from vsep.errors import InputError
 from vsep.inference.core.progress import Step
 from vsep.presets import real_frame
+from vsep.recordings.configurations.registry import SUFFIXES
 from vsep.recordings.settings import MAX_FILE as MAX_SETTINGS
 from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings
 from vsep.recordings.settings_text import settings_text
@@ -34,7 +35,6 @@ from vsep_app.widgets.download import Download, Link
 from vsep_app.widgets.share import MAX_FILE
 from vsep_app.widgets.transport import Transport
 
-SETTINGS_SUFFIXES = (".yaml", ".yml", ".json")
 EXAMPLE = "example (without interference).npz"
 _OF_ARRAYS = ("key", "axes")
 
@@ -354,7 +354,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
 
 
 def _is_settings(name: str) -> bool:
-    return Path(name).suffix.lower() in SETTINGS_SUFFIXES
+    return Path(name).suffix.lower() in SUFFIXES
 
 
 def _text_of(name: str, content: bytes) -> str:

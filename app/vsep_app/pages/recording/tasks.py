@@ -19,8 +19,9 @@ from vsep.files.response_file import read_response
 from vsep.inference.core.progress import Step
 from vsep.inference.core.state import SeparationState
 from vsep.inference.registry import ESTIMATORS
+from vsep.recordings.configurations.registry import configuration_values
 from vsep.recordings.convert import convert_recording
-from vsep.recordings.settings import RecordingSettings, settings_values
+from vsep.recordings.settings import RecordingSettings
 from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep.signal.clutter import remove_static_clutter
 from vsep_app.jobs.frame_store import frame_bytes
@@ -256,5 +257,5 @@ def _limited(function: Callable[..., Any], seconds: float = READ_S) -> Limited:
 
 # For the pool: a file may claim whatever it likes.
 FILE_FACTS, REQUIRE_RESPONSE = _limited(file_facts), _limited(require_response)
-SETTINGS_VALUES = _limited(settings_values)
+SETTINGS_VALUES = _limited(configuration_values)
 FRAME_CONTENT, PREPARE = _limited(frame_content, PREPARE_S), _limited(prepare, PREPARE_S)
