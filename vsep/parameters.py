@@ -302,7 +302,8 @@ ESTIMATOR_PARAMETERS = (
     Parameter(
         name="schedule",
         title="Schedule",
-        help="Robust: searches bursts anew in early iterations. Paper: literal order of steps.",
+        help="Robust: searches bursts anew in early iterations. Paper: the letter of the paper's "
+        "Algorithms 1 to 4, which loses objects under strong bursts.",
         default="robust",
         choices={"robust": "Robust", "paper": "Paper"},
     ),
