@@ -48,7 +48,9 @@ def add_scene_options(parser: Any, of_what: str) -> None:
 
 def _kind_of(record: Parameter) -> dict[str, Any]:
     """Return what `add_argument` takes for a setting."""
-    text = record.help.replace("%", "%%") + (f" In {record.unit}." if record.unit else "")
+    text = record.help.replace("%", "%%")
+    if record.unit not in text:
+        text += f" In {record.unit}."
     if isinstance(record.default, bool):
         return {"action": "store_true", "help": text}
     if record.choices is not None:
