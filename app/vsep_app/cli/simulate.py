@@ -70,7 +70,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
     )
     add_number(
-        group, "--interferer-angle-deg", "direction of the interferer (default: drawn likewise)"
+        group,
+        "--interferer-angle-deg",
+        "direction of every interferer (default: drawn likewise)",
+        nargs="+",
     )
 
 
@@ -130,12 +133,11 @@ def _simulated(
 ) -> tuple[Scenario, Observation]:
     if array.num_antennas == 1:
         return simulate_preset(options.preset, **keywords)
-    angle = options.interferer_angle_deg
     return simulate_preset_antennas(
         options.preset,
         array,
         object_angles_deg=_as_array(options.object_angles_deg),
-        interferer_angles_deg=_as_array(None if angle is None else [angle]),
+        interferer_angles_deg=_as_array(options.interferer_angle_deg),
         **keywords,
     )
 
