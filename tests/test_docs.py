@@ -166,13 +166,18 @@ def supplies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         f"slope_hz_per_s: {radar.slope_hz_per_s}\nsample_rate_hz: {radar.sample_rate_hz}\n"
         f"ramp_period_s: {radar.ramp_period_s}\n"
     )
-    for study, methods, point, realization in (
-        ("fig-3", None, 20, 17),
-        ("baselines", ("factorised", "masked"), 0, 0),
-        ("fig-5-methods", ("factorised", "zeroing"), 0, 0),
+    for name, study, methods, point, realization in (
+        ("fig-3", "fig-3", None, 20, 17),
+        ("paper", "fig-3", ("factorised",), 20, 0),
+        ("fig-3c", "fig-3", ("factorised",), 39, 0),
+        ("fig-5", "fig-5", ("factorised",), 0, 0),
+        ("fig-5-three-bursts", "fig-5", ("factorised",), 50, 0),
+        ("fa", "false-alarms", ("factorised",), 0, 0),
+        ("baselines", "baselines", ("factorised", "masked"), 0, 0),
+        ("fig-5-methods", "fig-5-methods", ("factorised", "zeroing"), 0, 0),
     ):
         rows = run_trial(make_study(study, methods=methods).trial(point, realization))
-        Path(f"{study}.jsonl").write_text("".join(as_json(row) + "\n" for row in rows))
+        Path(f"{name}.jsonl").write_text("".join(as_json(row) + "\n" for row in rows))
     return tmp_path
 
 

@@ -214,18 +214,22 @@ def test_a_slider_is_one_entry(tmp_path: Path) -> None:
 from vsep import parameters
 
 entry = parameters.Parameter(
-    name="num_objects",
-    title="Objects",
-    help="Number of objects in front of the radar.",
-    default=3,
-    bounds=(1, 40),
-    span=(1, 20),
-    query="objects",
+    name="object_delay",
+    title="Object delay",
+    help="Delay of the first object.",
+    default=80.0,
+    unit="ns",
+    scale=1e-9,
+    bounds=(-200.0, 200.0),
+    span=(0.0, 120.0),
+    query="delay",
+    option="object_delay_s",
     of_recording=False,
 )
 parameters.SCENE_PARAMETERS += (entry,)
-parameters.PARAMETERS["num_objects"] = entry
+parameters.PARAMETERS["object_delay"] = entry
 
+from vsep_app.cli import main as cli
 from vsep_app.jobs.tasks import make_scene
 from vsep_app.model.settings import Settings
 from vsep_app.model.url import parse_query
@@ -234,16 +238,20 @@ from vsep_app.widgets.controls import Controls
 
 settings = Settings()
 controls = Controls(settings, lambda *_: None)
-slider = controls.widgets["num_objects"]
-assert (slider.start, slider.end, slider.value, slider.label) == (1, 20, 3, "Objects")
+slider = controls.widgets["object_delay"]
+shown = slider.start, slider.end, slider.value, slider.label
+assert shown == (0.0, 120.0, 80.0, "Object delay [ns]")
 assert slider in controls.scene() and entry.help in controls_html(controls.layout())
-slider._process_events({"value": 5, "value_throttled": 5})
-assert settings.num_objects == 5
-assert len(make_scene(settings.plan()).frame.truth.beats) == 5
-assert parse_query({"objects": "7"})[0] == {"num_objects": 7}
-assert parse_query({"objects": "50"})[1] == [
-    "objects is 50; it must be a whole number between 1 and 20."
+slider._process_events({"value": 51.0, "value_throttled": 51.0})
+assert settings.object_delay == 51.0
+frame = make_scene(settings.plan()).frame
+assert abs(frame.truth.beats[0] - frame.radar.beat_from_delay(51e-9)) < 1e-12
+assert parse_query({"delay": "7"})[0] == {"object_delay": 7.0}
+assert parse_query({"delay": "500"})[1] == [
+    "delay is 500; it must be a number between 0 and 120."
 ]
+options = cli.parse(["simulate", "--preset", "simulation-1", "--object-delay", "51", "--out", "x"])
+assert options.object_delay == 51.0
 settings.choose_preset("real-frame")
 assert slider.disabled
 make_scene(settings.plan())

@@ -133,7 +133,15 @@ class Parameter:
         require_range(name or self.title, value_si, lowest, highest, unit)
 
 
+MAX_OBJECTS = 40
 FILTER_KINDS = {"raised_cosine": "Raised cosine", "butterworth": "Butterworth", "none": "None"}
+FILTER_PARTS: Mapping[str, frozenset[str]] = {
+    "raised_cosine": frozenset({"cutoff", "rolloff"}),
+    "butterworth": frozenset({"cutoff", "order"}),
+    "none": frozenset(),
+    "measured": frozenset(),
+}
+"""Which settings a kind of filter has."""
 _MEASURED = {"measured": "Measured"}
 _CUTOFF: dict[str, Any] = {
     "default": 2.55,
@@ -223,6 +231,25 @@ SCENE_PARAMETERS = (
         of_bursts=True,
     ),
     Parameter(
+        name="second_interferer",
+        title="Second interferer",
+        help="A further radar with paths of its own: its bursts are 1.2 to 2 times as steep and "
+        "cross every interfered ramp 15 to 35 % of a ramp earlier or later.",
+        default=False,
+        query="second",
+        of_recording=False,
+        of_bursts=True,
+    ),
+    Parameter(
+        name="num_objects",
+        title="Objects",
+        help="The number of objects; a scene of more has those of a scene of fewer.",
+        default=1,
+        bounds=(1, MAX_OBJECTS),
+        query="objects",
+        of_recording=False,
+    ),
+    Parameter(
         name="seed",
         title="Seed",
         help="Draws objects, phases and noise; the same seed gives the same frame.",
@@ -302,7 +329,8 @@ ESTIMATOR_PARAMETERS = (
     Parameter(
         name="schedule",
         title="Schedule",
-        help="Robust: searches bursts anew in early iterations. Paper: literal order of steps.",
+        help="Robust: searches bursts anew in early iterations. Paper: the letter of the paper's "
+        "Algorithms 1 to 4, which loses objects under strong bursts.",
         default="robust",
         choices={"robust": "Robust", "paper": "Paper"},
     ),

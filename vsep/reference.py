@@ -26,7 +26,6 @@ from vsep.reference_costs import (
     new_object,
     object_atoms,
     refine_chirp,
-    refine_jointly,
     refine_object,
     weight_posterior,
 )
@@ -130,10 +129,8 @@ def update_objects(
     frame: ComplexArray,
     noise_precision: float,
     threshold: float,
-    *,
-    jointly: bool = False,
 ) -> tuple[ObjectComponents, list[EventKind], float]:
-    """Algorithm 3 on r_alpha; `jointly` adds a step of all components on (67) at its end.
+    """Algorithm 3 on r_alpha.
 
     Returns
     -------
@@ -164,9 +161,6 @@ def update_objects(
         if len(dictionary.precisions) < len(ids):
             points, ids = np.delete(points, index, axis=0), [k for k in ids if k != name]
             events.append(EventKind.OBJECT_PRUNED)
-    if jointly:
-        points = refine_jointly(dictionary, points, frame, noise_precision)
-        dictionary = Dictionary(object_atoms(points, frame.shape), dictionary.precisions)
     mean, covariance = weight_posterior(dictionary, residual, noise_precision)  # (58)-(59)
     max_change = 0.0
     for index, name in enumerate(ids):
@@ -202,11 +196,6 @@ class ReferenceSeparator:
         T_alpha, dB.
     interference_threshold_db : float
         T_beta, dB.
-    stale_interference : bool
-        Deviation of the estimator's schedule "paper": the residual of the objects and both updates
-        of lambda have U(theta) from before the last line of Algorithm 2.
-    objects_jointly : bool
-        Deviation of all the estimator's schedules: a joint step of all objects ends Algorithm 3.
     max_iterations : int
         Where a run stops at the latest.
 
@@ -227,8 +216,6 @@ class ReferenceSeparator:
     model: SignalModel
     threshold_db: float = 9.0
     interference_threshold_db: float = 3.0
-    stale_interference: bool = False
-    objects_jointly: bool = False
     max_iterations: int = 100
 
     def __post_init__(self) -> None:
@@ -257,15 +244,14 @@ class ReferenceSeparator:
         threshold = float(from_db(self.interference_threshold_db))
         residual = received - state.object_signal  # r_beta
         ramps = [self._ramp(state, p, residual[p]) for p in range(model.num_ramps)]
-        events, stale = [], []
+        events = []
         for p, ramp in enumerate(ramps):
             row = residual[p]
             ramp.update_theta(row, noise_precision, model)  # theta from (71)
             kinds = update_interference(ramp, row, noise_precision, threshold, model)
             events += [_event(kind, p) for kind in kinds]
-            stale.append(ramp.synthesis(model))
             ramp.update_theta(row, noise_precision, model)  # last line of Algorithm 2
-        parts = stale if self.stale_interference else [ramp.synthesis(model) for ramp in ramps]
+        parts = [ramp.synthesis(model) for ramp in ramps]  # the new theta, the old beta
         interference = np.array([signal for signal, _ in parts])  # U Psi beta
         interference_trace = sum(trace for _, trace in parts)
 
@@ -285,7 +271,6 @@ class ReferenceSeparator:
             received - interference,
             noise_precision,
             float(from_db(self.threshold_db)),
-            jointly=self.objects_jointly,
         )
         events += [_event(kind, -1) for kind in kinds]
         noise_precision, object_signal = noise_estimate(objects)

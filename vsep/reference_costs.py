@@ -295,7 +295,10 @@ def new_object(
 def refine_jointly(
     objects: Dictionary, points: FloatArray, frame: ComplexArray, noise_precision: float
 ) -> FloatArray:
-    """All zeta from (67) by one damped Gauss-Newton step of all components together."""
+    """All zeta from (67) by one damped Gauss-Newton step of all components together.
+
+    Not a step of the paper: the robust schedule adds it, and tests compare it with this.
+    """
     count, axes = len(points), 2 if frame.shape[0] > 1 else 1
     if count < 2:
         return points

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vsep_app.jobs.tasks import advance, compact, compose, make_filter, prepare, recorded_frame
+from vsep_app.jobs.tasks import advance, compact, compose, prepare, recorded_frame
 from vsep_app.model.settings import LOADED_FRAME, Settings, preset_values
 from vsep_app.views.tables import table_html
 
@@ -15,6 +15,7 @@ from vsep.inference.core.progress import Solution, Termination
 from vsep.presets import real_frame
 from vsep.presets.antennas import simulate_preset_antennas
 from vsep.presets.scenes import simulate_preset
+from vsep.presets.settings import chosen_filter
 from vsep.signal.filters import MeasuredFilter
 from vsep.signal.linear_array import UniformLinearArray
 
@@ -79,7 +80,8 @@ def test_true_and_assumed_filter_are_two_settings():
 
 @pytest.mark.parametrize("kind", ["raised_cosine", "butterworth", "none"])
 def test_filters_are_made_in_the_units_of_the_controls(kind):
-    made = make_filter(kind, 2.55, 0.25, 8)
+    parts = {"kind": kind, "cutoff": 2.55, "rolloff": 0.25, "order": 8}
+    made = chosen_filter({f"assumed_{part}": value for part, value in parts.items()}, "assumed")
     assert made.kind == kind
     if kind != "none":
         # Half amplitude at the cutoff, for every kind.

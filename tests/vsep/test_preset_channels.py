@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from vsep import InputError
-from vsep.presets.channels import MAX_OBJECTS, many_objects, one_object
+from vsep.parameters import MAX_OBJECTS
+from vsep.presets.channels import many_objects, one_object
 from vsep.presets.scenes import preset
 
 LEVELS = {"snr_db": 30.0, "sir_db": 0.0}

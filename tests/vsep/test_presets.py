@@ -216,3 +216,27 @@ def test_unknown_names_and_negative_seeds_are_refused():
         simulate_preset("simulation-1", **LEVELS, seed=-1)
     with pytest.raises(InputError, match="SNR is nan"):
         simulate_preset("simulation-1", snr_db=float("nan"), sir_db=0.0, seed=0)
+
+
+def test_a_second_interferer_leaves_the_first_the_objects_and_the_noise():
+    levels = {"snr_db": 60.0, "sir_db": -20.0, "seed": 4}
+    alone, one = simulate_preset("simulation-2-b", **levels)
+    both, two = simulate_preset("simulation-2-b", second_interferer=True, **levels)
+    first, second = both.scene.interferers
+    assert first.sequence == alone.scene.interferers[0].sequence
+    assert np.array_equal(first.channel.weights, alone.scene.interferers[0].channel.weights)
+    assert np.array_equal(one.truth.object_signal, two.truth.object_signal)
+    for observation in (one, two):
+        truth = observation.truth
+        rest = observation.received - truth.object_signal - truth.interference_signal
+        assert np.std(rest) == pytest.approx(truth.noise_precision**-0.5, rel=0.05)
+    slope = preset_radar("simulation-2-b").slope_hz_per_s
+    factor = (second.sequence.slope_hz_per_s - slope) / (first.sequence.slope_hz_per_s - slope)
+    assert 1.2 <= factor <= 2.0
+    ramps = [burst.ramp for burst in two.truth.bursts]
+    assert set(ramps) == {burst.ramp for burst in one.truth.bursts}
+    assert len(ramps) == 2 * len(set(ramps))
+    _, none = simulate_preset(
+        "simulation-2-b", second_interferer=True, interference=False, **levels
+    )
+    assert not none.truth.interference_signal.any()

@@ -28,6 +28,7 @@ from vsep.files.archive import Archive, Source, naming, require_npz_name, source
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
 from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
 from vsep.files.writing import write_npz
+from vsep.parameters import FILTER_PARAMETERS, SCENE_PARAMETERS
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth
@@ -43,7 +44,17 @@ SETTINGS_OF_RADAR: Final = (
     "sample_rate_hz",
     "ramp_period_s",
 )
-_SETTINGS: dict[str, type] = {"preset": str, "snr_db": float, "sir_db": float, "seed": int}
+_SCENE = {each.name: each.default for each in SCENE_PARAMETERS if each.name != "interference"}
+# The file has a filter to assume, of the same names.
+_TRUE_FILTER = {
+    f"true_{each.name}": each.default
+    for each in FILTER_PARAMETERS
+    if each.name.startswith("filter_")
+}
+_SETTINGS: dict[str, type] = {"preset": str} | {
+    name: int if isinstance(default, bool) else type(default)
+    for name, default in (_SCENE | _TRUE_FILTER).items()
+}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, weakref_slot=True, eq=False)
@@ -67,7 +78,8 @@ class Frame:
     is_vector : bool
         Whether the file keeps its single ramp as a vector.
     settings : mapping of str to str
-        How it was simulated: preset, snr_db, sir_db and seed, where known.
+        How it was simulated, where known: preset, and settings by their names in
+        `vsep.parameters`, in its units; those of the true filter after "true_".
     truth_mask : (P, N) bool or None
         Which samples are interfered, where the file says so.
     antennas : (A, P, N) complex or None

@@ -18,7 +18,7 @@ from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import next_noise_spectrum, noise_spectrum_due
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
-from vsep.inference.core.schedule import schedule_by_name
+from vsep.inference.core.schedule import Schedule, schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.inference.objects.object_only import MAX_STEP, ObjectSettings, update_objects
@@ -48,7 +48,7 @@ class FactorisedSeparator(ObjectSettings):
         The threshold itself, in place of the rate; the paper's 9 dB is set here.
     interference_threshold_db : float or None
         T_beta; None takes the schedule's (6 dB robust, 3 dB paper).
-    schedule : {"robust", "paper"}
+    schedule : {"robust", "paper"} or Schedule
         Order of the updates, see `vsep.inference.core.schedule`.
     max_iterations : int
         Where a run stops at the latest.
@@ -66,7 +66,7 @@ class FactorisedSeparator(ObjectSettings):
     """
 
     interference_threshold_db: float | None = None
-    schedule: str = "robust"
+    schedule: str | Schedule = "robust"
     expected_bursts: ExpectedBursts | None = None
 
     def __post_init__(self) -> None:
@@ -147,6 +147,7 @@ class FactorisedSeparator(ObjectSettings):
             self.model.num_antennas,
             relative_noise,
             1.0 if share == 1.0 else KEEP_MAJORISED,
+            jointly=schedule_by_name(self.schedule).joint_object_step,
         )
 
     def _relative_steps(self, missing: BoolArray) -> FloatArray:

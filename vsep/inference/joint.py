@@ -62,7 +62,7 @@ class JointSeparator(FactorisedSeparator):
         )
         with part(OBJECTS):
             objects.add_components(interference.schedule.object_additions(state.iteration))
-            objects.update_components()
+            objects.update_components(jointly=interference.schedule.joint_object_step)
         # The posterior once more, with the objects where they are now and the next lambda
         columns = JointColumns(used, objects.components(), interference, noise_precision)
         columns.noise_precision = num_used / columns.expected_error()

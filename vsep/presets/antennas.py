@@ -1,6 +1,7 @@
 """Scenes of the presets as several antennas receive them."""
 
-from typing import Unpack
+from dataclasses import replace
+from typing import Unpack, cast
 
 import numpy as np
 
@@ -8,12 +9,20 @@ from vsep._typing import FloatArray
 from vsep.parameters import PARAMETERS
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.scenes import PresetOptions, Scenario, preset
+from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.linear_array import AntennaScene, UniformLinearArray
 from vsep.signal.scene import Observation
-from vsep.signal.simulate import simulate_antennas
+from vsep.signal.simulate import InterferenceModel, simulate_antennas
 
 MAX_DEG = 60.0
 """To both sides of broadside: directions that are drawn, as far as the line tells them apart."""
+
+
+class ReceptionOptions(PresetOptions, total=False):
+    """Optional keywords of `simulate_preset` that every antenna has in common."""
+
+    anti_aliasing_filter: AntiAliasingFilter | None
+    interference_model: InterferenceModel
 
 
 def simulate_preset_antennas(
@@ -25,7 +34,7 @@ def simulate_preset_antennas(
     seed: int,
     object_angles_deg: FloatArray | None = None,
     interferer_angles_deg: FloatArray | None = None,
-    **options: Unpack[PresetOptions],
+    **options: Unpack[ReceptionOptions],
 ) -> tuple[Scenario, Observation]:
     """Draw the scene of a preset with directions and simulate what all antennas receive.
 
@@ -47,13 +56,13 @@ def simulate_preset_antennas(
         Directions of the objects; drawn by default.
     interferer_angles_deg : (I,) float, optional
         Directions of the interferers; drawn by default.
-    **options : PresetOptions
-        As for `preset`.
+    **options : ReceptionOptions
+        As for `simulate_preset`.
 
     Returns
     -------
     Scenario
-        With the preset's filter.
+        With the filter that was used.
     Observation
         Signals are (A, P, N).
 
@@ -75,7 +84,11 @@ def simulate_preset_antennas(
     # The first two children are those of `simulate_preset`.
     scene_seed, noise_seed, object_seed, interferer_seed = np.random.SeedSequence(seed).spawn(4)
     rng = np.random.default_rng(scene_seed)
-    drawn = preset(name, snr_db=snr_db, sir_db=sir_db, rng=rng, **options)
+    used = options.pop("anti_aliasing_filter", None)
+    model = options.pop("interference_model", "multiplicative")
+    drawn = preset(name, snr_db=snr_db, sir_db=sir_db, rng=rng, **cast(PresetOptions, options))
+    if used is not None:
+        drawn = replace(drawn, anti_aliasing_filter=used)
     widest = min(MAX_DEG, antennas.unambiguous_angle_deg)
     given = object_angles_deg, interferer_angles_deg
     counts = drawn.scene.objects.num_paths, len(drawn.scene.interferers)
@@ -93,6 +106,7 @@ def simulate_preset_antennas(
         drawn.radar,
         antenna_scene,
         anti_aliasing_filter=drawn.anti_aliasing_filter,
+        interference_model=model,
         rng=np.random.default_rng(noise_seed),
     )
     return drawn, observation

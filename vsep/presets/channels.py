@@ -9,10 +9,10 @@ import numpy as np
 
 from vsep._typing import ComplexArray
 from vsep._validation import require_range
+from vsep.parameters import MAX_OBJECTS
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 from vsep.signal.scene import Channel
 
-MAX_OBJECTS = 40
 SINGLE_DELAY_S = 80.06e-9
 _NUM_PATHS = 10
 _DELAY_RANGE_S = (3.97e-9, 127e-9)

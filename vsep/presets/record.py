@@ -96,6 +96,10 @@ class SimulatedPreset(Preset):
     family: str = ""  #: scene of studies in which presets of one family take turns
     noise_scene: str = ""  #: scene of studies that is noise alone, of the size of its frames
 
+    def defaults(self) -> dict[str, float]:
+        """Return the settings that choosing it sets, by their names in `PARAMETERS`."""
+        return {**Preset.defaults(self), "num_objects": self.num_objects}
+
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedPreset(Preset):

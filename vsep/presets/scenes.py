@@ -22,6 +22,8 @@ from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, Observation, Scene
 from vsep.signal.simulate import InterferenceModel, simulate
 
+_SLOPE_FACTORS = (1.2, 2.0)  # of a second interferer
+_CROSSING_SHIFTS = (0.15, 0.35)  # in ramps
 _PERIOD_DIFFERENCE_S = 10e-9  # of an interferer in every ramp; that of set a in one of its ramps
 
 
@@ -44,6 +46,7 @@ class PresetOptions(TypedDict, total=False):
     num_interfered_ramps: int | None
     num_objects: int | None
     object_delay_s: float | None
+    second_interferer: bool
 
 
 def preset(
@@ -56,8 +59,8 @@ def preset(
 ) -> Scenario:
     """Draw the scene of a preset.
 
-    Objects and interference come from two children of `rng`, so that the same objects appear with
-    and without interference.
+    Objects and interference come from children of `rng` of their own, so that the same objects
+    appear with and without interference.
 
     Parameters
     ----------
@@ -83,6 +86,8 @@ def preset(
     object_delay_s : float, optional
         Delay of the first object, within the radar's unambiguous interval. A burst lies around
         delay zero, as far as the cut-off frequency over the victim's slope.
+    second_interferer : bool
+        Whether there is another interferer, see `more_interferers`.
 
     Raises
     ------
@@ -105,12 +110,14 @@ def preset(
         burst_shift_s=options.get("burst_shift_s", 0.0),
         num_interfered_ramps=options.get("num_interfered_ramps"),
     )
-    object_rng, channel_rng = rng.spawn(2)
+    object_rng, channel_rng, other_rng = rng.spawn(3)
     objects = record.draw_objects(object_rng, options.get("num_objects"))
     objects = with_first_delay(objects, record.radar, options.get("object_delay_s"))
     present = options.get("interference", True)
     interferer = Interferer(sequence=sequence, channel=record.draw_paths(channel_rng))
-    interferers = (interferer,) if present else ()
+    interferers: tuple[Interferer, ...] = (interferer,) if present else ()
+    if present and options.get("second_interferer", False):
+        interferers += more_interferers(record, interferer, other_rng)
     return Scenario(
         radar=record.radar,
         scene=Scene(objects=objects, interferers=interferers, snr_db=snr_db, sir_db=sir_db),
@@ -187,6 +194,48 @@ def simulate_preset(
         rng=np.random.default_rng(noise_seeds[-1]),
     )
     return scenario, observation
+
+
+def more_interferers(
+    name: str | SimulatedPreset,
+    first: Interferer,
+    rng: np.random.Generator,
+    *,
+    num_crossings: int = 1,
+) -> tuple[Interferer, ...]:
+    """Draw another radar that crosses every interfered ramp beside the bursts of the first.
+
+    It has paths of its own, a slope difference 1.2 to 2 times that of the first, and crosses the
+    band 15 to 35 % of a ramp earlier or later.
+
+    Parameters
+    ----------
+    name : str or SimulatedPreset
+        As for `preset`.
+    first : Interferer
+        The interferer that is there.
+    rng : numpy.random.Generator
+        Draws all of it.
+    num_crossings : int
+        1, or 2 for a second chirp of its on the other side of the first interferer's burst; each is
+        an interferer of what is returned.
+    """
+    radar, own = simulated_preset(name).radar, first.sequence
+    difference = own.slope_hz_per_s - radar.slope_hz_per_s
+    slope = radar.slope_hz_per_s + difference * rng.uniform(*_SLOPE_FACTORS)
+    ramp_s = radar.num_samples / radar.sample_rate_hz
+    side = rng.choice([-1.0, 1.0])
+    shifts_s = [side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s]
+    other = preset(name, snr_db=0.0, sir_db=0.0, rng=rng).scene.interferers[0]
+    if num_crossings == 2:
+        shifts_s.append(-side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s)
+    return tuple(
+        Interferer(
+            sequence=interferer_sequence(name, slope_hz_per_s=slope, burst_shift_s=shift_s),
+            channel=other.channel,
+        )
+        for shift_s in shifts_s
+    )
 
 
 def preset_radar(name: str | SimulatedPreset) -> ChirpSequence:

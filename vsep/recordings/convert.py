@@ -174,8 +174,11 @@ def _own_filter(
 
 def _require_levels(path: str, ramps: NDArray[Any]) -> None:
     """Refuse samples that are not finite, or whose powers would not be."""
-    if not np.all(np.isfinite(ramps)):
-        raise InputError(f"{path} holds NaN or infinity; all its samples must be finite.")
+    if bad := int(np.count_nonzero(~np.isfinite(ramps))):
+        raise InputError(
+            f"{bad} of {ramps.size} samples of received are NaN or infinite; all of {path} must be "
+            "finite."
+        )
     largest = max(float(np.abs(part).max()) for part in (ramps.real, ramps.imag))
     require_range(f"The largest sample of {path}", largest, 0.0, MOST_LEVEL)
     if 0.0 < largest < 1.0 / MOST_LEVEL:

@@ -40,7 +40,8 @@ def simulate(
         unit-norm atoms (10); the constant phase of a delay at the start frequency counts as part
         of them. Without objects an energy of one stands in for theirs in both ratios.
     anti_aliasing_filter : AntiAliasingFilter
-        The filter that shapes the bursts; objects lie in its pass band and are not filtered.
+        The filter that shapes the bursts. Objects are not filtered, wherever they lie: a quarter
+        of Simulation II's have beat frequencies where its filter already falls off.
     interference_model : str
         One of `INTERFERENCE_MODELS`.
     rng : numpy.random.Generator

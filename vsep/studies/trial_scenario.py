@@ -1,9 +1,7 @@
 """The scene of a trial: one frame with interference, the same frame without, and the bounds.
 
 Chosen here where the paper is open: the parameter sets of Simulation II are taken in turn, which
-is as random as drawing them and balances the points; the second interferer of a scene with two
-has a channel of its own, a slope difference 1.2 to 2 times that of the first, and crosses the band
-15 to 35 % of a ramp earlier or later.
+is as random as drawing them and balances the points.
 """
 
 from dataclasses import dataclass, replace
@@ -16,18 +14,14 @@ from vsep.presets.registry import NOISE_SCENES, SCENES, simulated_preset
 from vsep.presets.scenes import (
     PresetOptions,
     Scenario,
-    interferer_sequence,
-    preset,
+    more_interferers,
     simulate_preset,
 )
 from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter, RaisedCosineFilter
-from vsep.signal.scene import Channel, GroundTruth, Interferer, Observation, Scene
+from vsep.signal.scene import Channel, GroundTruth, Observation, Scene
 from vsep.signal.simulate import simulate
 from vsep.signal.template import SignalModel
 from vsep.studies.study import Point, Trial
-
-_SLOPE_FACTORS = (1.2, 2.0)
-_CROSSING_SHIFTS = (0.15, 0.35)  # in ramps
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -178,29 +172,16 @@ def _with_second_interferer(
 ) -> tuple[Scenario, Observation]:
     """Put one or two more bursts into every interfered ramp; objects, first burst, noise stay."""
     _, noise_seed, other_seed = trial.seed_sequence.spawn(3)
-    rng = np.random.default_rng(other_seed)
-    radar = scenario.radar
     first = scenario.scene.interferers[0]
-    difference = first.sequence.slope_hz_per_s - radar.slope_hz_per_s
-    slope = radar.slope_hz_per_s + difference * rng.uniform(*_SLOPE_FACTORS)
-    ramp_s = radar.num_samples / radar.sample_rate_hz
-    side = rng.choice([-1.0, 1.0])
-    shift_s = side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s
-    other = preset(name, snr_db=0.0, sir_db=0.0, rng=rng).scene.interferers[0]
-    shifts_s = [shift_s]
-    if trial.point.num_second_crossings == 2:
-        # The other chirp crosses on the other side of the first interferer's burst.
-        shifts_s.append(-side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s)
-    more = tuple(
-        Interferer(
-            sequence=interferer_sequence(name, slope_hz_per_s=slope, burst_shift_s=wanted_s),
-            channel=other.channel,
-        )
-        for wanted_s in shifts_s
+    more = more_interferers(
+        name,
+        first,
+        np.random.default_rng(other_seed),
+        num_crossings=trial.point.num_second_crossings,
     )
     moved = replace(scenario, scene=replace(scenario.scene, interferers=(first, *more)))
     observation = simulate(
-        radar,
+        moved.radar,
         moved.scene,
         anti_aliasing_filter=scenario.anti_aliasing_filter,
         interference_model=trial.point.interference_model,

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from vsep_app.cli.estimator_options import (
     add_estimator_options,
     estimator_settings,
 )
+from vsep_app.cli.scene_options import ASSUMED, SCENE_OPTIONS, add_scene_options, scene_values
 from vsep_app.cli.shared_options import (
     EXIT_INPUT,
     add_antenna_option,
@@ -22,7 +24,6 @@ from vsep_app.cli.shared_options import (
     add_number,
     given,
     refuse_unused,
-    refuse_without_interference,
     require_dashboard,
     require_folder,
 )
@@ -45,22 +46,18 @@ examples:
 
 A report says how it was made, and --from makes it again, the same bytes with the same versions.
 """
-_SCENE_SETTINGS = {
-    "snr_db": "snr_db",
-    "sir_db": "sir_db",
-    "seed": "seed",
-    "no_interference": "interference",
-}
 _SCENES = {
     **{
         name: frozenset(
             setting
-            for setting, parameter in _SCENE_SETTINGS.items()
-            if isinstance(preset, SimulatedPreset) or PARAMETERS[parameter].of_recording
+            for setting in (*SCENE_OPTIONS, "no_interference")
+            if isinstance(preset, SimulatedPreset)
+            or setting == "no_interference"
+            or PARAMETERS[setting].of_recording
         )
         for name, preset in PRESETS.items()
     },
-    "a frame file": frozenset[str](),
+    "a frame file": frozenset(ASSUMED),
 }
 _SHOWN = ("antenna", "ramp", "iteration", "iterations")
 _OUTPUTS = ("out", "record", "animate")
@@ -98,11 +95,7 @@ def _add_sources(parser: Any) -> None:
         metavar="REPORT",
         help="make a report again from what it says (with FRAME if it does not keep its frame)",
     )
-    scene = parser.add_argument_group("the scene of --preset and --url")
-    add_number(scene, "--snr-db", "object energy over noise power")
-    add_number(scene, "--sir-db", "object over interference energy")
-    add_number(scene, "--seed", "(default: 7, as on the dashboard)", kind=int)
-    scene.add_argument("--no-interference", action="store_true", help="leave the interferer out")
+    add_scene_options(parser, "--preset and --url; what is assumed also of a frame file")
 
 
 def _add_shown(parser: Any) -> None:
@@ -185,25 +178,23 @@ def spec_of(options: argparse.Namespace) -> Any:
 
 def _changed(spec: Any, options: argparse.Namespace) -> Any:
     """Return a spec with what was given; settings that its scene or estimator lacks are refused."""
-    scene = given(options, _SCENE_SETTINGS)
+    scene = given(options, (*SCENE_OPTIONS, "no_interference"))
     kind = spec.plan.preset if spec.plan.preset in _SCENES else "a frame file"
     refuse_unused(scene, (kind,), _SCENES)
-    if options.no_interference or not spec.plan.interference:
-        refuse_without_interference(given(options, ("sir_db",)))
+    values = scene_values(options, asdict(spec.plan))
     estimator = ESTIMATORS.require(options.estimator or spec.plan.estimator).name
     refuse_unused(given(options, ESTIMATOR_SETTINGS), (estimator,), estimator_settings())
-    return _module("sources").changed(spec, _given(options))
+    return _module("sources").changed(spec, _given(options) | values)
 
 
 def _given(options: argparse.Namespace) -> dict[str, Any]:
     """Return the settings that were given, by their names in plan and spec."""
-    plan = ("estimator", *ESTIMATOR_SETTINGS, "snr_db", "sir_db", "seed")
-    values = given(options, (*plan, *_SHOWN))
+    values = given(options, ("estimator", *ESTIMATOR_SETTINGS, *_SHOWN))
     for name in ("ramp", "iteration"):
         if values.get(name, 0) < 0:
             raise InputError(f"{name} is {values[name]}; it must not be negative.")
     names.require_room(values.get("iterations", ()))
-    return {**values, "interference": False} if options.no_interference else values
+    return values
 
 
 def _require_one_source(options: argparse.Namespace) -> None:

@@ -1,16 +1,20 @@
 """``vsep simulate``: a frame file from a preset."""
 
 import argparse
+from typing import Any
 
 import numpy as np
 
 from vsep._typing import FloatArray
 from vsep.files.frame import Frame, write_frame
+from vsep.parameters import FILTER_PARAMETERS, PARAMETERS, SCENE_PARAMETERS
 from vsep.presets.antennas import simulate_preset_antennas
 from vsep.presets.registry import PRESET_NAMES, simulated_preset
 from vsep.presets.scenes import Scenario, simulate_preset
+from vsep.presets.settings import chosen_filter, simulator_options
 from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.scene import Observation
+from vsep_app.cli.scene_options import ASSUMED, add_scene_options, scene_values
 from vsep_app.cli.shared_options import (
     add_number,
     add_out,
@@ -26,13 +30,13 @@ DESCRIPTION = "Make a frame file from a preset."
 EXAMPLES = """\
 examples:
   vsep simulate --preset simulation-2-a --snr-db 60 --sir-db -20 --seed 7 --out frame.npz
+  vsep simulate --preset simulation-2-b --interferer-slope 9.6 --second-interferer --num-objects 20
+      --filter-kind butterworth --filter-order 4 --assumed-kind raised_cosine --out hard.npz
   vsep simulate --preset simulation-2-b --antennas 4 --interferer-angle-deg -25 --out array.npz
 """
-# Seeds are kept as 64-bit integers in frame files.
-_MAX_SEED = 2**63 - 1
 _MAX_ANTENNAS = 1024
 _ARRAY_OPTIONS = ("antenna_spacing_wavelengths", "object_angles_deg", "interferer_angle_deg")
-_INTERFERER_OPTIONS = ("sir_db", "interferer_angle_deg")
+_FILTER = tuple(each.name for each in FILTER_PARAMETERS if each.name.startswith("filter_"))
 _SETTINGS = {"an array": frozenset(_ARRAY_OPTIONS), "one antenna": frozenset[str]()}
 
 
@@ -41,29 +45,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--preset", choices=PRESET_NAMES, required=True, help="scene and radar from the paper"
     )
-    add_number(
-        parser,
-        "--snr-db",
-        "object energy of the frame over the noise power of a sample (default: the preset's)",
-    )
-    add_number(
-        parser,
-        "--sir-db",
-        "object energy over interference energy of the frame (default: the preset's)",
-    )
-    add_number(
-        parser,
-        "--seed",
-        "the same seed gives the same file, byte for byte (default: 0)",
-        kind=integer(0, _MAX_SEED),
-        default=0,
-    )
-    parser.add_argument(
-        "--no-interference",
-        action="store_true",
-        help="leave the interferer out; objects and noise stay the same",
-    )
     add_out(parser, "the frame file, *.npz")
+    add_scene_options(parser, "the preset, whose own values are the defaults; seed: 0")
     group = parser.add_argument_group(
         "several antennas", "A uniform line of them; SNR and SIR are those of one antenna."
     )
@@ -87,7 +70,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
     )
     add_number(
-        group, "--interferer-angle-deg", "direction of the interferer (default: drawn likewise)"
+        group,
+        "--interferer-angle-deg",
+        "direction of every interferer (default: drawn likewise)",
+        nargs="+",
     )
 
 
@@ -98,25 +84,31 @@ def run(options: argparse.Namespace) -> int:
     chosen = "an array" if several else "one antenna"
     refuse_unused(given(options, _ARRAY_OPTIONS), (chosen,), _SETTINGS)
     if options.no_interference:
-        refuse_without_interference(given(options, _INTERFERER_OPTIONS))
+        refuse_without_interference(given(options, ("interferer_angle_deg",)))
     preset = simulated_preset(options.preset)
-    options.snr_db = preset.snr_db if options.snr_db is None else options.snr_db
-    options.sir_db = preset.sir_db if options.sir_db is None else options.sir_db
-    settings = {
-        "preset": options.preset,
-        "snr_db": repr(options.snr_db),
-        "seed": str(options.seed),
+    usual = {each.name: each.default for each in (*SCENE_PARAMETERS, *FILTER_PARAMETERS)}
+    usual |= preset.defaults()
+    values = scene_values(options, usual)
+    levels = {"snr_db": preset.snr_db, "sir_db": preset.sir_db, "seed": 0} | values
+    settings = {"preset": options.preset} | {
+        f"true_{name}" if name in _FILTER else name: str(int(value) if value is True else value)
+        for name, value in levels.items()
+        if not (options.no_interference and PARAMETERS[name].of_bursts)
     }
-    if not options.no_interference:
-        settings["sir_db"] = repr(options.sir_db)
     array = _array(options)
-    scenario, observation = _simulated(options, array)
+    keywords = simulator_options(levels)
+    if given(options, _FILTER):
+        keywords["anti_aliasing_filter"] = chosen_filter(usual | values, "filter")
+    scenario, observation = _simulated(options, array, keywords)
+    assumed = scenario.anti_aliasing_filter
+    if given(options, ASSUMED):
+        assumed = chosen_filter(usual | values, "assumed")
     truth = observation.truth
     assert truth is not None  # the simulator knows it
     frame = Frame(
         received=observation.received[0] if several else observation.received,
         radar=scenario.radar,
-        anti_aliasing_filter=scenario.anti_aliasing_filter,
+        anti_aliasing_filter=assumed,
         truth=truth.of_antenna(0) if several else truth,
         name=options.out,
         settings=settings,
@@ -137,26 +129,16 @@ def _array(options: argparse.Namespace) -> UniformLinearArray:
 
 
 def _simulated(
-    options: argparse.Namespace, array: UniformLinearArray
+    options: argparse.Namespace, array: UniformLinearArray, keywords: dict[str, Any]
 ) -> tuple[Scenario, Observation]:
     if array.num_antennas == 1:
-        return simulate_preset(
-            options.preset,
-            snr_db=options.snr_db,
-            sir_db=options.sir_db,
-            seed=options.seed,
-            interference=not options.no_interference,
-        )
-    angle = options.interferer_angle_deg
+        return simulate_preset(options.preset, **keywords)
     return simulate_preset_antennas(
         options.preset,
         array,
-        snr_db=options.snr_db,
-        sir_db=options.sir_db,
-        seed=options.seed,
         object_angles_deg=_as_array(options.object_angles_deg),
-        interferer_angles_deg=_as_array(None if angle is None else [angle]),
-        interference=not options.no_interference,
+        interferer_angles_deg=_as_array(options.interferer_angle_deg),
+        **keywords,
     )
 
 

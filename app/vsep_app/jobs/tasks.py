@@ -5,7 +5,7 @@
 """
 
 import io
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -23,7 +23,8 @@ from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.presets.record import RecordedPreset, SimulatedPreset
 from vsep.presets.registry import PRESETS
 from vsep.presets.scenes import simulate_preset
-from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter, NoFilter, RaisedCosineFilter
+from vsep.presets.settings import chosen_filter, simulator_options
+from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Observation
 from vsep.signal.simulate import add_interference
@@ -33,7 +34,7 @@ from vsep_app.jobs.run_session import Snapshot
 from vsep_app.jobs.weak_memo import WeakMemo
 from vsep_app.jobs.worker import Limited
 from vsep_app.model.picture import Picture, make_picture
-from vsep_app.model.settings import LOADED_FRAME, Plan, simulator_options
+from vsep_app.model.settings import LOADED_FRAME, Plan
 from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_static_picture
 
 # Of a frame that a visitor brings, all antennas together: 16 of 512 ramps of 1024 samples.
@@ -156,9 +157,7 @@ def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0
     `frame_number` is that of a sequence; only simulated objects move. Raises `InputError` if the
     plan cannot be carried out; the message is for the user.
     """
-    true_filter = make_filter(
-        plan.filter_kind, plan.filter_cutoff, plan.filter_rolloff, plan.filter_order
-    )
+    true_filter = chosen_filter(asdict(plan), "filter")
     measured: AntiAliasingFilter | None = None
     if plan.preset == LOADED_FRAME:
         if loaded is None:
@@ -241,24 +240,13 @@ def _strip(step: Step) -> Step:
 compact, strip = WeakMemo(_compact), WeakMemo(_strip)
 
 
-def make_filter(kind: str, cutoff_mhz: float, rolloff: float, order: int) -> AntiAliasingFilter:
-    """Return a filter from the units of the controls."""
-    if kind == "butterworth":
-        return ButterworthFilter(cutoff_hz=cutoff_mhz * 1e6, order=order)
-    if kind == "none":
-        return NoFilter()
-    return RaisedCosineFilter(cutoff_hz=cutoff_mhz * 1e6, rolloff=rolloff)
-
-
 def _assumed_filter(
     plan: Plan, true_filter: AntiAliasingFilter, measured: AntiAliasingFilter | None
 ) -> AntiAliasingFilter:
     if plan.assume_true_filter:
         return true_filter
     if plan.assumed_kind != "measured":
-        return make_filter(
-            plan.assumed_kind, plan.assumed_cutoff, plan.assumed_rolloff, plan.assumed_order
-        )
+        return chosen_filter(asdict(plan), "assumed")
     if measured is None or measured.kind != "measured":
         raise InputError(
             "The assumed filter is measured, but no loaded frame brings one; choose another kind."
@@ -293,7 +281,7 @@ def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int)
     """Simulate the frame of a preset, or add bursts to a recorded one, which has one frame."""
     preset = PRESETS[plan.preset]
     recorded = isinstance(preset, RecordedPreset)
-    options = simulator_options(plan, recorded=recorded)
+    options = simulator_options(asdict(plan), recorded=recorded)
     if not isinstance(preset, RecordedPreset):
         _, observation = simulate_preset(
             plan.preset, anti_aliasing_filter=true_filter, frame_number=frame_number, **options

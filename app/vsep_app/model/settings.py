@@ -140,18 +140,3 @@ def preset_values(preset: str) -> dict[str, Any]:
     known = PRESETS.get(preset)
     defaults = {} if known is None else known.defaults()
     return {"preset": preset, **defaults, "ramp": 0}
-
-
-def simulator_options(plan: Plan, *, recorded: bool) -> dict[str, Any]:
-    """Return what a plan says to the simulator: its keywords, values in SI units.
-
-    Examples
-    --------
-    >>> simulator_options(Settings().plan(), recorded=False)["interferer_slope_hz_per_s"]
-    9200000000000.0
-    """
-    return {
-        record.option or record.name: record.in_si(getattr(plan, record.name))
-        for record in SCENE_PARAMETERS
-        if record.of_recording or not recorded
-    }

@@ -7,7 +7,13 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep.inference.registry import ESTIMATORS
-from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, PARAMETERS, SCENE_PARAMETERS
+from vsep.parameters import (
+    ESTIMATOR_PARAMETERS,
+    FILTER_PARAMETERS,
+    FILTER_PARTS,
+    PARAMETERS,
+    SCENE_PARAMETERS,
+)
 from vsep.presets.record import RecordedPreset
 from vsep.presets.registry import PRESETS
 from vsep_app.model.settings import ESTIMATOR, LOADED_FRAME, PRESET, SETTINGS, Settings
@@ -61,14 +67,9 @@ class FilterControls:
             ("filter", settings.filter_kind, True),
             ("assumed", settings.assumed_kind, apart),
         ):
-            for part, kinds in (
-                ("kind", (kind,)),
-                ("cutoff", ("raised_cosine", "butterworth")),
-                ("rolloff", ("raised_cosine",)),
-                ("order", ("butterworth",)),
-            ):
+            for part in ("kind", "cutoff", "rolloff", "order"):
                 widget = self.widgets[f"{which}_{part}"]
-                widget.visible = shown and kind in kinds
+                widget.visible = shown and (part == "kind" or part in FILTER_PARTS[kind])
                 widget.disabled = loaded and which == "filter"
 
     def offer_measured(self, settings: Settings, *, offered: bool) -> None:

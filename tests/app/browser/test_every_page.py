@@ -91,9 +91,9 @@ def open_experiment(page, query):
     """Where a page has experiments, begin one and look at its answer."""
     if query.startswith("?"):
         page.get_by_role("combobox", name=re.compile("^Experiment")).click()
-        page.get_by_role("menuitem", name="The dip and its cause").click()
+        page.get_by_role("menuitem", name="The last line of the algorithm").click()
         page.get_by_role("button", name=re.compile("Show the answer")).click()
-        page.get_by_text("belongs to the order").wait_for(timeout=PATIENCE_MS)
+        page.get_by_text("does not belong together").wait_for(timeout=PATIENCE_MS)
 
 
 def is_dark(page):

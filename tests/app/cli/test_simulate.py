@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 from vsep_app.cli import main as cli
 from vsep_app.cli import simulate
+from vsep_app.cli.report import spec_of
+from vsep_app.jobs.tasks import make_scene
+from vsep_app.model.settings import Settings, preset_values
 
 import vsep
 from tests.app.cli.helpers import lines_of
 from vsep.files.frame import read_frame
+from vsep.parameters import FILTER_PARAMETERS, SCENE_PARAMETERS
 
 FrameArrays = Callable[..., dict[str, Any]]
 Refused = Callable[..., str]
@@ -102,6 +106,70 @@ def test_simulated_antennas_are_separated_with_the_angles_of_their_truth(tmp_pat
     assert abs(found[0]["angle_deg"] + 20.0) < 5.0 * found[0]["angle_std_deg"]
 
 
+def test_every_setting_of_the_page_is_an_option_and_gives_the_frame_of_the_page(
+    tmp_path: Path,
+) -> None:
+    changed = {
+        "snr_db": 50.0,
+        "sir_db": -5.0,
+        "interferer_slope": 9.6,
+        "burst_shift": -1.5,
+        "interference_model": "convolution",
+        "second_interferer": True,
+        "num_objects": 13,
+        "seed": 5,
+        "filter_kind": "butterworth",
+        "filter_cutoff": 1.1,
+        "filter_order": 4,
+        "assumed_kind": "raised_cosine",
+        "assumed_cutoff": 1.2,
+        "assumed_rolloff": 0.5,
+    }
+    others = {"interference", "assume_true_filter", "filter_rolloff", "assumed_order"}
+    page = {each.name for each in (*SCENE_PARAMETERS, *FILTER_PARAMETERS)}
+    assert changed.keys() | others == page
+    out, options = tmp_path / "frame.npz", ["--preset", "simulation-2-b"]
+    for name, value in changed.items():
+        options += ["--" + name.replace("_", "-")] + [str(value)] * (value is not True)
+    assert cli.main(["simulate", *options, "--out", str(out)]) == 0
+    frame = read_frame(out)
+    settings = Settings(
+        **{**preset_values("simulation-2-b"), **changed, "assume_true_filter": False}
+    )
+    of_page = make_scene(settings.plan())
+    assert np.array_equal(frame.received, of_page.frame.received)
+    assert frame.assumed_filter == of_page.assumed_filter
+    assert frame.assumed_filter == vsep.RaisedCosineFilter(cutoff_hz=1.2e6, rolloff=0.5)
+    assert frame.truth is not None
+    assert len(frame.truth.beats) == 13
+    ramps = [burst.ramp for burst in frame.truth.bursts]
+    assert len(ramps) > len(set(ramps))  # two in a ramp
+    told = {
+        ("true_" if name.startswith("filter_") else "") + name: str(1 if value is True else value)
+        for name, value in changed.items()
+        if not name.startswith("assumed_")
+    }
+    assert frame.settings == {"preset": "simulation-2-b", **told}
+    spec = spec_of(cli.parse(["report", *options]))
+    assert spec.plan == settings.plan()
+
+
+def test_antennas_receive_through_the_filter_that_is_asked_for(tmp_path: Path) -> None:
+    def truth(count: int, *options: str) -> vsep.GroundTruth:
+        out = str(tmp_path / "frame.npz")
+        scene = ["--preset", "simulation-2-b", "--second-interferer", "--out", out, *options]
+        assert cli.main(["simulate", *scene, "--antennas", str(count)]) == 0
+        found = read_frame(out).truth
+        assert found is not None
+        return found
+
+    butterworth = ("--filter-kind", "butterworth")
+    one, two = truth(1, *butterworth), truth(2, *butterworth)
+    assert np.allclose(one.object_signal, two.object_signal)
+    assert [burst.ramp for burst in one.bursts] == [burst.ramp for burst in two.bursts]
+    assert not np.allclose(truth(2).interference_signal, two.interference_signal, rtol=0.1)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -126,6 +194,21 @@ def test_simulated_antennas_are_separated_with_the_angles_of_their_truth(tmp_pat
         ({"--out": "frame.txt"}, "must end in .npz"),
         ({"--out": "nowhere/frame.npz"}, "nowhere is no folder"),
         ({"--noise": "1"}, "unrecognized arguments"),
+        ({"--interferer-slope": "900"}, "Interferer slope is 900 MHz/µs; it must lie between"),
+        ({"--num-objects": "41"}, "41 is given, it must lie between 1 and 40"),
+        ({"--interference-model": "exact"}, "invalid choice: 'exact'"),
+        (
+            {"--filter-order": "4"},
+            "--filter-order is 4; --filter-kind raised_cosine takes none (--filter-kind",
+        ),
+        (
+            {"--assumed-kind": "none", "--assumed-cutoff": "2"},
+            "--assumed-cutoff is 2.0; --assumed-kind none takes none (--assumed-kind",
+        ),
+        (
+            {"--second-interferer": None, "--no-interference": None},
+            "--second-interferer is given; a scene without one takes none",
+        ),
     ],
 )
 def test_simulate_refuses_in_one_sentence(

@@ -137,6 +137,15 @@ class InterferenceWorkspace:
         """Add up what the columns of every chirp make of it."""
         self.table.signals = all_signals(self.flat(), self.table.amplitudes)
 
+    def _synthesize_moved(self) -> None:
+        """Bursts and tr(A C A^H) at the new theta, with the beta and C of the one before."""
+        self.synthesize()
+        traces = []
+        for held in self.ramps.values():
+            columns = held.templates[held.owners] * self.grid.atoms(held.bins)  # rows of A^T
+            traces.append(np.vdot(columns.conj() @ columns.T, held.covariance).real)
+        self.table.traces = np.array(traces, dtype=np.float64)
+
     def update(self, residual: ComplexArray, noise_precision: float) -> None:
         """Run Algorithm 2 on every ramp that holds a burst; the ramps know nothing of each other.
 
@@ -152,6 +161,8 @@ class InterferenceWorkspace:
         # first iterations are 15 to 30 times larger.
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
+        else:
+            self._synthesize_moved()
 
     def drop_empty(self) -> None:
         """Drop bursts that lost all their components; the paper's schedule keeps the template."""

@@ -1,4 +1,4 @@
-"""Schedules of the updates: the paper's order and the robust default."""
+"""Schedules of the updates: the letter of Algorithms 1 to 4 and the robust default."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -44,7 +44,10 @@ class Schedule:
     search_before_convergence : bool
         Whether a run may only end after a search that found nothing new.
     recompute_amplitudes : bool
-        Whether beta is recomputed after the last refinement of theta in Algorithm 2.
+        Whether beta is recomputed after the last refinement of theta in Algorithm 2; otherwise the
+        residual of the objects and lambda have the new theta and the beta of the one before.
+    joint_object_step : bool
+        Whether a step of all objects together ends Algorithm 3.
     refinement_steps : int
         Newton steps of theta per call.
     correct_filter : tuple of two int, or None
@@ -71,6 +74,7 @@ class Schedule:
     late_search_period: int | None
     search_before_convergence: bool
     recompute_amplitudes: bool
+    joint_object_step: bool
     refinement_steps: int = 1
     correct_filter: tuple[int, int] | None = None
     weigh_from: int | None = None
@@ -131,6 +135,7 @@ ROBUST: Final = Schedule(
     late_search_period=4,
     search_before_convergence=True,
     recompute_amplitudes=True,
+    joint_object_step=True,
     correct_filter=(1, 14),
     weigh_from=6,
     noise_spectrum=True,
@@ -150,19 +155,28 @@ PAPER: Final = Schedule(
     late_search_period=None,
     search_before_convergence=False,
     recompute_amplitudes=False,
+    joint_object_step=False,
 )
 
 SCHEDULES: Final = {schedule.name: schedule for schedule in (ROBUST, PAPER)}
 
 
-def schedule_by_name(name: str) -> Schedule:
-    """Return the schedule called `name`.
+def schedule_by_name(name: str | Schedule) -> Schedule:
+    """Return the schedule called `name`; a record of your own is returned as it is.
 
     Raises
     ------
     InputError
         If there is none.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> schedule_by_name(replace(PAPER, refinement_steps=20)).refinement_steps
+    20
     """
+    if isinstance(name, Schedule):
+        return name
     if name not in SCHEDULES:
         raise InputError(f"schedule is {shown(name)}; it must be one of {', '.join(SCHEDULES)}.")
     return SCHEDULES[name]

@@ -197,6 +197,8 @@ def update_objects(
     num_antennas: int = 1,
     relative_noise: NoiseSpectrum | None = None,
     keep: float = 1.0,
+    *,
+    jointly: bool = True,
 ) -> ObjectWorkspace:
     """Run Algorithm 3 on a residual: new components first, then every component in turn.
 
@@ -216,6 +218,8 @@ def update_objects(
         Noise over beat frequency in units of 1/lambda.
     keep : float
         Share of its threshold that an object which is there must reach.
+    jointly : bool
+        Whether a step of all components together follows.
     """
     workspace = ObjectWorkspace(
         state.objects,
@@ -226,7 +230,7 @@ def update_objects(
         num_antennas=num_antennas,
     )
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
-    workspace.update_components()  # for all l: (70), Algorithm 4
+    workspace.update_components(jointly=jointly)  # for all l: (70), Algorithm 4
     return workspace
 
 

@@ -190,11 +190,11 @@ class ObjectWorkspace:
             self.placed.background,
         )
 
-    def update_components(self) -> None:
+    def update_components(self, *, jointly: bool = True) -> None:
         """Refine, re-estimate or prune every component in turn (the loop of Algorithm 3).
 
-        Deviation: a joint step of all components follows, which the paper does not have; it takes
-        the place of tens of rounds where components share a resolution cell.
+        Deviation: `jointly` a step of all components follows, which the paper does not have; it
+        takes the place of tens of rounds where components share a resolution cell.
         """
         before, active = self.placed, self.active
         # For all l: zeta_l from (70), Algorithm 4
@@ -217,7 +217,8 @@ class ObjectWorkspace:
         placed = place_components(
             points, precisions, self.residual, noise_precision, before.background
         )
-        placed = joint_step(placed, self.residual)  # all zeta from (67)
+        if jointly:
+            placed = joint_step(placed, self.residual)  # all zeta from (67)
         self.max_frequency_change = largest_change(
             start, placed.points, placed.active.precisions, placed.columns
         )

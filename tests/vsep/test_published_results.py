@@ -1,0 +1,117 @@
+"""Tables in assets/results: the printed commands make them, and the document prints them."""
+
+import csv
+import re
+import shlex
+from collections import Counter, defaultdict
+from pathlib import Path
+
+import pytest
+from vsep_app.cli import main as cli
+
+from tests.vsep.readings_bench import READINGS as SCRIPT
+from tests.vsep.readings_bench import study_of
+from vsep.studies.catalogue import make_study
+
+ASSETS = Path(__file__).parents[2] / "assets"
+TEXT = (ASSETS / "docs/results.md").read_text(encoding="utf-8").replace("\N{MINUS SIGN}", "-")
+
+
+def printed_commands():
+    """Options of every `vsep study` command of the document, in their order."""
+    lines = [line for line in TEXT.splitlines() if line.startswith("vsep study ")]
+    return [cli.parse(shlex.split(line)[1:]) for line in lines]
+
+
+def planned():
+    """Realisations by table, then by point and method, as the printed commands make them."""
+    tables, rows = {}, defaultdict(Counter)
+    for options in printed_commands():
+        if hasattr(options, "study"):
+            study = make_study(
+                options.study,
+                realizations=options.realizations,
+                methods=options.estimator,
+                selection=options.points,
+            )
+            for index in study.point_indices:
+                for method in study.methods:
+                    most = max(rows[options.out][index, method], study.realizations)
+                    rows[options.out][index, method] = most
+        elif options.out.endswith(".csv"):
+            tables[options.out] = rows[options.rows]
+    return tables
+
+
+def kept(name):
+    with (ASSETS / "results" / name).open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def realizations_of(name):
+    """Realisations of a table by point and method."""
+    found = Counter()
+    for row in kept(name):
+        key = int(row["point_index"]), row["method"]
+        found[key] = max(found[key], int(row["realizations"]))
+    return found
+
+
+TABLES = planned()
+
+
+def test_every_table_of_a_study_has_its_commands():
+    of_studies = {
+        path.name
+        for path in (ASSETS / "results").glob("*.csv")
+        if path.read_text(encoding="utf-8").startswith("study,")
+    }
+    assert of_studies - {"fig-3b-readings.csv"} == set(TABLES)
+
+
+def test_the_table_of_other_readings_is_that_of_its_script():
+    studies = [study_of(name) for name in SCRIPT]
+    assert realizations_of("fig-3b-readings.csv") == {
+        (index, *study.methods): study.realizations
+        for study in studies
+        for index in study.point_indices
+    }
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_the_printed_commands_make_what_is_published(name):
+    assert realizations_of(name) == TABLES[name]
+
+
+READINGS = {
+    "letter": ("fig-3b-paper-schedule.csv", "factorised"),
+    "θ to its end": ("fig-3b-readings.csv", "theta-to-its-end"),
+    "β after θ": ("fig-3b-readings.csv", "weights-follow"),
+}
+METRICS = {
+    "found": "detection_rate",
+    "RMSE / √CRLB": "rmse_detected_over_crlb",
+    "iterations": "iterations",
+}
+
+
+def test_the_table_of_the_letter_is_that_of_the_files():
+    lines = TEXT.splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("| SIR | letter"))
+    end = next(i for i in range(start, len(lines)) if not lines[i].startswith("|"))
+    head, _, *body = (
+        [cell.strip() for cell in line.strip("|").split("|")] for line in lines[start:end]
+    )
+    assert len(body) == 13
+    for column, title in enumerate(head[1:], start=1):
+        reading, metric = title.split(": ")
+        name, method = READINGS[reading]
+        figures = {
+            float(row["sir_db"]): [float(row[key]) for key in ("value", "low", "high")]
+            for row in kept(name)
+            if (row["method"], row["metric"]) == (method, METRICS[metric])
+        }
+        for cells in body:
+            found = [float(number) for number in re.findall(r"\d+(?:\.\d+)?", cells[column])]
+            half = 0.5 if metric == "iterations" else 0.005
+            assert found == pytest.approx(figures[float(cells[0])], abs=half + 1e-6)
