@@ -26,6 +26,7 @@ from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.files.archive import Archive, Source, naming, require_npz_name, source_name
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
+from vsep.files.frame_checks import require_antenna, require_signal, require_usable
 from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
 from vsep.files.writing import write_npz
 from vsep.parameters import FILTER_PARAMETERS, SCENE_PARAMETERS
@@ -33,10 +34,6 @@ from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth
 
-# The estimators form fourth powers of the signal; within these magnitudes none of them leaves the
-# range of 64-bit numbers, 1e-308 to 1e308, also with the gain of a large frame.
-_MIN_PEAK = 1e-60
-_MAX_PEAK = 1e60
 _SPACING_RANGE = 1e-3, 1e3  # wavelengths
 SETTINGS_OF_RADAR: Final = (
     "start_frequency_hz",
@@ -128,7 +125,7 @@ class Frame:
         if self.is_vector and self.radar.num_ramps != 1:
             raise InputError(f"{self.name}: a vector holds one ramp, not {self.radar.num_ramps}.")
         received = np.asarray(self.received, dtype=np.complex128)
-        _require_usable(self.name, received)
+        require_usable(self.name, received)
         object.__setattr__(self, "received", frozen(received))
         if self.antenna_spacing_wavelengths is not None:
             lowest, highest = _SPACING_RANGE
@@ -153,9 +150,9 @@ class Frame:
                 f"{self.name}: antennas have shape {antennas.shape}; the radar's is "
                 f"{self.radar.shape} (ramps, samples) for each."
             )
-        _require_antenna(self.name, self.antenna, self.num_antennas)
+        require_antenna(self.name, self.antenna, self.num_antennas)
         for signal in antennas:
-            _require_usable(self.name, signal)
+            require_usable(self.name, signal)
         if not np.array_equal(antennas[self.antenna], self.received):
             raise InputError(f"{self.name}: received is not the signal of antenna {self.antenna}.")
         object.__setattr__(self, "antennas", frozen(antennas))
@@ -184,7 +181,7 @@ class Frame:
         InputError
             If there is no such antenna.
         """
-        _require_antenna(self.name, antenna, self.num_antennas)
+        require_antenna(self.name, antenna, self.num_antennas)
         if self.antennas is None:
             return self
         of_all = self.antennas_truth
@@ -247,9 +244,9 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
     label = source_name(source, name)
     with Archive(source, label) as archive:
         stored = archive.array("received")
-        _require_signal(label, stored)
+        require_signal(label, stored)
         every = stored.reshape((1, 1, *stored.shape)[-3:])
-        _require_antenna(label, antenna, len(every))
+        require_antenna(label, antenna, len(every))
         try:
             radar = _read_radar(archive, every.shape[1:])
             beat_sign = archive.beat_sign()
@@ -326,30 +323,6 @@ def write_frame(path: str | Path, frame: Frame) -> None:
     write_npz(path, **arrays)
 
 
-def _require_signal(name: str, stored: NDArray[Any]) -> None:
-    """Refuse what is no complex frame."""
-    if stored.ndim not in (1, 2, 3):
-        raise InputError(
-            f"{name}: received has shape {stored.shape}; it must be (ramps, samples), (samples,) "
-            "for a single ramp, or (antennas, ramps, samples)."
-        )
-    if stored.dtype.kind != "c":
-        raise InputError(
-            f"{name}: received has type {stored.dtype}; complex samples (I + jQ) are needed, real "
-            "ones become complex by a Hilbert transform along the ramp."
-        )
-
-
-def _require_antenna(name: str, antenna: int, num_antennas: int) -> None:
-    if num_antennas == 0:
-        raise InputError(f"{name}: received holds no antenna; at least one is needed.")
-    if not 0 <= antenna < num_antennas:
-        raise InputError(
-            f"{name}: antenna is {antenna}; it must lie between 0 and {num_antennas - 1}, the last "
-            "of the file."
-        )
-
-
 def _missing_of(missing: BoolArray, antenna: int) -> BoolArray | None:
     """Return the missing samples of one antenna, None where none or all are."""
     if not missing[antenna].any() or missing[antenna].all():
@@ -383,21 +356,3 @@ def _read_settings(archive: Archive) -> dict[str, str]:
 def _in_paper_sign(signal: NDArray[Any], beat_sign: int) -> ComplexArray:
     converted = signal.astype(np.complex128)
     return converted if beat_sign == -1 else np.conj(converted)
-
-
-def _require_usable(name: str, received: ComplexArray) -> None:
-    finite = np.isfinite(received)
-    if not finite.all():
-        count = received.size - np.count_nonzero(finite)
-        raise InputError(
-            f"{name}: {count} of {received.size} samples of received are NaN or infinite; all must "
-            "be finite."
-        )
-    peak = float(np.abs(received).max())
-    if peak == 0.0:
-        raise InputError(f"{name}: received is zero everywhere; a frame with a signal is needed.")
-    if not _MIN_PEAK <= peak <= _MAX_PEAK:
-        raise InputError(
-            f"{name}: the largest magnitude in received is {peak:g}; it must lie between "
-            f"{_MIN_PEAK:g} and {_MAX_PEAK:g}."
-        )

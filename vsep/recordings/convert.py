@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vsep._typing import ComplexArray
-from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.files.filter_keys import read_filter
 from vsep.files.frame import Frame
+from vsep.files.frame_checks import require_usable
 from vsep.recordings.advice import advice
 from vsep.recordings.axes import arranged, virtual_antennas
 from vsep.recordings.captured import Captured
@@ -31,8 +31,6 @@ from vsep.recordings.suggest import is_frame
 from vsep.recordings.word_kinds import is_unsigned, wrapped
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
-
-MOST_LEVEL = 1e100  # of a sample; its square must be a number
 
 
 def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tuple[str, ...]]:
@@ -62,7 +60,7 @@ def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tu
     captured = _captured(path, settings)
     _require_kind(path, captured.samples, settings)
     num_samples = captured.samples.shape[-1]
-    _require_levels(path, captured.samples)
+    require_usable(path, captured.samples)
     _require_duration(num_samples, settings)
     if settings.crop_start_samples >= num_samples:
         raise InputError(
@@ -170,22 +168,6 @@ def _own_filter(
         return None
     with Archive(path, path) as archive:
         return read_filter(archive, beat_sign) if is_frame(archive) else None
-
-
-def _require_levels(path: str, ramps: NDArray[Any]) -> None:
-    """Refuse samples that are not finite, or whose powers would not be."""
-    if bad := int(np.count_nonzero(~np.isfinite(ramps))):
-        raise InputError(
-            f"{bad} of {ramps.size} samples of received are NaN or infinite; all of {path} must be "
-            "finite."
-        )
-    largest = max(float(np.abs(part).max()) for part in (ramps.real, ramps.imag))
-    require_range(f"The largest sample of {path}", largest, 0.0, MOST_LEVEL)
-    if 0.0 < largest < 1.0 / MOST_LEVEL:
-        raise InputError(
-            f"The largest sample of {path} is {largest:g}; it must be 0 or {1.0 / MOST_LEVEL:g} at "
-            "least."
-        )
 
 
 def _require_kind(path: str, ramps: NDArray[Any], settings: RecordingSettings) -> None:
