@@ -13,7 +13,7 @@ MASK_NAMES: Final = (TRUTH, *DETECTORS)
 
 
 def frame_mask(frame: Frame, name: str | None = None) -> BoolArray:
-    """Return which samples of a frame are interfered.
+    """Return which samples of a frame are interfered, or were never received.
 
     Parameters
     ----------
@@ -34,6 +34,12 @@ def frame_mask(frame: Frame, name: str | None = None) -> BoolArray:
     """
     if name is None:
         name = "autoregressive" if frame.perfect_mask is None else TRUTH
+    found = _interfered(frame, name)
+    missing = frame.missing_rows(together=False)
+    return found if missing is None else found | missing
+
+
+def _interfered(frame: Frame, name: str) -> BoolArray:
     require_choice("mask", name, MASK_NAMES)
     if name != TRUTH:
         return detect_interference(name, frame.received)
