@@ -9,6 +9,7 @@ import pytest
 
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
+from vsep.files.frame_mask import frame_mask
 from vsep.inference.core.run import run
 from vsep.inference.registry import make_estimator
 from vsep.recordings.missing_samples import samples_before_ramp, zero_runs
@@ -93,6 +94,15 @@ def test_missing_samples_survive_a_file(tmp_path: Path) -> None:
     assert np.array_equal(again.missing_rows(together=False), frame.missing[1])
     write_frame(tmp_path / "b.npz", alone)
     assert np.array_equal(read_frame(tmp_path / "b.npz").missing, frame.missing[1:])
+
+
+def test_a_mask_of_interfered_samples_holds_the_missing_ones() -> None:
+    frame = lossy_frame()
+    assert frame.missing is not None
+    mask = frame_mask(frame, "autoregressive")
+    assert np.all(mask[frame.missing[0]])
+    whole = replace(frame, missing=None)
+    assert np.array_equal(mask, frame_mask(whole, "autoregressive") | frame.missing[0])
 
 
 def test_what_is_no_mask_is_told() -> None:

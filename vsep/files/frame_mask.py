@@ -15,7 +15,7 @@ MASK_NAMES: Final = (TRUTH, *DETECTORS)
 def frame_mask(
     frame: Frame, name: str | None = None, received: ComplexArray | None = None
 ) -> BoolArray:
-    """Return which samples of a frame are interfered.
+    """Return which samples of a frame are interfered, or were never received.
 
     Parameters
     ----------
@@ -36,9 +36,15 @@ def frame_mask(
     """
     if name is None:
         name = "autoregressive" if frame.perfect_mask is None else TRUTH
+    found = _interfered(frame, name, frame.received if received is None else received)
+    missing = frame.missing_rows(together=False)
+    return found if missing is None else found | missing
+
+
+def _interfered(frame: Frame, name: str, received: ComplexArray) -> BoolArray:
     require_choice("mask", name, MASK_NAMES)
     if name != TRUTH:
-        return detect_interference(name, frame.received if received is None else received)
+        return detect_interference(name, received)
     mask = frame.perfect_mask
     if mask is None:
         raise InputError(

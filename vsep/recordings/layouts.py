@@ -1,7 +1,7 @@
 """Orders of words in raw captures, compared by what the samples look like.
 
-In the right order an echo is one line over the beat frequency; in a wrong one it has images and
-copies. The number of cells that stand out of the noise tells the orders apart.
+In the right order an echo lies at one side of zero beat frequency; where I and Q of different
+samples or receivers are taken for one sample it has an image at the other side.
 """
 
 from dataclasses import replace
@@ -18,15 +18,18 @@ ORDERS: Final = {
     "tda2": "I1 Q1 I2 Q2 I3 Q3 I4 Q4",
     "tsw1400-xwr16xx": "one receiver after the other, I(n) Q(n)",
 }
-_OVER_NOISE = 20.0  # times the median cell
-_DYNAMIC = 1e-5  # of the strongest cell
-MANY_CELLS: Final = 24  # of which images are told apart from noise
-FEWER_CELLS: Final = 0.65  # of those of the given order: what another must reach to be named
+IMAGES: Final = 0.01  # share of images from which an order is doubted ...
+FEWEST_SAMPLES: Final = 32
+FEWER: Final = 0.3  # ... if another one has less than this of it
+_FIRST = 3  # cells next to zero, which spread to both sides
 _SAME: Final = {"tsw1400": "tda2"}
 
 
-def occupied_cells(samples: NDArray[Any]) -> int:
-    """Return how many cells over beat and Doppler frequency stand out of the noise.
+def image_share(samples: NDArray[Any]) -> float:
+    """Return how strong the weaker sides of the band are, as a share of the stronger ones.
+
+    By the median over the ramps, which bursts do not move, and from the second half of a ramp,
+    where the receiver has settled.
 
     Parameters
     ----------
@@ -35,13 +38,16 @@ def occupied_cells(samples: NDArray[Any]) -> int:
     Examples
     --------
     >>> line = np.exp(0.5j * np.arange(64)) + np.zeros((8, 1, 1))
-    >>> occupied_cells(line) < occupied_cells(line.real)
-    True
+    >>> round(image_share(line), 3), round(image_share(line.real), 3)
+    (0.0, 1.0)
     """
-    window = np.hanning(len(samples))[:, None, None] * np.blackman(samples.shape[-1])
-    power = np.mean(np.abs(np.fft.fft2(samples * window, axes=(0, 2))) ** 2, axis=1)
-    floor = max(_OVER_NOISE * float(np.median(power)), _DYNAMIC * float(power.max()))
-    return int(np.count_nonzero(power > floor))
+    settled = samples[..., samples.shape[-1] // 2 :]
+    count = settled.shape[-1]
+    spectra = np.fft.fft(settled * np.blackman(count), axis=-1)
+    power = np.median(np.abs(spectra) ** 2, axis=0)
+    upper, lower = power[..., _FIRST : count // 2], power[..., -_FIRST : -(count // 2) : -1]
+    stronger = float(np.maximum(upper, lower).sum())
+    return float(np.minimum(upper, lower).sum()) / stronger if stronger else 1.0
 
 
 def better_format(
@@ -62,21 +68,22 @@ def better_format(
     """
     num_samples = settings.num_samples or 0
     # Other numbers of receivers make other lengths of a ramp.
-    if settings.samples == REAL or settings.num_antennas != 4 or num_samples % 2:
+    if settings.samples == REAL or settings.num_antennas != 4:
+        return None
+    if num_samples % 2 or num_samples < FEWEST_SAMPLES:
         return None
     own = _SAME.get(settings.format, settings.format)
-    cells = {
-        name: occupied_cells(read(words, replace(settings, format=name), num_ramps))
-        for name in ORDERS
+    images = {
+        name: image_share(read(words, replace(settings, format=name), num_ramps)) for name in ORDERS
     }
-    best = min(cells, key=lambda name: cells[name])
-    fits = 0 < cells[best] < FEWER_CELLS * cells[own] and cells[own] >= MANY_CELLS
-    return best if fits else None
+    best = min(images, key=lambda name: images[name])
+    doubted = images[own] > IMAGES and images[best] < FEWER * images[own]
+    return best if doubted else None
 
 
 def remark_of_format(name: str, settings: RecordingSettings) -> str:
     """Say which format fits better."""
     return (
         f"The words do not look as format {settings.format} orders them: echoes have images. The "
-        f"order {ORDERS[name]} makes lines of them; say format: {name}."
+        f"order {ORDERS[name]} has hardly any; say format: {name}."
     )

@@ -32,7 +32,7 @@ FOUR_LANES = 4
 RECEIVERS_IN_TURN: Final = ("dca1000-xwr16xx", "tsw1400-xwr16xx")
 UNSIGNED: Final = ("tsw1400", "tsw1400-xwr16xx")
 _WORD = 2  # bytes
-_MANY_ZEROS = 64  # words before the first frame
+_MANY_ZEROS, _MOST_ZEROS = 64, 2**23  # words before the first frame
 
 
 def read_raw(path: str, settings: RecordingSettings) -> Captured:
@@ -179,7 +179,7 @@ def _empty_start(path: str, source: RawBytes, whole_frame: int) -> tuple[int, tu
     rest = source.num_bytes % whole_frame
     if not rest:
         return 0, ()
-    start, _ = source.words(0, min(source.num_bytes // _WORD, MAX_SAMPLES))
+    start, _ = source.words(0, min(source.num_bytes // _WORD, _MOST_ZEROS))
     empty = _WORD * leading_zeros(start)
     if empty < max(_WORD * _MANY_ZEROS, rest - _WORD):
         return 0, ()

@@ -52,6 +52,38 @@ def test_the_shipped_frame_comes_back(tmp_path: Path, capsys: pytest.CaptureFixt
     assert np.array_equal(frame.received, original.received)
 
 
+def test_a_configuration_is_read_and_every_number_has_its_source(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rng = np.random.default_rng(1)
+    ramp, antenna, pair = np.ogrid[:16, :2, :64]
+    line = np.exp(2j * np.pi * (0.2 * pair + 0.1 * antenna + 0.05 * ramp))
+    noise = rng.normal(size=(16, 2, 64, 2)) @ np.array([1.0, 1.0j])
+    whole = np.rint(500.0 * line + 5.0 * noise).reshape(16, 2, 32, 2)
+    words = np.stack([whole.real, whole.imag], axis=-2).astype("<i2")
+    words.tofile(tmp_path / "adc_data.bin")
+    (tmp_path / "radar.cfg").write_text(
+        "channelCfg 3 1 0\nadcCfg 2 1\nprofileCfg 0 77 7 6 57.14 0 0 29.982 1 64 10000 0 0 30\n"
+        "chirpCfg 0 0 0 0 0 0 0 1\nframeCfg 0 0 16 1 100 1 0\n"
+    )
+    (tmp_path / "mine.json").write_text('{"antennas": "1"}')
+    arguments = ["convert", str(tmp_path / "adc_data.bin"), "--out", str(tmp_path / "frame.npz")]
+    for name in ("radar.cfg", "mine.json"):
+        arguments += ["--settings", str(tmp_path / name)]
+    assert cli.main(arguments) == 0
+    told = capsys.readouterr()
+    assert "slope_hz_per_s: 29.982 MHz/us  (profileCfg, line 3 of " in told.out
+    assert "samples: complex-1x" in told.out
+    assert "range: cells of 0.7812 m, up to 50 m (Complex 1x)" in told.out
+    assert told.err == ""
+    frame = read_frame(tmp_path / "frame.npz")
+    assert frame.antennas is None
+    assert frame.radar.lowest_beat == 0.0
+    assert np.array_equal(
+        frame.in_file_sign(frame.received) * 2**15, whole.reshape(16, 2, 64)[:, 1]
+    )
+
+
 def test_remarks_go_to_standard_error_and_errors_end_with_code_2(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

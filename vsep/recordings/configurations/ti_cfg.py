@@ -43,6 +43,11 @@ def read_cfg(name: str, text: str) -> Configuration:
         if not words:
             continue
         command, source = words[0], f"{words[0]}, line {place}"
+        if command == "advFrameCfg":
+            setup.remarks.append(
+                f"{source} makes frames of several parts, which are not read; say num_ramps and "
+                "num_transmitters of the part that is wanted."
+            )
         if len(words) - 1 < _LEAST.get(command, 0):
             raise InputError(
                 f"{name}: {source} holds {len(words) - 1} numbers; at least {_LEAST[command]} are "

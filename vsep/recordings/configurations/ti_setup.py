@@ -64,7 +64,7 @@ class TiSetup:
     def configuration(self) -> Configuration:
         """Return the settings.
 
-        Raises `InputError` if there is no profile.
+        Raises `InputError` if there is no profile, or it cannot be.
         """
         if not self.profiles:
             raise InputError(f"{self.name} holds no profile of a chirp; a radar's is needed.")
@@ -163,6 +163,11 @@ class TiSetup:
 
     def _judge(self, profile: Profile, settings: dict[str, Said]) -> None:
         """Compare the times with each other."""
+        if profile.sample_rate_hz <= 0.0:
+            raise InputError(
+                f"{self.name}: the sample rate is {profile.sample_rate_hz:g} Hz in "
+                f"{profile.source}; it must be positive."
+            )
         sampled_s = profile.adc_start_s + profile.num_samples / profile.sample_rate_hz
         if sampled_s > profile.ramp_end_s * (1.0 + 1e-9):
             self.remarks.append(
