@@ -36,9 +36,9 @@ test-all: $(VENV)/.checks
 	$(BIN)/mypy
 	$(PYTEST)
 
-# The part that depends on the releases of Panel and Bokeh, without a browser.
+# The part that depends on the releases of Panel and Bokeh, without a browser; commands load neither.
 test-app: $(VENV)/.checks
-	$(PYTEST) tests/app -m "not (slow or ui)"
+	$(PYTEST) tests/app --ignore tests/app/cli -m "not (slow or ui)"
 
 bench: $(VENV)/.checks
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only
