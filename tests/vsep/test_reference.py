@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vsep.inference.core.progress import EventKind, Termination
-from vsep.inference.core.run import run
+from vsep.inference.core.run import iterate, run
 from vsep.inference.core.schedule import PAPER, ROBUST
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.refinement import joint_step, place_components
@@ -122,6 +122,15 @@ def test_every_step_of_the_paper_schedule_is_the_letter(name):
         np.testing.assert_allclose(new.objects.beats, expected.objects.beats, atol=1e-9)
         np.testing.assert_allclose(new.objects.dopplers, expected.objects.dopplers, atol=1e-9)
         state = new
+
+
+def test_the_letter_has_white_noise_and_counts_every_sample_also_in_a_frame_of_many_ramps():
+    model, received = simulation("simulation-2-c", 60.0)
+    separator = FactorisedSeparator(model=model, schedule="paper", max_iterations=12)
+    for step in iterate(separator, received):
+        state = step.state
+        assert (state.sample_weights, state.noise_spectrum, state.used_share) == (None, None, 1.0)
+        assert state.filter_correction.num_splines == 0
 
 
 def test_the_letter_does_not_settle_where_its_last_theta_comes_after_the_weights():
