@@ -54,6 +54,8 @@ class FactorisedSeparator(ObjectSettings):
         Where a run stops at the latest.
     expected_bursts : ExpectedBursts or None
         Where weak bursts are looked for as well, see `vsep.two_pass`.
+    missing : (P, N) or (A, P, N) bool or None
+        Samples that were never received: their weight is zero from the first iteration on.
 
     Examples
     --------

@@ -35,7 +35,7 @@ class MaskedSeparator(ObjectSettings):
         Size, sampling and assumed filter (which plays no part here).
     mask : (P, N) bool or None
         True where a sample is interfered and to be ignored; None uses all.
-    false_alarm_rate, object_threshold_db, max_iterations
+    false_alarm_rate, object_threshold_db, max_iterations, missing
         As for `ObjectOnlySeparator`.
     """
 
