@@ -11,6 +11,7 @@ STATUS = Path("/proc/self/status")
 PROGRAM = f"""
 import json
 from pathlib import Path
+import numba  # loaded with the first kernel otherwise
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.presets.scenes import simulate_preset
