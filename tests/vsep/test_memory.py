@@ -11,7 +11,7 @@ STATUS = Path("/proc/self/status")
 PROGRAM = f"""
 import json
 from pathlib import Path
-import numba  # loaded with the first kernel otherwise
+from numba.core.registry import cpu_target  # loaded with the first kernel otherwise
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.presets.scenes import simulate_preset
@@ -20,6 +20,7 @@ from vsep.signal.template import SignalModel
 def megabytes():
     return int(Path("{STATUS}").read_text().split("VmHWM:")[1].split()[0]) / 1024.0
 
+cpu_target.target_context
 before = megabytes()
 scenario, observation = simulate_preset("simulation-2-c", snr_db=60.0, sir_db=-20.0, seed=1)
 model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
