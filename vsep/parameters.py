@@ -330,7 +330,7 @@ ESTIMATOR_PARAMETERS = (
     ),
     Parameter(
         name="max_iterations",
-        title="Largest number of iterations",
+        title="Iteration limit",
         help="The run stops here if it has not converged.",
         default=100,
         bounds=(1, 100_000),

@@ -16,27 +16,30 @@ from vsep_app.jobs.tasks import Prepared, advance, compact, compose, prepare, ru
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
 from vsep_app.model.trial_link import TRIAL_KEY, trial_of_query
-from vsep_app.model.url import parse_iteration, parse_query
+from vsep_app.model.url import ITERATION_KEY, QUERY_NAMES, parse_iteration, parse_query
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.run_page import ScenePage
 from vsep_app.report.snapshot import SnapshotFile, make_snapshot, snapshot_spec
 from vsep_app.report.spec import KeptFrame, ReportSpec
-from vsep_app.teaching.experiment import LIVE, Experiment, open_experiment
+from vsep_app.teaching.experiment import EXPERIMENT_KEY, LIVE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide
 from vsep_app.views.progress import ProgressView
 from vsep_app.views.ramps import RampStrip
 from vsep_app.views.range_doppler import RangeDopplerView
 from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import Axis, crosshair
-from vsep_app.views.tables import times_html
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.exports import RunTables
-from vsep_app.widgets.layout import card, html_pane, panel, progress_card, stack
+from vsep_app.widgets.headline import Headline
+from vsep_app.widgets.keys import Keys
+from vsep_app.widgets.layout import card, progress_card, stack
 from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.notifications import notify
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
 
+START_QUERY = {"preset": "simulation-2-b", ITERATION_KEY: "0"}  # of an address that names nothing
+OPENING_SHARE = 0.25  # of the speed, for the first iterations after a run was begun by hand
 SIDE_PERIOD_S = 0.3
 SIDE_PICTURES = 4
 
@@ -47,8 +50,10 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     address = "./"
 
     def __init__(self, context: PageContext) -> None:
+        named = {*QUERY_NAMES.values(), ITERATION_KEY, TRIAL_KEY, FRAME_KEY, EXPERIMENT_KEY}
+        start = {} if named & context.query.keys() else START_QUERY
         self._stored, query, handover_errors = frame_of_query(
-            context.query, context.shared_resources.frames
+            {**start, **context.query}, context.shared_resources.frames
         )
         self._trial, query, trial_errors = trial_of_query(query)
         query, opened, unknown = open_experiment(query, context.experiments, LIVE)
@@ -99,7 +104,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self.ramps = RampStrip(self._ramp_selected)
         self.progress = ProgressView()
         self.tables = RunTables()
-        self.times = html_pane("tables", margin=0, sizing_mode=None)
+        self.headline = Headline()
         self._acknowledge(self.fast_time.source)
 
     def page(self) -> Any:
@@ -114,21 +119,31 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             self._map_row,
             weight=17,
         )
-        title = "Objects: estimate ± standard deviation, and truth"
         side = stack(
-            *self.tables.panels(title, log_weight=6),
-            panel("Time of an iteration", self.times, weight=2.7),
+            *self.tables.panels("Objects", log_weight=6),
             progress_card(self.progress),
             weight=10.5,
         )
+        body = stack(views, side, row=True, sheet="body")
+        self.fault.cover(body)
+        self.headline.play.on_click(lambda _: self.transport.command("run"))
+        self.keys = Keys(self.fast_time.source, self._pressed)
         return page_frame(
             self.address,
             "Variational separation of radar objects and interference, live.",
             self.transport.status,
             tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
-            main=[self.transport.layout(), stack(views, side, row=True, sheet="body")],
+            main=[self.transport.layout(), self.headline.layout(), self.fault.pane, body],
         )
+
+    def _pressed(self, name: str) -> None:
+        """Do what a key stands for: a button of the toolbar; space is run or pause."""
+        running = self.session.phase is Phase.RUNNING
+        self.transport.command(("pause" if running else "run") if name == "toggle" else name)
+
+    def _speed(self) -> float:
+        return super()._speed() * (OPENING_SHARE if self.transport.is_opening else 1.0)
 
     def start(self) -> None:
         """Begin the first run; called when the page has been drawn."""
@@ -184,6 +199,9 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
                 self.session.prepared_run.static_pictures
             )
         with pn.io.hold():
+            self.fault.clear(shown=(picture.run_number, picture.iteration))
+            at_rest = self.session.phase is not Phase.RUNNING
+            self.headline.show(picture.headline, is_first=at_rest and picture.iteration == 0)
             self._map_row.visible = self._strip.visible = several
             self.delay.update(picture)
             if several:
@@ -194,7 +212,6 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
                 self.ramps.update(picture)
             if self._is_time_for_the_side(picture):
                 self.progress.update(picture)
-                self.times.object = times_html(picture.step_ms)
                 self.tables.show(picture)
                 self.controls.show_levels(picture.static_picture.levels_text)
                 if self.session.prepared_run is not None:
@@ -220,9 +237,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self._side_drawn = now
         return True
 
-    def notify_error(self, sentence: str) -> None:
-        """Notify the user of what cannot be done."""
-        super().notify_error(sentence)
+    def _failed(self, sentence: str) -> None:
+        super()._failed(sentence)
         self.transport.refresh(self.loop.rate)
 
     def _snapshot(self, key: str) -> Callable[[], SnapshotFile] | None:

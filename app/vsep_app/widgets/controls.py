@@ -15,6 +15,20 @@ from vsep_app.widgets.fields import field, file_field
 from vsep_app.widgets.layout import heading, small_text
 from vsep_app.widgets.setting_widgets import setting_widget
 
+_PRODUCT, _CONVOLUTION = "multiplicative", "convolution"
+_EQUAL_SLOPES = (
+    "This is your own radar's slope: mixed with your ramp the other chirp is a steady tone, as an "
+    "object is. The multiplicative model has no such burst, so the convolution is used."
+)
+
+
+def has_equal_slopes(settings: Settings) -> bool:
+    """Whether the other radar of a preset has the slope of the victim."""
+    preset, record = PRESETS.get(settings.preset), PARAMETERS["interferer_slope"]
+    if preset is None or not settings.interference:
+        return False
+    return bool(record.in_si(settings.interferer_slope) == preset.radar.slope_hz_per_s)
+
 
 class SceneControls:
     """What makes the frame: preset, levels, the other radar, seed."""
@@ -25,12 +39,14 @@ class SceneControls:
         self.widgets["seed"].param.update(sizing_mode=None, width=116)
         self.widgets["interference"].margin = (8, 0, 0, 0)
         self.levels = pn.pane.HTML("", sizing_mode="stretch_width", margin=(2, 16, 2, 17))
+        self.slope_note = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 2, 17))
 
     def layout(self) -> list[Any]:
         """Return the group; seed and interference share the last line."""
         last = ("seed", "interference")
         lines = [widget for name, widget in self.widgets.items() if name not in last]
         lines.insert(lines.index(self.widgets["sir_db"]) + 1, self.levels)
+        lines.insert(lines.index(self.widgets["interferer_slope"]) + 1, self.slope_note)
         pair = [self.widgets[name] for name in last]
         return [heading("Scene"), *lines, pn.Row(*pair, sizing_mode="stretch_width")]
 
@@ -42,6 +58,13 @@ class SceneControls:
             unused = recorded and not record.of_recording
             silent = record.of_bursts and not settings.interference
             self.widgets[record.name].disabled = loaded or unused or silent
+
+    def suit_model(self, settings: Settings) -> None:
+        """At the victim's slope take the convolution: the product form has no such burst."""
+        equal = has_equal_slopes(settings)
+        self.slope_note.object = small_text(_EQUAL_SLOPES) if equal else ""
+        if equal and settings.interference_model == _PRODUCT:
+            settings.interference_model = _CONVOLUTION
 
 
 class FilterControls:
@@ -129,14 +152,21 @@ class Controls:
         }
         text = "A recorded frame: complex samples of all ramps with the radar's settings."
         self.upload = file_field("Load a frame file (.npz)", text, ".npz")
+        self.refused = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 8, 17))
         self.upload.param.watch(self._uploaded, "value")
+        scene = self._scene
+        settings.param.watch(
+            lambda *_: scene.suit_model(settings),
+            ["preset", "interferer_slope", "interference_model", "interference"],
+        )
+        scene.suit_model(settings)
         settings.param.watch(self._arrange, [name for name in self.widgets if _decides(name)])
         self._arrange()
         self._filters.offer_measured(settings, offered=settings.assumed_kind == "measured")
 
     def layout(self) -> list[Any]:
         """Return the side bar from top to bottom."""
-        return [*self.scene(), *self._estimator.layout(), self.upload]
+        return [*self.scene(), *self._estimator.layout(), self.upload, self.refused]
 
     def scene(self) -> list[Any]:
         """Return what makes the frame."""
@@ -149,6 +179,11 @@ class Controls:
     def show_levels(self, text: str) -> None:
         """Show SNR and SIR in both conventions."""
         self._scene.levels.object = small_text(text)
+
+    def show_refused(self, sentence: str) -> None:
+        """Show below the field of the file why it is not used."""
+        self.upload.param.update(uploaded_label="Refused {filename}", color="error")
+        self.refused.object = f'<div role="alert">{small_text(sentence)}</div>'
 
     def show_threshold(self, threshold_db: float) -> None:
         """Show the object threshold, as it is given or follows from the false-alarm rate."""
@@ -174,6 +209,8 @@ class Controls:
 
     def _uploaded(self, event: Any) -> None:
         if event.new:
+            self.upload.param.update(uploaded_label="Uploaded {filename}", color="primary")
+            self.refused.object = ""
             self._load(self.upload.filename or "frame.npz", event.new)
 
 
