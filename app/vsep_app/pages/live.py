@@ -15,7 +15,7 @@ from vsep_app.jobs.run_session import Phase
 from vsep_app.jobs.tasks import Prepared, advance, compact, compose, prepare, run_key, strip
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
-from vsep_app.model.trial_link import TRIAL_KEY, trial_of_query
+from vsep_app.model.trial_link import TRIAL_KEY, OpenedTrial, trial_of_query
 from vsep_app.model.url import ITERATION_KEY, QUERY_NAMES, parse_iteration, parse_query
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.run_page import ScenePage
@@ -34,7 +34,6 @@ from vsep_app.widgets.headline import Headline
 from vsep_app.widgets.keys import Keys
 from vsep_app.widgets.layout import card, progress_card, stack
 from vsep_app.widgets.location import set_query, synchronise
-from vsep_app.widgets.notifications import notify
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
 
@@ -59,7 +58,9 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         query, opened, unknown = open_experiment(query, context.experiments, LIVE)
         values, errors = parse_query(query)
         trial_values = self._trial.values if self._trial else {}
-        super().__init__(context, Settings(**{**trial_values, **values}))
+        # Of a trial the scene is given; of other settings the address is right.
+        scene = self._trial.scene if self._trial else {}
+        super().__init__(context, Settings(**{**trial_values, **values, **scene}))
         self._stop_at, more = parse_iteration(query)
         self._errors = handover_errors + trial_errors + unknown + errors + more
         self._kept: KeptFrame | None = None
@@ -69,8 +70,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self.controls = Controls(self.settings, self.load)
         self.guide = Guide(context.experiments, here=LIVE, take=self.take_experiment, opened=opened)
         if self._trial is not None:
-            self._take_frame(self._trial.frame)
-            self.settings.choose_preset(LOADED_FRAME)
+            self._take_trial(self._trial)
         self._make_loop(
             RunCallbacks(
                 prepare=prepare,
@@ -151,7 +151,6 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self.guide.write_address()
         if self._trial is not None:
             set_query(TRIAL_KEY, self._trial.link)
-            notify(f"Opened {self._trial.frame.name}.", kind="info", duration_ms=6000)
         if self._stored is None:
             self._begin()
         else:
@@ -183,12 +182,38 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         super()._take_frame(frame)
         self.settings.antenna = 0
 
+    def _take_trial(self, trial: OpenedTrial) -> None:
+        """Show the frame of a trial; where its scene is known, with the controls unlocked."""
+        if not trial.scene:
+            self._take_frame(trial.frame)
+            self.settings.choose_preset(LOADED_FRAME)
+        else:
+            self._frame = trial.frame
+            self.controls.keeps_scene = True
+            self.settings.preset = LOADED_FRAME
+        self.headline.tell_scene(
+            f"Trial of a study: {trial.frame.name}. A control of the scene that you move leaves "
+            "it: a new frame is drawn with the settings that you see."
+        )
+
+    def _goes_on_from_trial(self) -> bool:
+        """Leave a trial for its preset, if a setting of the scene is not that of the trial."""
+        if self._trial is None or self.settings.preset != LOADED_FRAME:
+            return False
+        scene = {key: value for key, value in self._trial.scene.items() if key != "preset"}
+        if all(getattr(self.settings, name) == value for name, value in scene.items()):
+            return False
+        self.settings.preset = self._trial.scene["preset"]
+        return True
+
     def _leave_trial(self) -> None:
         """Take trial and frame out of the address once the scene is another one."""
         for held, key in ((self._trial, TRIAL_KEY), (self._stored, FRAME_KEY)):
             if held is not None:
                 set_query(key, None)
         self._trial = self._stored = None
+        self.controls.keeps_scene = False
+        self.headline.tell_scene("")
 
     def show(self, picture: Picture) -> None:
         """Draw a picture on all views; called with the document locked."""
@@ -259,6 +284,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         return partial(make_snapshot, key, snapshot_spec(shown, spec, self.settings.ramp))
 
     def _restart(self) -> None:
+        if self._goes_on_from_trial():
+            return
         if self.settings.preset != LOADED_FRAME:
             self._leave_trial()
         self.session.restart(self.settings.plan())

@@ -50,9 +50,8 @@ class SceneControls:
         pair = [self.widgets[name] for name in last]
         return [heading("Scene"), *lines, pn.Row(*pair, sizing_mode="stretch_width")]
 
-    def arrange(self, settings: Settings) -> None:
+    def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show what has a meaning for the preset, with its ranges."""
-        loaded = settings.preset == LOADED_FRAME
         recorded = isinstance(PRESETS.get(settings.preset), RecordedPreset)
         for record in SCENE_PARAMETERS:
             unused = recorded and not record.of_recording
@@ -77,9 +76,9 @@ class FilterControls:
         """Return the group."""
         return [heading("Anti-aliasing filter"), *self.widgets.values()]
 
-    def arrange(self, settings: Settings) -> None:
+    def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show the fields of the chosen kinds."""
-        loaded, apart = settings.preset == LOADED_FRAME, not settings.assume_true_filter
+        apart = not settings.assume_true_filter
         for which, kind, shown in (
             ("filter", settings.filter_kind, True),
             ("assumed", settings.assumed_kind, apart),
@@ -126,8 +125,9 @@ class EstimatorControls:
         lines.insert(lines.index(self.widgets["object_threshold_db"]) + 1, self.threshold)
         return lines
 
-    def arrange(self, settings: Settings) -> None:
-        """Disable what plays no part."""
+    def arrange(self, settings: Settings, *, loaded: bool) -> None:
+        """Disable what plays no part; of a loaded frame the same as of any."""
+        del loaded
         self.widgets["schedule"].disabled = (
             "schedule" not in ESTIMATORS[settings.estimator].settings
         )
@@ -142,6 +142,8 @@ class Controls:
 
     def __init__(self, settings: Settings, load: Callable[[str, bytes], None]) -> None:
         self.settings = settings
+        #: Whether the settings of the scene are those of the frame that is loaded.
+        self.keeps_scene = False
         self._load = load
         self._scene = SceneControls(settings)
         self._filters = FilterControls(settings)
@@ -200,8 +202,9 @@ class Controls:
 
     def _arrange(self, *_: Any) -> None:
         """Show what has a meaning for the scene, with its ranges."""
+        loaded = self.settings.preset == LOADED_FRAME and not self.keeps_scene
         for group in self._groups:
-            group.arrange(self.settings)
+            group.arrange(self.settings, loaded=loaded)
         preset = PRESETS.get(self.settings.preset)
         for name, (start, end) in ({} if preset is None else preset.ranges()).items():
             value = getattr(self.settings, name)

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.app.browser.tab import PATIENCE_MS, whole_address
+from tests.app.browser.tab import PATIENCE_MS
 
 # Inside the frame of the delay spectrum.
 PLACE = """() => {
@@ -260,7 +260,7 @@ def test_a_bad_file_is_told_and_the_session_goes_on(dashboard):
     dashboard.upload("notes.npz", b"this is no archive")
     dashboard.page.get_by_text("notes.npz").last.wait_for(timeout=PATIENCE_MS)
     assert dashboard.status == "converged"
-    assert dashboard.button("Refused notes.npz").count() == 1
+    dashboard.page.get_by_text("Refused notes.npz").wait_for(timeout=PATIENCE_MS)
     dashboard.press("SNR", "ArrowLeft")
     dashboard.until(lambda: "snr=29" in dashboard.page.url, "the slider is taken")
     dashboard.until_status("converged")
@@ -290,13 +290,12 @@ def test_equal_slopes_are_simulated_and_explained_beside_the_slider(dashboard):
 
 
 def test_what_cannot_be_shown_is_told_on_the_page_until_it_is_mended(dashboard):
-    dashboard.show("?preset=simulation-1&speed=30").until_status("converged")
-    dashboard.set_address(whole_address("?preset=simulation-1&matched=false&assumed=measured"))
-    dashboard.until_told("The assumed filter is measured")
+    dashboard.open("?preset=simulation-1&matched=false&assumed=measured&speed=30")
     alert = dashboard.page.get_by_role("alert").filter(has_text="The assumed filter is measured")
+    alert.wait_for(timeout=PATIENCE_MS)
     dashboard.page.wait_for_timeout(9000)  # longer than any notification stays
     assert alert.is_visible()
-    dashboard.set_address(whole_address("?preset=simulation-1&speed=30"))
+    dashboard.choose("Assumed filter", "Raised cosine")
     dashboard.until(lambda: alert.count() == 0, "the sentence is gone")
     dashboard.until_status("converged")
 
@@ -308,7 +307,7 @@ def test_the_first_page_waits_at_its_first_iteration_for_play(dashboard):
     assert headline.inner_text().startswith("10 objects and bursts of another radar in 4 ramps")
     assert "range-doppler-after" in dashboard.figures()
     dashboard.button("Play").click()
-    page.get_by_text(re.compile("^Iteration 1: ")).wait_for(timeout=PATIENCE_MS)
+    page.get_by_text(re.compile("^Iteration \\d+: ")).wait_for(timeout=PATIENCE_MS)
     # Where a halted run was it is after a reload.
     page.locator("body").press(" ")
     dashboard.until_status("paused")
