@@ -266,7 +266,7 @@ FILTER_PARAMETERS = (
     ),
     Parameter(
         name="assume_true_filter",
-        title="Estimator knows it",
+        title="Estimator knows the filter",
         help="Off: set the filter that the estimator assumes apart from the true one.",
         default=True,
         query="matched",

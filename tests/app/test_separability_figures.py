@@ -60,7 +60,15 @@ def test_a_map_has_units_limits_and_what_the_pointer_shows(separability_map):
     fields = re.findall(
         r"@(\w+)", " ".join(text for _, text in plot.select_one(HoverTool).tooltips)
     )
-    assert set(fields) == {*(f"{name}_layer" for name in LAYERS), "x_value", "y_value", "trials"}
+    assert set(fields) == {
+        *(f"{name}_layer" for name in LAYERS),
+        "x_value",
+        "y_value",
+        "trials",
+    } | {
+        "least_found",
+        "most_found",
+    }
     assert all(data[field][0].shape == (3, 9) for field in fields)
     np.testing.assert_array_equal(data["x_value"][0][0], separability_map.spec.x.values)
     np.testing.assert_allclose(

@@ -148,6 +148,8 @@ def plain_figure(
         min_height=60,
         min_border=4,
         name=name,
+        # What the headline and the tables say is there to be read; this says what the canvas is.
+        html_attributes={"role": "group", "aria-label": _described(title or name, labels)},
         styles={"font-size": LABEL_SIZE},
         stylesheets=[f":host {{ --bokeh-font-size: {LABEL_SIZE}; font-size: {LABEL_SIZE}; }}"],
     )
@@ -165,6 +167,11 @@ def plain_figure(
     plot.title.text_font_size = "12px"
     plot.title.standoff = 2
     return plot
+
+
+def _described(title: str, labels: tuple[str, str]) -> str:
+    x, y = labels
+    return f"Figure: {title}" + (f", {y} over {x}" if x and y else "")
 
 
 def crosshair() -> Span:

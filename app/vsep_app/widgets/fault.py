@@ -20,13 +20,16 @@ class FaultNotice:
         """Say which views are greyed."""
         self._views = [*views]
 
-    def tell(self, sentence: str, *, shown: tuple[int, int]) -> None:
-        """Show a sentence; `shown` is the run and the iteration that the views are left at."""
+    def tell(self, sentence: str, *, shown: tuple[int, int], stale: bool = True) -> None:
+        """Show a sentence; `shown` is the run and the iteration that the views are left at.
+
+        They are greyed if they are `stale`, not what the controls say.
+        """
         self._shown = shown
         self.pane.param.update(
             object=f'<p class="fault" role="alert">{escape(sentence)}</p>', visible=True
         )
-        for view in self._views:
+        for view in self._views if stale else ():
             view.styles = {**view.styles, **_STALE}
 
     def clear(self, *, shown: tuple[int, int]) -> None:
