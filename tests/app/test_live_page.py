@@ -1,4 +1,6 @@
 import pytest
+from vsep_app.jobs.tasks import prepare
+from vsep_app.model.picture import make_picture
 from vsep_app.model.settings import LOADED_FRAME
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.live import Dashboard
@@ -103,3 +105,16 @@ def test_the_first_iterations_that_are_played_are_slow(opened):
     assert page._speed() == 0.25 * page.settings.speed
     page.session.cursor = 5
     assert page._speed() == page.settings.speed
+
+
+@pytest.mark.parametrize(
+    ("preset", "named"), [("simulation-1", "true objects"), ("real-frame", "without bursts")]
+)
+def test_the_keys_name_a_truth_where_one_is_known(opened, preset, named):
+    page = opened(preset=preset)
+    page.page()
+    prepared = prepare(page.settings.plan())
+    page._show_keys(make_picture(prepared.static_picture, prepared.initial_state, ()))
+    fast_time, delay = (pane.object for pane in page._keys)
+    assert named in fast_time
+    assert ("true object" in delay) == (preset == "simulation-1")

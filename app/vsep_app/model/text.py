@@ -27,7 +27,7 @@ _LIMIT = PARAMETERS["max_iterations"].title
 _END_LINES = {Termination.MAX_ITERATIONS: f"stopped at the limit; raise {_LIMIT} to go on"}
 _ENDS = {
     Termination.CONVERGED: "Converged after {}",
-    Termination.MAX_ITERATIONS: "Stopped after {}, the most that are allowed",
+    Termination.MAX_ITERATIONS: "Stopped at the limit of {}",
     Termination.NONFINITE: "Stopped after {}: no finite value",
 }
 

@@ -112,10 +112,14 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self._strip = card(self.ramps.figure, weight=0, height=62, look="strip")
         maps = (card(plot, weight=1, look="strip") for plot in (self.maps.before, self.maps.after))
         self._map_row = stack(*maps, weight=13, row=True, sheet="maps")
-        views = stack(
-            self._strip,
+        signals = (
             card(self.fast_time.figure, weight=10, key=self.fast_time.key),
             card(self.delay.figure, weight=11, key=self.delay.key),
+        )
+        self._keys = [each[-1] for each in signals]
+        views = stack(
+            self._strip,
+            *signals,
             self._map_row,
             weight=17,
         )
@@ -228,6 +232,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             at_rest = self.session.phase is not Phase.RUNNING
             self.headline.show(picture.headline, is_first=at_rest and picture.iteration == 0)
             self._map_row.visible = self._strip.visible = several
+            self._show_keys(picture)
             self.delay.update(picture)
             if several:
                 running = self.session.phase is Phase.RUNNING and picture.iteration > 0
@@ -247,6 +252,17 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             self._shown_run = picture.run_number
             self.fast_time.update(picture)
         self._shared_iteration.write(self.session.phase, picture.iteration)
+
+    def _show_keys(self, picture: Picture) -> None:
+        """Let the keys beside the views name a truth only where one is known."""
+        keys = self.fast_time.key, self.delay.key
+        if picture.score is None:
+            known = picture.static_picture.observation.truth is not None
+            first = self.fast_time.recorded_key if known else self.fast_time.untrue_key
+            keys = first, self.delay.untrue_key
+        for pane, key in zip(self._keys, keys, strict=True):
+            if pane.object != key:
+                pane.object = key
 
     def _is_time_for_the_side(self, picture: Picture) -> bool:
         """Whether to draw what is beside the views: less often, for it costs the browser most.

@@ -196,7 +196,7 @@ class RangeDopplerView:
     def _mark_changes(self, plot: figure) -> None:
         marks = self._marks
         line = {"line_color": "white", "line_alpha": "opacity"}
-        ring = {"marker": "circle", "size": 28, "fill_color": None, "line_width": 4}
+        ring = {"marker": "circle", "size": 26, "fill_color": None, "line_width": 2.5}
         plot.scatter(*_PLACE, source=marks["added"], **ring, **line)
         cross = {"marker": "x", "size": 16, "line_width": 2.5}
         plot.scatter(*_PLACE, source=marks["pruned"], **cross, **line)

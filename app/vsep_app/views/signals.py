@@ -59,6 +59,8 @@ class FastTimeView:
     """
 
     key, untrue_key = _keys([(role, label, sample) for _, role, label, sample, _ in _LINES])
+    #: Of a recording with simulated bursts: it is known without them, its objects are not.
+    recorded_key = key.replace("true objects", "without bursts")
 
     def __init__(self, *, legend: bool = False) -> None:
         self._x, self._y = Axis(), Axis()
@@ -113,13 +115,14 @@ class DelayView:
     own legend, or `key` is to be shown beside it.
     """
 
-    key, untrue_key = _keys(
+    key = key_html(
         [
             ("true", "true object", "cross"),
-            ("object", "estimate", "circle"),
-            ("interference", "false one", "square"),
+            ("cleaned", "found", "circle"),
+            ("interference", "false", "square"),
         ]
     )
+    untrue_key = key_html([("object", "estimate", "circle")])
 
     def __init__(self, x_axis: Axis, crosshair: Span, *, legend: bool = False) -> None:
         self._x, self._y = x_axis, Axis()
