@@ -18,7 +18,8 @@ DRAWN = """() => {
   return {
     map: [...map].reduce((sum, value, n) => (sum * 31 + value * (n + 1)) % 1000003, 7),
     curve: [...lines.cleaned].slice(0, 40),
-    objects: read("range-doppler-after").renderers[1].data_source.data.range.length,
+    objects: read("range-doppler-after").renderers
+      .find((r) => r.glyph.marker?.field === "shape").data_source.data.range.length,
     title: read("fast-time").title.text,
   }
 }"""
