@@ -293,7 +293,7 @@ FILTER_PARAMETERS = (
     ),
     Parameter(
         name="assume_true_filter",
-        title="Estimator knows it",
+        title="Estimator knows the filter",
         help="Off: set the filter that the estimator assumes apart from the true one.",
         default=True,
         query="matched",
@@ -358,7 +358,7 @@ ESTIMATOR_PARAMETERS = (
     ),
     Parameter(
         name="max_iterations",
-        title="Largest number of iterations",
+        title="Iteration limit",
         help="The run stops here if it has not converged.",
         default=100,
         bounds=(1, 100_000),

@@ -52,7 +52,7 @@ def test_what_json_does_not_know_is_null():
 def test_files_are_named_by_their_table_and_an_empty_one_has_its_headings():
     sent = files("events", LogLine, list)
     assert sent == {
-        "vsep-events.csv": "iteration,text,kind\n",
+        "vsep-events.csv": "iteration,text,kind,number,noun\n",
         "vsep-events.json": '{"events": []}\n',
     }
 

@@ -14,7 +14,7 @@ from vsep_app.pages.studies.page import StudyPage
 from vsep_app.teaching.help import Help, controls_html, controls_of
 
 # What is measured in something names its unit in label or text; these are numbers of things.
-COUNTED = {"Antenna", "Iteration", "Seed", "Ramp", "Largest number of iterations"}
+COUNTED = {"Antenna", "Iteration", "Seed", "Ramp", "Iteration limit"}
 EQUATIONS = ("snr_db", "sir_db", "interferer_slope", "filter_cutoff", "filter_rolloff")
 EQUATIONS += ("filter_order", "assumed_cutoff", "assumed_order", "false_alarm_rate")
 EQUATIONS += ("object_threshold_db",)

@@ -1,6 +1,7 @@
 """The registry of pages: what it says is what the server answers and the header links to."""
 
 import asyncio
+import re
 import sys
 from types import ModuleType
 
@@ -37,10 +38,11 @@ def test_a_page_has_the_title_of_its_entry(address):
 
 
 @pytest.mark.parametrize("address", PAGES)
-def test_the_header_links_to_all_other_pages(address):
+def test_the_header_links_to_all_pages_and_marks_the_open_one(address):
     html = links(address).object
-    for page in PAGES.values():
-        assert (f'href="{page.address}"' in html) == (page.address != address)
+    assert all(f'href="{page.address}"' in html for page in PAGES.values())
+    (marked,) = re.findall(r'aria-current="page">([^<]+)<', html)
+    assert marked == PAGES[address].name
 
 
 def test_one_entry_adds_a_page(monkeypatch):

@@ -169,8 +169,8 @@ def test_a_frame_without_truth_has_a_picture(one_ramp):
 def test_both_conventions_of_the_levels_are_said(one_ramp):
     text = one_ramp.prepared.static_picture.levels_text
     # 30 dB over 256 samples is 30 - 24.1 dB a sample.
-    assert "SNR 30.0 dB in all = 5.9 dB a sample" in text
-    assert "SIR -20.0 dB in all" in text
+    assert "SNR 30.0 dB in total (5.9 dB per sample)" in text
+    assert "SIR -20.0 dB in total" in text
 
 
 def test_bursts_do_not_hide_the_noise_where_no_truth_is_known(many_ramps):

@@ -45,7 +45,7 @@ def test_the_html_holds_views_film_table_settings_and_seed(html):
     for text in ("Fast time, ramp", "Delay spectrum", "bursts cancelled", "seed", "Iteration 3: "):
         assert text in html
     assert html.count('<tr class="found">') == 10
-    assert "SNR 60.0 dB in all" in html
+    assert "SNR 60.0 dB in total" in html
     assert html.count('class="figure"') == 8 + 2 * 3
 
 

@@ -60,7 +60,11 @@ def test_a_map_has_units_limits_and_what_the_pointer_shows(separability_map):
     fields = re.findall(
         r"@(\w+)", " ".join(text for _, text in plot.select_one(HoverTool).tooltips)
     )
-    assert set(fields) == {*(f"{name}_layer" for name in LAYERS), "x_value", "y_value", "trials"}
+    own = {"x_value", "y_value", "trials", "least_found", "most_found"}
+    assert set(fields) == {*(f"{name}_layer" for name in LAYERS)} | own
+    # Clopper-Pearson of 40 in 50, from tables.
+    assert data["least_found"][0][0, 0] == pytest.approx(0.663, abs=5e-4)
+    assert data["most_found"][0][0, 0] == pytest.approx(0.900, abs=5e-4)
     assert all(data[field][0].shape == (3, 9) for field in fields)
     np.testing.assert_array_equal(data["x_value"][0][0], separability_map.spec.x.values)
     np.testing.assert_allclose(
@@ -70,6 +74,16 @@ def test_a_map_has_units_limits_and_what_the_pointer_shows(separability_map):
     start, columns, rows, *_ = plot.tags
     assert (len(columns), len(rows)) == (9, 3)
     assert start.startswith("separability-map/simulation-2-a/factorised/1/robust/0/snr_db=40.0,")
+
+
+def test_cells_without_trials_of_their_own_are_hatched(separability_map):
+    plot = MapView(Axis(), Axis()).update(separability_map, "detection")
+    (boxes,) = (r for r in plot.renderers if type(r.glyph).__name__ == "Quad")
+    assert boxes.glyph.hatch_pattern == "right_diagonal_line"
+    # Of 3 x 9 cells the first one is tried: what is left of its row, and two whole rows.
+    data = boxes.data_source.data
+    spans = sorted(zip(data["left"], data["right"], strict=True))
+    assert spans == [(-45.0, 45.0), (-45.0, 45.0), (-35.0, 45.0)]
 
 
 def test_another_layer_comes_into_the_same_figure_and_the_zoom_stays(separability_map):

@@ -49,9 +49,12 @@ def test_the_map_is_drawn_and_its_trials_fill_it(pool, told):
 
     async def context():
         page.start()
-        await until(
-            lambda: page.separability_map is not None and page.separability_map.finished.all()
-        )
+        await until(lambda: page.separability_map is not None)
+        # No trial begins unasked.
+        assert page.session.snapshot().progress is Progress.IDLE
+        assert not page.separability_map.finished.any()
+        page._run()
+        await until(lambda: bool(page.separability_map.finished.all()))
         page.close()
 
     asyncio.run(context())
@@ -163,4 +166,4 @@ def test_progress_is_one_line():
     snapshot = Snapshot(spec=spec, cell_results={}, progress=Progress.WAITING)
     assert progress_text(snapshot) == "0 of 9 cells · waiting"
     idle = Snapshot(spec=read_map_spec({"trials": "0"})[0], cell_results={}, progress=Progress.IDLE)
-    assert progress_text(idle) == "no trials asked for"
+    assert progress_text(idle) == "no trials yet"

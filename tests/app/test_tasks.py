@@ -109,6 +109,12 @@ def test_the_real_frame_gets_bursts_in_every_fourth_ramp_at_the_wanted_level():
     assert 10.0 * np.log10(energies[0] / energies[1]) == pytest.approx(-10.0)
 
 
+def test_nothing_stands_still_in_the_real_frame():
+    received = recorded_frame(real_frame.PRESET).received
+    assert np.median(received.real, axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert np.median(received.imag, axis=0) == pytest.approx(0.0, abs=1e-9)
+
+
 def test_the_real_frame_without_interference_is_as_recorded():
     observation = prepare(_plan("real-frame", interference=False)).observation
     assert np.array_equal(observation.received, recorded_frame(real_frame.PRESET).received)

@@ -1,8 +1,18 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from vsep_app.model.text import Located, iteration_lines, log_lines, resolution_cells, table_rows
+from vsep_app.jobs.tasks import compose
+from vsep_app.model.text import (
+    Located,
+    headline,
+    iteration_lines,
+    log_lines,
+    resolution_cells,
+    table_rows,
+)
 
-from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo
+from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo, Termination
 
 
 def _info(*events):
@@ -76,35 +86,14 @@ def _located(ranges, velocities):
     )
 
 
-def _rows(radar, found, true_ranges, true_velocities):
-    true = np.array(true_ranges)
-    return table_rows(found, true, np.array(true_velocities), np.full(len(true), 20.0), radar)
-
-
-def test_an_estimate_within_a_cell_belongs_to_the_object(small_radar):
-    cell_m, _ = resolution_cells(small_radar)
-    rows = _rows(small_radar, _located([10.0 + 0.9 * cell_m], [0.0]), [10.0], [0.0])
-    assert [row.true_range_m for row in rows] == [10.0]
-
-
-def test_an_estimate_beyond_a_cell_is_extra_and_the_object_missed(small_radar):
-    cell_m, _ = resolution_cells(small_radar)
-    rows = _rows(small_radar, _located([10.0 + 1.1 * cell_m], [0.0]), [10.0], [0.0])
-    assert [(row.component_id, row.true_range_m) for row in rows] == [(None, 10.0), (0, None)]
-
-
-def test_the_velocity_counts_and_wraps(small_radar):
-    _, cell_mps = resolution_cells(small_radar)
-    unambiguous = cell_mps * small_radar.num_ramps
-    apart = _rows(small_radar, _located([10.0], [2.0 * cell_mps]), [10.0], [0.0])
-    assert len(apart) == 2
-    across = _rows(small_radar, _located([10.0], [unambiguous / 2.0]), [10.0], [-unambiguous / 2.0])
-    assert len(across) == 1
-
-
-def test_each_object_has_at_most_one_estimate(small_radar):
-    rows = _rows(small_radar, _located([10.0, 10.1], [0.0, 0.0]), [10.02], [0.0])
-    assert [row.true_range_m for row in rows] == [10.02, None]
+def test_rows_are_sorted_by_distance_with_the_misses_among_them(small_radar):
+    true = np.array([30.0, 10.0]), np.zeros(2), np.full(2, 20.0)
+    rows = table_rows(_located([20.0, 10.1], [0.0, 0.0]), *true, small_radar, {1: 1})
+    assert [(row.component_id, row.true_range_m) for row in rows] == [
+        (1, 10.0),
+        (0, None),
+        (None, 30.0),
+    ]
 
 
 def test_cells_are_those_of_the_textbook(small_radar):
@@ -112,3 +101,31 @@ def test_cells_are_those_of_the_textbook(small_radar):
     bandwidth = 1e13 * 32 / 5.1e6
     assert cell_m == pytest.approx(299_792_458.0 / (2.0 * bandwidth))
     assert cell_mps == pytest.approx(299_792_458.0 / (2.0 * 79e9 * 4 * 25e-6))
+
+
+@pytest.mark.parametrize(
+    ("shown", "words"),
+    [
+        (0, "10 objects and bursts of another radar in 4 ramps. Nothing is estimated yet."),
+        (1, "Iteration 1: "),
+        (None, "Converged after "),
+    ],
+)
+def test_the_headline_says_how_far_the_run_is(many_ramps, shown, words):
+    snapshot = many_ramps.snapshot(shown)
+    picture = compose(snapshot, 0, "level")
+    assert picture.headline.startswith(words)
+    if snapshot.steps:
+        assert picture.headline.endswith(f"{picture.score.text}.")
+
+
+def test_the_headline_tells_what_was_found(small_radar):
+    beat = float(small_radar.beat_from_delay(80e-9))
+    event = _event(EventKind.OBJECT_ADDED, beat=beat, doppler=0.0, component_id=3)
+    step = SimpleNamespace(
+        state=SimpleNamespace(iteration=4),
+        info=_info(_event(EventKind.CHIRP_STARTED, ramp=6), event),
+        termination=Termination.RUNNING,
+    )
+    told = headline([step], small_radar, num_bursts=4, num_found=4, score=None)
+    assert told == ("Iteration 4: burst found in ramp 6, object found at 12.0 m. 4 objects so far.")

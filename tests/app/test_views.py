@@ -5,13 +5,21 @@ import numpy as np
 import pytest
 from bokeh.models import Span
 from vsep_app.jobs.tasks import compose
+from vsep_app.model.markers import Markers
+from vsep_app.model.score import Score
 from vsep_app.model.text import LogLine, TableRow
 from vsep_app.views.progress import ProgressView
 from vsep_app.views.ramps import RampStrip
-from vsep_app.views.range_doppler import MAX_MARK, MIN_MARK, RangeDopplerView, mark_sizes
+from vsep_app.views.range_doppler import (
+    MAX_MARK,
+    MIN_MARK,
+    RangeDopplerView,
+    mark_sizes,
+    miss_columns,
+)
 from vsep_app.views.signals import DelayView, FastTimeView
-from vsep_app.views.style import COLOURS, Axis
-from vsep_app.views.tables import MISSING, log_html, table_html, times_html, value_text
+from vsep_app.views.style import COLOURS, EDGE_SHARE, Axis
+from vsep_app.views.tables import MISSING, log_html, table_html, value_text
 
 
 @pytest.fixture
@@ -90,12 +98,91 @@ def test_zoom_survives_new_limits():
     assert (axis.range.reset_start, axis.range.reset_end) == (0.0, 20.0)
 
 
-def test_an_untouched_axis_follows_the_scene():
+def test_an_untouched_axis_follows_the_scene_and_a_reset_shows_the_same():
     axis = Axis()
     axis.set((0.0, 10.0))
-    axis.set((0.0, 20.0), full=(-5.0, 40.0))
+    axis.set((0.0, 20.0))
     assert (axis.range.start, axis.range.end) == (0.0, 20.0)
-    assert (axis.range.reset_start, axis.range.reset_end) == (-5.0, 40.0)
+    assert (axis.range.reset_start, axis.range.reset_end) == (0.0, 20.0)
+
+
+def test_an_axis_holds_every_estimate_of_a_run_and_forgets_those_of_the_last():
+    axis = Axis()
+    axis.hold((0.0, 10.0), np.array([3.0]), run_number=1)
+    assert (axis.range.start, axis.range.end) == (0.0, 10.0)
+    axis.hold((0.0, 10.0), np.array([3.0, -5.0]), run_number=1)
+    axis.hold((0.0, 10.0), np.array([14.0]), run_number=1)
+    margin = EDGE_SHARE * 10.0
+    held = (-5.0 - margin, 14.0 + margin)
+    assert (axis.range.start, axis.range.end) == held
+    assert (axis.range.reset_start, axis.range.reset_end) == held
+    axis.hold((0.0, 10.0), np.zeros(0), run_number=2)
+    assert (axis.range.start, axis.range.end) == (0.0, 10.0)
+
+
+def test_the_wheel_zooms_and_a_double_click_shows_all_again(linked):
+    for plot in (linked[0].figure, linked[1].before):
+        assert type(plot.toolbar.active_scroll).__name__ == "WheelZoomTool"
+        (answer,) = plot.js_event_callbacks["doubletap"]
+        assert answer.args == {"x": plot.x_range, "y": plot.y_range}
+
+
+def test_nothing_is_called_cleaned_before_a_burst_is_modelled(many_ramps, linked):
+    _, maps = linked
+    burst = int(np.flatnonzero(many_ramps.prepared.static_picture.true_ramps)[0])
+    first, last = (compose(many_ramps.snapshot(n), burst, "level") for n in (0, None))
+    assert np.isnan(first.fast_time.cleaned).all()
+    assert np.isfinite(last.fast_time.cleaned).all()
+    maps.update(first)
+    assert "No burst is modelled" in maps.after.title.text
+    assert not maps._images["after"].data["image"][0].any()
+    maps.update(last)
+    assert maps.after.title.text == "Range-Doppler, bursts cancelled"
+    np.testing.assert_array_equal(maps._images["after"].data["image"][0], last.map_after)
+
+
+def test_found_and_false_estimates_and_misses_look_different(many_ramps, linked):
+    delay, maps = linked
+    for shown in (1, len(many_ramps.steps)):
+        picture = compose(many_ramps.snapshot(shown), 0, "level")
+        maps.update(picture)
+        delay.update(picture)
+        shapes = maps._marks["objects"].data["shape"]
+        assert shapes == delay._stems["objects"].data["shape"]
+        assert shapes.count("circle") == picture.score.num_found
+        assert shapes.count("square") == picture.score.num_false
+        assert len(maps._misses.data["range"]) == 10 - picture.score.num_found
+
+
+def test_a_miss_is_tied_to_its_nearest_estimate():
+    places = {"levels_db": np.zeros(2), "snr_db": np.zeros(2), "opacity": np.ones(2)}
+    true = Markers(ranges_m=np.array([1.0, 9.0]), velocities_mps=np.array([0.0, 3.0]), **places)
+    objects = Markers(ranges_m=np.array([1.0, 8.0]), velocities_mps=np.array([0.0, 4.0]), **places)
+    score = Score(
+        found=np.array([True, False]),
+        missed=np.array([1]),
+        nearest=np.array([1]),
+        num_true=2,
+        partners={0: 0},
+    )
+    assert miss_columns(score, true, objects) == {
+        "range": [9.0],
+        "velocity": [3.0],
+        "nearest_range": [8.0],
+        "nearest_velocity": [4.0],
+    }
+
+
+def test_a_true_object_has_its_resolution_cell_beside_it(picture, linked):
+    _, maps = linked
+    maps.update(picture)
+    data, radar = maps._marks["true_objects"].data, picture.static_picture.radar
+    # A cell to either side: c / (2 B), and lambda / (2 P T).
+    bandwidth_hz = radar.slope_hz_per_s * radar.num_samples / radar.sample_rate_hz
+    assert data["width"][0] == pytest.approx(2.0 * 299_792_458.0 / (2.0 * bandwidth_hz))
+    wavelength_m = 299_792_458.0 / radar.start_frequency_hz
+    frame_s = radar.num_ramps * radar.ramp_period_s
+    assert data["height"][0] == pytest.approx(2.0 * wavelength_m / (2.0 * frame_s), rel=1e-2)
 
 
 def test_a_growing_axis_never_shrinks_within_a_run():
@@ -195,6 +282,36 @@ def test_no_number_is_minus_zero():
     assert value_text(None, 2) == value_text(float("nan"), 2) == MISSING
 
 
+def test_a_table_has_no_truth_where_none_is_known():
+    html = table_html([TableRow(component_id=0, range_m=1.5, snr_db=20.0)], moving=True)
+    assert "truth" not in html
+    assert html.count("<td>") == 4
+    assert 'class="unjudged"' in html
+
+
+def test_the_strip_has_no_row_of_true_bursts_where_none_is_known(picture):
+    strip = RampStrip()
+    strip.update(picture)
+    assert len(strip.figure.y_range.factors) == 2
+    unknown = replace(picture.static_picture.observation, truth=None)
+    static_picture = replace(picture.static_picture, observation=unknown)
+    strip.update(replace(picture, static_picture=static_picture))
+    assert strip.figure.y_range.factors == ["estimated bursts"]
+    assert len(strip._source.data["ramp"]) == 16
+
+
+def test_the_log_counts_what_is_frequent_and_does_not_list_it():
+    quiet = {"kind": "quiet", "noun": "object candidate rejected"}
+    lines = [
+        LogLine(iteration=1, text="object candidate rejected, 8 dB", number=1, **quiet),
+        LogLine(iteration=2, text="burst found in ramp 2", kind="burst"),
+        LogLine(iteration=2, text="object candidate rejected, 9 dB", number=1, **quiet),
+    ]
+    html = log_html(lines)
+    assert html.count("<li") == 1
+    assert "Not listed: 2 object candidates rejected." in html
+
+
 def test_the_log_shows_the_newest_line_first_and_escapes():
     lines = [
         LogLine(iteration=1, text="first", kind="added"),
@@ -203,14 +320,3 @@ def test_the_log_shows_the_newest_line_first_and_escapes():
     html = log_html(lines)
     assert html.index("&lt;b&gt;last") < html.index("first")
     assert "Nothing" in log_html([])
-
-
-def test_the_time_of_an_iteration_is_told_by_part(picture, many_ramps):
-    steps = many_ramps.steps
-    assert sum(picture.step_ms.values()) == pytest.approx(
-        1e3 * sum(step.seconds for step in steps) / len(steps)
-    )
-    assert times_html({"objects": 1.5, "the rest": 0.25}) == (
-        '<p class="times"><b>1.8 ms</b>: objects 1.5, the rest 0.2</p>'
-    )
-    assert "No iteration" in times_html({})

@@ -40,7 +40,7 @@ SETTLED_S = 300.0
 PATIENCE_S = 180.0
 SERVE = "import sys; from vsep_app.cli.main import main; sys.exit(main())"
 FIRST = re.compile(r"iteration ([0-2]) of")
-ENDED = re.compile(r"converged|stopped at the largest")
+ENDED = re.compile(r"converged|stopped at the limit")
 TABS = tuple(address.removeprefix("./") for address in PAGES)
 
 

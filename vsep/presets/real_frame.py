@@ -49,12 +49,14 @@ def _interferer(seed: int, slope_hz_per_s: float, shift_s: float) -> Interferer:
 PRESET = RecordedPreset(
     name="real-frame",
     label="Real frame with simulated interference",
-    help="128 ramps of 128 samples of a recorded scene; only the bursts are simulated.",
+    help="128 ramps of 128 samples of a person in a room, recorded; only the bursts are simulated.",
     radar=_RADAR,
     interferer=_sequence(59.9e12),
     frame_file="frames/openradar_doppler_example_1.npz",
     draw_interferer=_interferer,
     sir_db=-10.0,
+    # A person is no point: one component after the other is found in a body that moves.
+    max_iterations=12,
     slope_range_hz_per_s=(59.5e12, 60.5e12),
     cutoff_range_hz=(0.2e6, 1.25e6),
     shift_range_s=(-20e-6, 20e-6),

@@ -40,6 +40,8 @@ class Preset:
     #: quarter of the sampling rate
     filter_rolloff: float = PARAMETERS["filter_rolloff"].default
 
+    max_iterations: int = PARAMETERS["max_iterations"].default  #: usual limit of a run
+
     @property
     def filter_cutoff_hz(self) -> float:
         """Half-amplitude frequency of the anti-aliasing filter."""
@@ -52,6 +54,7 @@ class Preset:
             "snr_db": self.snr_db,
             "sir_db": self.sir_db,
             "interferer_slope": self._shown("interferer_slope", self.interferer.slope_hz_per_s),
+            "max_iterations": self.max_iterations,
             "burst_shift": PARAMETERS["burst_shift"].default,
             "filter_cutoff": self._shown("filter_cutoff", cutoff_hz),
             "assumed_cutoff": self._shown("assumed_cutoff", cutoff_hz),

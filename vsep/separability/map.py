@@ -8,6 +8,7 @@ import numpy as np
 
 from vsep._typing import BoolArray, FloatArray
 from vsep._version import __version__
+from vsep.analysis.intervals import binomial_interval
 from vsep.separability.analytic import AnalyticMap
 from vsep.separability.cells import CellResult, coarser
 from vsep.separability.map_spec import Cell, MapSpec
@@ -55,6 +56,8 @@ class SeparabilityMap:
     #: by the names of `LAYERS`. A cell that has no trials yet shows those of the coarser grid.
     layers: Mapping[str, FloatArray]
     trials: FloatArray  #: (ny, nx) trials made in each cell
+    #: (2, ny, nx) interval of the share of objects found, at 95 %; NaN where there are no trials
+    detection_interval: FloatArray
 
     @property
     def finished(self) -> BoolArray:
@@ -86,11 +89,15 @@ def make_separability_map(
     """
     shape = spec.shape
     trials = np.zeros(shape)
+    interval = np.full((2, *shape), np.nan)
     measured = {name: np.full(shape, np.nan) for name in _MEASURES}
     for row, column in np.ndindex(shape):
         cell = column, row
         if cell in cell_results:
-            trials[row, column] = cell_results[cell].num_trials
+            result = cell_results[cell]
+            trials[row, column] = result.num_trials
+            found = binomial_interval(result.num_found, result.num_objects)
+            interval[:, row, column] = found.low, found.high
         nearest = next(
             (other for other in coarser(cell, shape[1], shape[0]) if other in cell_results), None
         )
@@ -107,6 +114,7 @@ def make_separability_map(
             **measured,
         },
         trials=trials,
+        detection_interval=interval,
     )
 
 

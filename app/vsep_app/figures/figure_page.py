@@ -127,7 +127,6 @@ def draw_delay(axes: Any, picture: Picture, *, legend: bool = True) -> None:
     _lines(axes, picture.delay)
     floor = static_picture.spectrum_limits_db[0]
     for marks, role, marker, label in (
-        (picture.channel, "interference", "d", "interference path"),
         (picture.true_objects, "true", "x", "true object"),
         (picture.objects, "object", "o", "estimate"),
     ):
@@ -136,7 +135,7 @@ def draw_delay(axes: Any, picture: Picture, *, legend: bool = True) -> None:
         face = {} if marker == "x" else {"markerfacecolor": "none"}
         look = {"color": colour, "markersize": 5, "linestyle": "none", **face}
         axes.plot(marks.ranges_m, marks.levels_db, marker, label=label, **look)
-    axes.set_xlim(*static_picture.shown_ranges_m)
+    axes.set_xlim(*_holding(static_picture.shown_ranges_m, picture.objects.ranges_m))
     axes.set_ylim(*static_picture.spectrum_limits_db)
     _dress(axes, f"Delay spectrum, ramp {picture.ramp}", "range [m]", "level [dB]")
     if legend:
@@ -147,7 +146,7 @@ def draw_delay(axes: Any, picture: Picture, *, legend: bool = True) -> None:
 def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
     """Draw a range-Doppler map with its marks; return the image."""
     static_picture = picture.static_picture
-    values = static_picture.map_before if before else picture.map_after
+    values = static_picture.map_before if before else picture.map_after * picture.is_cleaned
     ranges, velocities = static_picture.map_ranges_m, static_picture.map_velocities_mps
     extent = [
         end
@@ -164,13 +163,21 @@ def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
     axes.scatter(
         true.ranges_m, true.velocities_mps, s=36, marker="+", color=COLOURS["true"], linewidths=1.3
     )
-    axes.set_xlim(*static_picture.shown_ranges_m)
+    axes.set_xlim(*_holding(static_picture.shown_ranges_m, found.ranges_m))
     if static_picture.shown_velocities_mps:
-        axes.set_ylim(*static_picture.shown_velocities_mps)
-    title = "Range-Doppler, received" if before else "Range-Doppler, bursts cancelled"
+        axes.set_ylim(*_holding(static_picture.shown_velocities_mps, found.velocities_mps))
+    title = "Range-Doppler, received"
+    if not before:
+        title = "Range-Doppler, bursts cancelled" if picture.is_cleaned else "No burst modelled yet"
     _dress(axes, title, "range [m]", "radial velocity [m/s]" if before else "")
     axes.grid(visible=False)
     return image
+
+
+def _holding(limits: tuple[float, float], places: Any) -> tuple[float, float]:
+    """Return limits that hold all places, too."""
+    every = [*limits, *places]
+    return min(every), max(every)
 
 
 def _progress(axes: Any, picture: Picture) -> None:

@@ -25,7 +25,8 @@ EXPLANATIONS = {
     "frequencies is because chirp parameters and paths of the bursts are unknown. Levels play no "
     "part.",
     "detection": "Share of the true objects that the estimator found within a resolution cell. "
-    "Trials fill the map from coarse to fine.",
+    "Trials fill the map from coarse to fine; hatched cells have none of their own yet and show "
+    "those of the coarser grid.",
     "rmse_over_crlb": "Root mean squared error of the objects that were found over the root of the "
     "bound. About 1: as good as it gets.",
     "false_alarms": "Objects found where there is none, a frame.",
@@ -40,6 +41,24 @@ _DASHES: dict[Backend, dict[str, str]] = {
 }
 _STROKES = (("black", 3.6), ("white", 1.6))
 _POINTS = 0.6
+
+
+def _hatched(plot: Any, _: Any) -> None:
+    """Hatch the boxes of a plot of Bokeh, for which HoloViews has no option."""
+    hatch = {"hatch_pattern": "right_diagonal_line", "hatch_color": "black"}
+    plot.handles["glyph"].update(**hatch, hatch_alpha=0.45, hatch_scale=8.0)
+
+
+# Cells without trials of their own show those of the coarser grid: a guess.
+_UNTRIED: dict[Backend, dict[str, Any]] = {
+    "bokeh": {
+        "fill_color": "white",
+        "fill_alpha": 0.35,
+        "line_alpha": 0.0,
+        "hooks": [_hatched],
+    },
+    "matplotlib": {"facecolor": "white", "alpha": 0.45, "linewidth": 0.0},
+}
 
 
 def map_overlay(separability_map: SeparabilityMap, layer: str, backend: Backend) -> Any:
@@ -59,7 +78,9 @@ def map_overlay(separability_map: SeparabilityMap, layer: str, backend: Backend)
         backend=backend,
         **_image_options(separability_map, backend),
     )
-    elements = [image, *_lines(separability_map, backend)]
+    untried = library.Rectangles(_untried(separability_map) if shown.empirical else [])
+    untried = untried.opts(**_UNTRIED[backend], backend=backend)
+    elements = [image, untried, *_lines(separability_map, backend)]
     aspect = {"aspect": "auto"} if backend == "matplotlib" else {"active_tools": ["box_zoom"]}
     return library.Overlay(elements).opts(
         title=shown.label,
@@ -71,6 +92,21 @@ def map_overlay(separability_map: SeparabilityMap, layer: str, backend: Backend)
     )
 
 
+def _untried(separability_map: SeparabilityMap) -> list[tuple[float, float, float, float]]:
+    """Return the cells without trials as boxes, neighbours of a row as one."""
+    spec = separability_map.spec
+    (x, dx, _), (y, dy, _) = cell_edges(spec.x), cell_edges(spec.y)
+    boxes = []
+    for row, tried in enumerate(separability_map.finished):
+        edges = np.flatnonzero(np.diff(np.concatenate([[True], tried, [True]])))
+        bottom = y + dy * row
+        boxes += [
+            (x + dx * float(start), bottom, x + dx * float(end), bottom + dy)
+            for start, end in edges.reshape(-1, 2)
+        ]
+    return boxes
+
+
 def hover_columns(separability_map: SeparabilityMap) -> dict[str, FloatArray]:
     """Return what the pointer shows of every cell: parameters, all layers, number of trials."""
     spec = separability_map.spec
@@ -79,6 +115,8 @@ def hover_columns(separability_map: SeparabilityMap) -> dict[str, FloatArray]:
         "x_value": np.broadcast_to(_values(spec.x), spec.shape),
         "y_value": np.broadcast_to(_values(spec.y)[:, None], spec.shape),
         "trials": separability_map.trials,
+        "least_found": separability_map.detection_interval[0],
+        "most_found": separability_map.detection_interval[1],
     }
 
 
@@ -92,9 +130,12 @@ def tips(separability_map: SeparabilityMap) -> list[tuple[str, str]]:
     shown += [
         (layer.label, f"@{name}_layer{{0.[0000]}}")
         for name, layer in LAYERS.items()
-        if not layer.empirical or spec.trials
+        if not layer.empirical or separability_map.finished.any()
     ]
-    return [*shown, ("trials", "@trials")] if spec.trials else shown
+    if not separability_map.finished.any():
+        return shown
+    interval = "@least_found{0.00} to @most_found{0.00}"
+    return [*shown, ("share found, 95 % interval", interval), ("trials", "@trials")]
 
 
 def equality_lines(separability_map: SeparabilityMap, name: str) -> list[FloatArray]:

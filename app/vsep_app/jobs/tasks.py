@@ -24,6 +24,7 @@ from vsep.presets.record import RecordedPreset, SimulatedPreset
 from vsep.presets.registry import PRESETS
 from vsep.presets.scenes import simulate_preset
 from vsep.presets.settings import chosen_filter, simulator_options
+from vsep.signal.clutter import remove_static_clutter
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Observation
@@ -95,8 +96,12 @@ READ_UPLOAD = Limited(function=read_upload, what="The file", seconds=READ_S, meg
 
 @lru_cache(maxsize=4)
 def recorded_frame(preset: RecordedPreset) -> Frame:
-    """Return the frame of a recorded preset."""
-    return read_frame(path(preset.frame_file))
+    """Return the frame of a recorded preset, without what stands still.
+
+    Walls and leakage are hundreds of components, and none of them is what bursts hide.
+    """
+    frame = read_frame(path(preset.frame_file))
+    return replace(frame, received=remove_static_clutter(frame.received, frame.name))
 
 
 def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepared:

@@ -4,7 +4,7 @@ A `Picture` is made from the static picture of a run and the steps up to the ite
 screen and report draw from the same one, so they cannot differ.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,10 +13,10 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.analysis.angles import object_angles
 from vsep.inference.core.progress import Step, Termination
 from vsep.inference.core.state import ObjectComponents, SeparationState
-from vsep.inference.core.stopwatch import summed
 from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.units import to_db
 from vsep_app.model import markers, text
+from vsep_app.model.score import Score, score_of
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 
 FLASH_ITERATIONS = 3
@@ -74,6 +74,9 @@ class Picture(RunPicture):
     pruned: markers.Markers
     #: Interference-channel components of the ramp at their equivalent range.
     channel: markers.Markers
+    score: Score | None  #: How many objects are found; None where the true ones are not known.
+    headline: str  #: What happened in this iteration, in plain words.
+    is_cleaned: bool  #: Whether a burst is modelled in any ramp.
     map_after: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map after cancellation.
     #: (P,) float: Mean level of the estimated burst of each ramp; NaN where none is modelled.
     burst_level_db: FloatArray
@@ -81,8 +84,6 @@ class Picture(RunPicture):
     log: tuple[text.LogLine, ...]  #: Oldest first.
     table: tuple[text.TableRow, ...]  #: Sorted by distance.
     progress: Progress  #: Diagnostics up to here.
-    #: Milliseconds of an iteration by part of the algorithm, mean up to here.
-    step_ms: Mapping[str, float]
 
 
 def make_picture(
@@ -117,6 +118,7 @@ def make_picture(
     whole = steps[-1].state if steps else initial_state
     state = static_picture.seen(whole)
     ramp = min(max(ramp, 0), static_picture.radar.num_ramps - 1)
+    score = score_of(static_picture, whole.objects)
     signals = _ramp_signals(static_picture, state, ramp)
     return Picture(
         static_picture=static_picture,
@@ -133,23 +135,35 @@ def make_picture(
         added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
         pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
         channel=markers.channel_marks(static_picture, state, ramp),
+        score=score,
+        headline=text.headline(
+            steps,
+            static_picture.radar,
+            num_bursts=int(static_picture.true_ramps.sum()),
+            num_found=state.objects.num_components,
+            score=score,
+        ),
+        is_cleaned=bool(state.interfered_ramps),
         map_after=static_picture.map_of(state.cleaned(static_picture.observation.received)),
         burst_level_db=_burst_levels(static_picture, state),
         true_ramps=static_picture.true_ramps,
         log=text.log_lines(steps, static_picture.radar),
-        table=_table(static_picture, whole),
+        table=_table(static_picture, whole, score),
         progress=_progress(static_picture, steps),
-        step_ms=_step_ms(steps),
     )
 
 
 def _ramp_signals(static_picture: StaticPicture, state: SeparationState, ramp: int) -> ComplexArray:
-    """(5, N) received, true object, object estimate, interference, cleaned."""
+    """(5, N) received, true object, object estimate, interference, cleaned.
+
+    The last two are not known in a ramp without a modelled burst: nothing is cleaned there yet.
+    """
     received = static_picture.observation.received[ramp]
     truth = static_picture.observation.truth
     unknown = np.full_like(received, np.nan)
     true_object = unknown if truth is None else truth.object_signal[ramp]
-    interference = state.interference_signal[ramp]
+    modelled = ramp in state.interfered_ramps
+    interference = state.interference_signal[ramp] if modelled else unknown
     return np.stack(
         [received, true_object, state.object_signal[ramp], interference, received - interference]
     )
@@ -166,7 +180,9 @@ def _burst_levels(static_picture: StaticPicture, state: SeparationState) -> Floa
     return np.where(modelled, static_picture.level_db(power), np.nan)
 
 
-def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[text.TableRow, ...]:
+def _table(
+    static_picture: StaticPicture, state: SeparationState, score: Score | None
+) -> tuple[text.TableRow, ...]:
     """Rows of all objects, as all antennas together tell them."""
     radar, objects = static_picture.radar, state.objects
     std = dispersion_std(objects, state.effective_precision, radar.shape, state.relative_noise)
@@ -186,6 +202,7 @@ def _table(static_picture: StaticPicture, state: SeparationState) -> tuple[text.
         true.velocities_mps,
         true.snr_db,
         radar,
+        {} if score is None else score.partners,
         _angles(static_picture, objects),
     )
 
@@ -217,8 +234,3 @@ def _progress(static_picture: StaticPicture, steps: Sequence[Step]) -> Progress:
         noise_db=-to_db(precision * static_picture.reference_power),
         ratio_db=np.array([step.info.separability_ratio_db for step in steps]),
     )
-
-
-def _step_ms(steps: Sequence[Step]) -> dict[str, float]:
-    parts = summed(step.seconds_by_part for step in steps)
-    return {name: 1e3 * seconds / len(steps) for name, seconds in parts.items()}

@@ -243,13 +243,13 @@ def _levels_text(radar: ChirpSequence, truth: GroundTruth | None) -> str:
     if np.isfinite(truth.noise_precision):
         snr_db = to_db(energy * truth.noise_precision)
         per_sample_db = snr_db - to_db(radar.num_ramps * radar.num_samples)
-        parts.append(f"SNR {snr_db:.1f} dB in all = {per_sample_db:.1f} dB a sample")
+        parts.append(f"SNR {snr_db:.1f} dB in total ({per_sample_db:.1f} dB per sample)")
     burst_energy = float(np.sum(np.abs(truth.interference_signal) ** 2))
     if burst_energy > 0.0:
         share = float(np.mean(truth.interfered_samples()))
         sir_db = to_db(energy / burst_energy)
         parts.append(
-            f"SIR {sir_db:.1f} dB in all = {sir_db + to_db(share):.1f} dB inside the bursts "
-            f"({100.0 * share:.0f} % of the samples)"
+            f"SIR {sir_db:.1f} dB in total ({sir_db + to_db(share):.1f} dB inside the bursts, "
+            f"{100.0 * share:.0f} % of the samples)"
         )
     return "; ".join(parts)

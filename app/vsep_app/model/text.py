@@ -7,27 +7,43 @@ from typing import Any
 
 import numpy as np
 
-from vsep._typing import BoolArray, FloatArray
+from vsep._typing import FloatArray
 from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo, Step, Termination
+from vsep.parameters import PARAMETERS
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
+from vsep_app.model.score import Score
 
 _OBJECT_EVENTS = (EventKind.OBJECT_ADDED, EventKind.OBJECT_PRUNED)
 _BURST_EVENTS = (EventKind.CHIRP_STARTED, EventKind.CHIRP_DROPPED, EventKind.CHIRP_RESTARTED)
+_REJECTED = ("object candidate rejected", "object candidates rejected")
 _COUNTED = {
     EventKind.CHANNEL_ADDED: ("interference path added", "interference paths added"),
     EventKind.CHANNEL_PRUNED: ("interference path pruned", "interference paths pruned"),
     EventKind.FILTER_ADDED: ("filter correction added", "filter corrections added"),
     EventKind.FILTER_PRUNED: ("filter correction pruned", "filter corrections pruned"),
 }
+_PLURALS = dict([_REJECTED, *_COUNTED.values()])
+_LIMIT = PARAMETERS["max_iterations"].title
+_END_LINES = {Termination.MAX_ITERATIONS: f"stopped at the limit; raise {_LIMIT} to go on"}
+_ENDS = {
+    Termination.CONVERGED: "Converged after {}",
+    Termination.MAX_ITERATIONS: "Stopped at the limit of {}",
+    Termination.NONFINITE: "Stopped after {}: no finite value",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
 class LogLine:
-    """One line of the event log; `kind` names its colour: added, pruned, burst, quiet or end."""
+    """One line of the event log; `kind` names its colour: added, pruned, burst, quiet or end.
+
+    A quiet line is one of many alike: it has a number and the noun of what it counts.
+    """
 
     iteration: int
     text: str
     kind: str
+    number: int = 0
+    noun: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,9 +86,8 @@ def log_lines(steps: Sequence[Step], radar: ChirpSequence) -> tuple[LogLine, ...
     for step in steps:
         lines.extend(iteration_lines(step.state.iteration, step.info, radar))
         if step.termination is not Termination.RUNNING:
-            lines.append(
-                LogLine(iteration=step.state.iteration, text=step.termination.value, kind="end")
-            )
+            text = _END_LINES.get(step.termination, step.termination.value)
+            lines.append(LogLine(iteration=step.state.iteration, text=text, kind="end"))
     return tuple(lines)
 
 
@@ -92,7 +107,7 @@ def iteration_lines(
         elif event.kind is EventKind.OBJECT_REJECTED:
             text = f"object candidate rejected, {_level(event.snr_db)}"
             text += f" (threshold {event.threshold_db:.1f} dB)"
-            lines.append(LogLine(iteration=iteration, text=text, kind="quiet"))
+            lines.append(_quiet(iteration, text, 1, _REJECTED[0]))
     counts = Counter(event.kind for event in info.events if event.kind in _COUNTED)
     for event_kind, count in counts.items():
         singular, plural = _COUNTED[event_kind]
@@ -100,8 +115,101 @@ def iteration_lines(
         ramps = {e.ramp for e in info.events if e.kind is event_kind and e.ramp >= 0}
         where = f" in ramp {min(ramps)}" if len(ramps) == 1 else f" in {len(ramps)} ramps"
         text += where if radar.num_ramps > 1 and ramps else ""
-        lines.append(LogLine(iteration=iteration, text=text, kind="quiet"))
+        lines.append(_quiet(iteration, text, count, singular))
     return tuple(lines)
+
+
+def _quiet(iteration: int, text: str, number: int, noun: str) -> LogLine:
+    return LogLine(iteration=iteration, text=text, kind="quiet", number=number, noun=noun)
+
+
+def quiet_text(lines: Sequence[LogLine]) -> str:
+    """Return what the quiet lines of a log count together; empty where there is none.
+
+    Examples
+    --------
+    >>> line = LogLine(iteration=1, text="", kind="quiet", number=2, noun="path")
+    >>> quiet_text([line, line])
+    '4 paths'
+    """
+    counts: Counter[str] = Counter()
+    for line in lines:
+        if line.kind == "quiet":
+            counts[line.noun] += line.number
+    return ", ".join(
+        f"{number} {noun if number == 1 else _PLURALS.get(noun, noun + 's')}"
+        for noun, number in counts.items()
+    )
+
+
+def headline(
+    steps: Sequence[Step],
+    radar: ChirpSequence,
+    *,
+    num_bursts: int,
+    num_found: int,
+    score: Score | None,
+) -> str:
+    """Say what happened in the last of the steps, and how much is found; one or two sentences.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+        Up to the iteration shown.
+    radar : ChirpSequence
+        For the conversion to metres.
+    num_bursts : int
+        Ramps that truly hold a burst, as far as that is known.
+    num_found : int
+        Objects so far, which are counted where there is no score.
+    score : Score or None
+        None where the true objects are not known.
+    """
+    if not steps:
+        objects = (
+            "An unknown number of objects"
+            if score is None
+            else counted(score.num_true, "object").capitalize()
+        )
+        bursts = (
+            f" and bursts of another radar in {counted(num_bursts, 'ramp')}" if num_bursts else ""
+        )
+        return f"{objects}{bursts}. Nothing is estimated yet."
+    last = steps[-1]
+    iteration = last.state.iteration
+    so_far = f"{counted(num_found, 'object')} so far." if score is None else f"{score.text}."
+    if last.termination is not Termination.RUNNING:
+        end = _ENDS[last.termination].format(counted(iteration, "iteration"))
+        return f"{end}. {so_far}"
+    news = _news(last.info, radar)
+    return f"Iteration {iteration}: {news}. {so_far}"
+
+
+def _news(info: IterationInfo, radar: ChirpSequence) -> str:
+    """Say which bursts were found, which objects were added and which were removed."""
+    ramps = [e.ramp for e in info.events if e.kind is EventKind.CHIRP_STARTED]
+    parts = [_told("burst", "found", [f"in ramp {ramp}" for ramp in ramps])]
+    for kind, verb in ((EventKind.OBJECT_ADDED, "found"), (EventKind.OBJECT_PRUNED, "removed")):
+        beats = [event.beat for event in info.events if event.kind is kind]
+        parts.append(_told("object", verb, [f"at {_distance(beat, radar)}" for beat in beats]))
+    return ", ".join(part for part in parts if part) or "nothing new, the estimates settle"
+
+
+def _told(noun: str, verb: str, places: Sequence[str]) -> str:
+    """Say where one thing is; several are counted.
+
+    Examples
+    --------
+    >>> _told("object", "found", ["at 6.9 m"]), _told("burst", "found", ["here", "there"])
+    ('object found at 6.9 m', '2 bursts found')
+    """
+    if len(places) > 1:
+        return f"{len(places)} {noun}s {verb}"
+    return f"{noun} {verb} {places[0]}" if places else ""
+
+
+def _distance(beat: float, radar: ChirpSequence) -> str:
+    return f"{float(radar.range_from_beat(np.asarray(beat))):.1f} m"
 
 
 def _level(level_db: float) -> str:
@@ -109,7 +217,7 @@ def _level(level_db: float) -> str:
 
 
 def _place(event: ComponentEvent, radar: ChirpSequence) -> str:
-    distance = f"{float(radar.range_from_beat(np.asarray(event.beat))):.1f} m"
+    distance = _distance(event.beat, radar)
     if radar.num_ramps == 1:
         return distance
     velocity = round(float(radar.velocity_from_doppler(np.asarray(event.doppler))), 1) + 0.0
@@ -143,20 +251,14 @@ def table_rows(
     true_velocities_mps: FloatArray,
     true_snr_db: FloatArray,
     radar: ChirpSequence,
+    partners: Mapping[int, int],
     angles: AngleColumns | None = None,
 ) -> tuple[TableRow, ...]:
     """Return the component table sorted by distance; each true object has at most one estimate.
 
-    An estimate belongs to the nearest true object if it lies within one resolution cell, nearest
-    pairs first. This serves the eye; the metrics of a study live in `vsep`.
+    `partners` leads from an estimate to its true object.
     """
-    cell_m, cell_mps = resolution_cells(radar)
     moves = radar.num_ramps > 1
-    distance = np.abs(found.ranges_m[:, None] - true_ranges_m[None, :]) / cell_m
-    if moves:
-        away = np.abs(found.velocities_mps[:, None] - true_velocities_mps[None, :]) / cell_mps
-        distance = np.hypot(distance, np.minimum(away, radar.num_ramps - away))
-    partner = _pairs(distance)
     estimates: dict[str, Any] = {"component_id": found.ids, "snr_db": found.snr_db}
     estimates |= {"range_m": found.ranges_m, "range_std_m": found.range_std_m}
     truth = {"true_range_m": true_ranges_m, "true_snr_db": true_snr_db}
@@ -168,10 +270,10 @@ def table_rows(
         estimates |= {"angle_deg": angles.angles_deg, "angle_std_deg": angles.stds_deg}
         truth |= {} if angles.true_deg is None else {"true_angle_deg": angles.true_deg}
     rows = [
-        TableRow(**_at(index, estimates), **_at(partner.get(index), truth))
+        TableRow(**_at(index, estimates), **_at(partners.get(index), truth))
         for index in range(len(found.ids))
     ]
-    missed = sorted(set(range(len(true_ranges_m))) - set(partner.values()))
+    missed = sorted(set(range(len(true_ranges_m))) - set(partners.values()))
     rows += [TableRow(**_at(true, truth)) for true in missed]
     return tuple(sorted(rows, key=_place_of))
 
@@ -196,17 +298,3 @@ def resolution_cells(radar: ChirpSequence) -> tuple[float, float]:
 def _place_of(row: TableRow) -> float:
     place = row.true_range_m if row.range_m is None else row.range_m
     return place or 0.0
-
-
-def _pairs(distance: FloatArray) -> dict[int, int]:
-    """Pair rows with columns at less than one cell, nearest first."""
-    open_pairs: BoolArray = distance < 1.0
-    pairs: dict[int, int] = {}
-    order = np.argsort(distance, axis=None)
-    for row, column in zip(*np.unravel_index(order, distance.shape), strict=True):
-        if not open_pairs[row, column]:
-            continue
-        pairs[int(row)] = int(column)
-        open_pairs[row, :] = False
-        open_pairs[:, column] = False
-    return pairs

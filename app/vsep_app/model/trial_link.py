@@ -15,13 +15,16 @@ from typing import Any
 
 from vsep.errors import InputError, shown
 from vsep.files.frame import Frame
+from vsep.parameters import PARAMETERS
+from vsep.presets.registry import NOISE_SCENES, PRESETS
 from vsep.separability.trial_word import is_map_trial_word, trial_of_word
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.frames import trial_frame
 from vsep.studies.methods import NO_INTERFERENCE
 from vsep.studies.study import Point, Trial, TrialSettings
 from vsep.studies.trial import DONE, Row
-from vsep_app.model.settings import Settings
+from vsep.studies.trial_scenario import preset_name
+from vsep_app.model.settings import Settings, preset_values
 
 TRIAL_KEY = "trial"
 _FORM = "study/point/realization/method/seed/schedule"
@@ -38,6 +41,9 @@ class OpenedTrial:
     link: str  #: The word that names it.
     frame: Frame  #: What its method saw.
     values: Mapping[str, Any]  #: Settings under which the live view does what the trial did.
+    #: Settings of its scene, with the preset that it was drawn from; empty for noise alone. What a
+    #: preset cannot be told, as another number of objects, is not among them.
+    scene: Mapping[str, Any]
 
 
 def trial_link(row: Row) -> str:
@@ -93,7 +99,36 @@ def _opened(link: str, trial: Trial) -> OpenedTrial:
         raise InputError(f"trial is {shown(link)}; the live view has no method {method}.")
     schedule = trial.settings.schedule
     values = {"estimator": estimator, "schedule": schedule, **_threshold_values(trial.point)}
-    return OpenedTrial(link=link, frame=trial_frame(trial, method), values=values)
+    scene = _scene_values(trial, has_bursts=method != NO_INTERFERENCE)
+    return OpenedTrial(link=link, frame=trial_frame(trial, method), values=values, scene=scene)
+
+
+def _scene_values(trial: Trial, *, has_bursts: bool) -> dict[str, Any]:
+    """Return the settings of the scene of a trial, in the units of the controls."""
+    point = trial.point
+    name = preset_name(point, trial.realization)
+    if point.scene in NOISE_SCENES:
+        return {}
+    values = preset_values(name)
+    slope, cutoff = point.interferer_slope_hz_per_s, point.filter_cutoff_hz
+    if slope is not None:
+        values["interferer_slope"] = PARAMETERS["interferer_slope"].shown(slope)
+    if cutoff is not None:
+        values["filter_cutoff"] = PARAMETERS["filter_cutoff"].shown(cutoff)
+    if point.butterworth_order:
+        values |= {"filter_kind": "butterworth", "filter_order": point.butterworth_order}
+    del values["ramp"]
+    values |= {
+        "snr_db": point.snr_db,
+        "sir_db": point.sir_db,
+        "interference": has_bursts,
+        "interference_model": point.interference_model,
+        "assume_true_filter": not (point.butterworth_order or point.filter_mismatch),
+        "assumed_cutoff": values["filter_cutoff"] * (1.0 + point.filter_mismatch),
+        "assumed_rolloff": PRESETS[name].filter_rolloff,
+        "filter_rolloff": PRESETS[name].filter_rolloff,
+    }
+    return values
 
 
 def trial_of_query(

@@ -30,6 +30,8 @@ if (window.innerWidth < 600) {
 }
 """
 
+_CURRENT = ' aria-current="page"'
+
 
 @dataclass(frozen=True, kw_only=True)
 class PageContext:
@@ -80,14 +82,14 @@ class PageBase(ABC):
 
 
 def links(here: str) -> Any:
-    """Return the links of the header to the other pages.
+    """Return the links of the header to all pages; that of the open one is marked.
 
     They take the settings along: what a page does not understand plays no part there.
     """
     anchors = "".join(
-        f'<a href="{page.address}" onclick="this.search=location.search">{page.name}</a>'
+        f'<a href="{page.address}" onclick="this.search=location.search"'
+        f"{_CURRENT if page.address == here else ''}>{page.name}</a>"
         for page in PAGES.values()
-        if page.address != here
     )
     look = {"margin": (0, 6, 0, 12), "align": "center", "sizing_mode": None}
     return html_pane("header", f'<nav aria-label="Pages">{anchors}</nav>', **look)

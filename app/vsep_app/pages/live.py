@@ -15,28 +15,30 @@ from vsep_app.jobs.run_session import Phase
 from vsep_app.jobs.tasks import Prepared, advance, compact, compose, prepare, run_key, strip
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
-from vsep_app.model.trial_link import TRIAL_KEY, trial_of_query
-from vsep_app.model.url import parse_iteration, parse_query
+from vsep_app.model.trial_link import TRIAL_KEY, OpenedTrial, trial_of_query
+from vsep_app.model.url import ITERATION_KEY, QUERY_NAMES, parse_iteration, parse_query
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.run_page import ScenePage
 from vsep_app.report.snapshot import SnapshotFile, make_snapshot, snapshot_spec
 from vsep_app.report.spec import KeptFrame, ReportSpec
-from vsep_app.teaching.experiment import LIVE, Experiment, open_experiment
+from vsep_app.teaching.experiment import EXPERIMENT_KEY, LIVE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide
 from vsep_app.views.progress import ProgressView
 from vsep_app.views.ramps import RampStrip
 from vsep_app.views.range_doppler import RangeDopplerView
 from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import Axis, crosshair
-from vsep_app.views.tables import times_html
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.exports import RunTables
-from vsep_app.widgets.layout import card, html_pane, panel, progress_card, stack
+from vsep_app.widgets.headline import Headline
+from vsep_app.widgets.keys import Keys
+from vsep_app.widgets.layout import card, progress_card, stack
 from vsep_app.widgets.location import set_query, synchronise
-from vsep_app.widgets.notifications import notify
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
 
+START_QUERY = {"preset": "simulation-2-b", ITERATION_KEY: "0"}  # of an address that names nothing
+OPENING_SHARE = 0.25  # of the speed, for the first iterations after a run was begun by hand
 SIDE_PERIOD_S = 0.3
 SIDE_PICTURES = 4
 
@@ -47,14 +49,18 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     address = "./"
 
     def __init__(self, context: PageContext) -> None:
+        named = {*QUERY_NAMES.values(), ITERATION_KEY, TRIAL_KEY, FRAME_KEY, EXPERIMENT_KEY}
+        start = {} if named & context.query.keys() else START_QUERY
         self._stored, query, handover_errors = frame_of_query(
-            context.query, context.shared_resources.frames
+            {**start, **context.query}, context.shared_resources.frames
         )
         self._trial, query, trial_errors = trial_of_query(query)
         query, opened, unknown = open_experiment(query, context.experiments, LIVE)
         values, errors = parse_query(query)
         trial_values = self._trial.values if self._trial else {}
-        super().__init__(context, Settings(**{**trial_values, **values}))
+        # Of a trial the scene is given; of other settings the address is right.
+        scene = self._trial.scene if self._trial else {}
+        super().__init__(context, Settings(**{**trial_values, **values, **scene}))
         self._stop_at, more = parse_iteration(query)
         self._errors = handover_errors + trial_errors + unknown + errors + more
         self._kept: KeptFrame | None = None
@@ -64,8 +70,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self.controls = Controls(self.settings, self.load)
         self.guide = Guide(context.experiments, here=LIVE, take=self.take_experiment, opened=opened)
         if self._trial is not None:
-            self._take_frame(self._trial.frame)
-            self.settings.choose_preset(LOADED_FRAME)
+            self._take_trial(self._trial)
         self._make_loop(
             RunCallbacks(
                 prepare=prepare,
@@ -99,7 +104,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self.ramps = RampStrip(self._ramp_selected)
         self.progress = ProgressView()
         self.tables = RunTables()
-        self.times = html_pane("tables", margin=0, sizing_mode=None)
+        self.headline = Headline()
         self._acknowledge(self.fast_time.source)
 
     def page(self) -> Any:
@@ -107,28 +112,42 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self._strip = card(self.ramps.figure, weight=0, height=62, look="strip")
         maps = (card(plot, weight=1, look="strip") for plot in (self.maps.before, self.maps.after))
         self._map_row = stack(*maps, weight=13, row=True, sheet="maps")
-        views = stack(
-            self._strip,
+        signals = (
             card(self.fast_time.figure, weight=10, key=self.fast_time.key),
             card(self.delay.figure, weight=11, key=self.delay.key),
+        )
+        self._keys = [each[-1] for each in signals]
+        views = stack(
+            self._strip,
+            *signals,
             self._map_row,
             weight=17,
         )
-        title = "Objects: estimate ± standard deviation, and truth"
         side = stack(
-            *self.tables.panels(title, log_weight=6),
-            panel("Time of an iteration", self.times, weight=2.7),
+            *self.tables.panels("Objects", log_weight=6),
             progress_card(self.progress),
             weight=10.5,
         )
+        body = stack(views, side, row=True, sheet="body")
+        self.fault.cover(body)
+        self.headline.play.on_click(lambda _: self.transport.command("run"))
+        self.keys = Keys(self.fast_time.source, self._pressed)
         return page_frame(
             self.address,
             "Variational separation of radar objects and interference, live.",
             self.transport.status,
             tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
-            main=[self.transport.layout(), stack(views, side, row=True, sheet="body")],
+            main=[self.transport.layout(), self.headline.layout(), self.fault.pane, body],
         )
+
+    def _pressed(self, name: str) -> None:
+        """Do what a key stands for: a button of the toolbar; space is run or pause."""
+        running = self.session.phase is Phase.RUNNING
+        self.transport.command(("pause" if running else "run") if name == "toggle" else name)
+
+    def _speed(self) -> float:
+        return super()._speed() * (OPENING_SHARE if self.transport.is_opening else 1.0)
 
     def start(self) -> None:
         """Begin the first run; called when the page has been drawn."""
@@ -136,7 +155,6 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self.guide.write_address()
         if self._trial is not None:
             set_query(TRIAL_KEY, self._trial.link)
-            notify(f"Opened {self._trial.frame.name}.", kind="info", duration_ms=6000)
         if self._stored is None:
             self._begin()
         else:
@@ -168,12 +186,38 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         super()._take_frame(frame)
         self.settings.antenna = 0
 
+    def _take_trial(self, trial: OpenedTrial) -> None:
+        """Show the frame of a trial; where its scene is known, with the controls unlocked."""
+        if not trial.scene:
+            self._take_frame(trial.frame)
+            self.settings.choose_preset(LOADED_FRAME)
+        else:
+            self._frame = trial.frame
+            self.controls.keeps_scene = True
+            self.settings.preset = LOADED_FRAME
+        self.headline.tell_scene(
+            f"Trial of a study: {trial.frame.name}. A control of the scene that you move leaves "
+            "it: a new frame is drawn with the settings that you see."
+        )
+
+    def _goes_on_from_trial(self) -> bool:
+        """Leave a trial for its preset, if a setting of the scene is not that of the trial."""
+        if self._trial is None or self.settings.preset != LOADED_FRAME:
+            return False
+        scene = {key: value for key, value in self._trial.scene.items() if key != "preset"}
+        if all(getattr(self.settings, name) == value for name, value in scene.items()):
+            return False
+        self.settings.preset = self._trial.scene["preset"]
+        return True
+
     def _leave_trial(self) -> None:
         """Take trial and frame out of the address once the scene is another one."""
         for held, key in ((self._trial, TRIAL_KEY), (self._stored, FRAME_KEY)):
             if held is not None:
                 set_query(key, None)
         self._trial = self._stored = None
+        self.controls.keeps_scene = False
+        self.headline.tell_scene("")
 
     def show(self, picture: Picture) -> None:
         """Draw a picture on all views; called with the document locked."""
@@ -184,7 +228,11 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
                 self.session.prepared_run.static_pictures
             )
         with pn.io.hold():
+            self.fault.clear(shown=(picture.run_number, picture.iteration))
+            at_rest = self.session.phase is not Phase.RUNNING
+            self.headline.show(picture.headline, is_first=at_rest and picture.iteration == 0)
             self._map_row.visible = self._strip.visible = several
+            self._show_keys(picture)
             self.delay.update(picture)
             if several:
                 running = self.session.phase is Phase.RUNNING and picture.iteration > 0
@@ -194,7 +242,6 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
                 self.ramps.update(picture)
             if self._is_time_for_the_side(picture):
                 self.progress.update(picture)
-                self.times.object = times_html(picture.step_ms)
                 self.tables.show(picture)
                 self.controls.show_levels(picture.static_picture.levels_text)
                 if self.session.prepared_run is not None:
@@ -205,6 +252,17 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             self._shown_run = picture.run_number
             self.fast_time.update(picture)
         self._shared_iteration.write(self.session.phase, picture.iteration)
+
+    def _show_keys(self, picture: Picture) -> None:
+        """Let the keys beside the views name a truth only where one is known."""
+        keys = self.fast_time.key, self.delay.key
+        if picture.score is None:
+            known = picture.static_picture.observation.truth is not None
+            first = self.fast_time.recorded_key if known else self.fast_time.untrue_key
+            keys = first, self.delay.untrue_key
+        for pane, key in zip(self._keys, keys, strict=True):
+            if pane.object != key:
+                pane.object = key
 
     def _is_time_for_the_side(self, picture: Picture) -> bool:
         """Whether to draw what is beside the views: less often, for it costs the browser most.
@@ -220,9 +278,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self._side_drawn = now
         return True
 
-    def notify_error(self, sentence: str) -> None:
-        """Notify the user of what cannot be done."""
-        super().notify_error(sentence)
+    def _failed(self, sentence: str) -> None:
+        super()._failed(sentence)
         self.transport.refresh(self.loop.rate)
 
     def _snapshot(self, key: str) -> Callable[[], SnapshotFile] | None:
@@ -243,6 +300,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         return partial(make_snapshot, key, snapshot_spec(shown, spec, self.settings.ramp))
 
     def _restart(self) -> None:
+        if self._goes_on_from_trial():
+            return
         if self.settings.preset != LOADED_FRAME:
             self._leave_trial()
         self.session.restart(self.settings.plan())

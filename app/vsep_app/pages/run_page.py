@@ -17,6 +17,7 @@ from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.teaching.experiment import Experiment
 from vsep_app.widgets.controls import Controls
+from vsep_app.widgets.fault import FaultNotice
 from vsep_app.widgets.location import SharedIteration
 
 _SAY_SO = """
@@ -35,6 +36,7 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
     def __init__(self, context: PageContext, settings: Settings) -> None:
         super().__init__(context)
         self.settings = settings
+        self.fault = FaultNotice()
 
     @abstractmethod
     def show(self, picture: PictureT) -> None:
@@ -51,7 +53,7 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
             post=context.post,
             show=self.show,
             notify_error=self._failed,
-            speed=lambda: float(self.settings.speed),
+            speed=self._speed,
             watched=context.watched,
         )
         self.loop = FrameLoop(
@@ -62,6 +64,10 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
             context.shared_resources,
             context.background,
         )
+
+    def _speed(self) -> float:
+        """Return how many iterations a second the user wants."""
+        return float(self.settings.speed)
 
     def _view(self) -> tuple[Any, ...]:
         """Return how the user wants to see the run."""
@@ -82,8 +88,11 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
         self.loop.close()
 
     def _failed(self, sentence: str) -> None:
-        """Say what cannot be computed; called with the document locked."""
-        self.notify_error(sentence)
+        """Say above the views what cannot be computed; called with the document locked."""
+        self.fault.tell(sentence, shown=self._shown())
+
+    def _shown(self) -> tuple[int, int]:
+        return self.session.run_number, self.session.cursor
 
     def _ramp_selected(self, ramp: int) -> None:
         self.settings.ramp = ramp
@@ -111,7 +120,7 @@ class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
             self.session.run_to(self._stop_at)
 
     def load(self, name: str, content: bytes) -> None:
-        """Take a frame file; a bad one becomes a notification and nothing else changes."""
+        """Take a frame file; a bad one is shown as refused and nothing else changes."""
 
         async def read() -> None:
             frame = await self._read(name, content)
@@ -126,9 +135,14 @@ class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
         try:
             frame: Frame = await loop.run_in_executor(pool, READ_UPLOAD, name, content)
         except InputError as error:
-            self._context.post(partial(self.notify_error, str(error)))
+            self._context.post(partial(self._refused, str(error)))
             return None
         return frame
+
+    def _refused(self, sentence: str) -> None:
+        """Say that a frame file cannot be used, and that it is not."""
+        self.notify_error(sentence)
+        self.controls.show_refused(sentence)
 
     def _take_file(self, name: str, content: bytes, frame: Frame) -> None:
         """Show the frame of a file; called with the document locked."""

@@ -83,7 +83,7 @@ def record_html(run: ReportRun) -> str:
         "iterations": shown,
         "ramps": ramps,
         "ramp": ramps.index(run.ramp),
-        "log": [line.iteration for line in reversed(last.log)],
+        "log": [line.iteration for line in reversed(last.log) if line.kind != "quiet"],
     }
     return document_html(
         views.plots,

@@ -13,6 +13,7 @@ _CURVES = (
     ("noise_db", "noise power [dB]", "received"),
     ("ratio_db", "separability, ratio of condition (27) [dB]", "interference"),
 )
+_NO_RATIO = "separability: no burst is modelled, so there is no ratio"
 
 
 class ProgressView:
@@ -61,6 +62,8 @@ class ProgressView:
             if limits is not None:
                 axis.grow(limits, fresh=name in self._unset)
                 self._unset.discard(name)
+        known = bool(np.isfinite(progress.ratio_db).any()) or not progress.ratio_db.size
+        self.figures[-1].title.text = _CURVES[-1][1] if known else _NO_RATIO
         self._source.data = {
             "iteration": short(progress.iterations),
             **{name: short(column) for name, column in columns.items()},

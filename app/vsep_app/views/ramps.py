@@ -51,6 +51,10 @@ class RampStrip:
         """Draw another picture."""
         self._num_ramps = count = len(picture.true_ramps)
         self._x.set((-0.5, count - 0.5))
+        known = picture.static_picture.observation.truth is not None
+        rows = list(_ROWS if known else _ROWS[:1])
+        if self.figure.y_range.factors != rows:
+            self.figure.y_range.factors = rows
         levels = picture.burst_level_db
         lowest, highest = picture.static_picture.level_limits_db
         opacity = np.clip((levels - lowest) / (highest - lowest), 0.35, 1.0)
@@ -65,7 +69,8 @@ class RampStrip:
                 *("present" if present else "none" for present in picture.true_ramps),
             ],
         }
-        put(self._source, columns)
+        shown = count * len(rows)
+        put(self._source, {name: column[:shown] for name, column in columns.items()})
         self._selected.update(left=picture.ramp - 0.5, right=picture.ramp + 0.5)
 
 

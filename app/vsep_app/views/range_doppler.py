@@ -15,11 +15,14 @@ from bokeh.plotting import figure
 
 from vsep_app.model.markers import Markers
 from vsep_app.model.picture import Picture
+from vsep_app.model.score import Score
+from vsep_app.model.text import resolution_cells
 from vsep_app.views.style import (
     COLOURS,
     LABEL_SIZE,
     MAP_PALETTE,
     Axis,
+    mark_looks,
     plain_figure,
     put,
     short,
@@ -29,7 +32,10 @@ from vsep_app.views.style import (
 MIN_MARK, MAX_MARK = 6.0, 18.0
 MAX_MARK_DB = 50.0
 _PLACE = ("range", "velocity")
-_COLUMNS = ("range", "velocity", "snr", "size", "opacity")
+_COLUMNS = ("range", "velocity", "snr", "size", "opacity", "shape", "colour", "width", "height")
+_MISSES = ("range", "velocity", "nearest_range", "nearest_velocity")
+_NOT_YET = "No burst is modelled yet"
+_CANCELLED = "Range-Doppler, bursts cancelled"
 
 
 def mark_sizes(snr_db: "np.ndarray[Any, np.dtype[np.float64]]") -> Any:
@@ -38,9 +44,24 @@ def mark_sizes(snr_db: "np.ndarray[Any, np.dtype[np.float64]]") -> Any:
     return MIN_MARK + (MAX_MARK - MIN_MARK) * share
 
 
-def mark_columns(marks: Markers) -> dict[str, Any]:
-    """Return the columns of a source of marks."""
+def mark_columns(
+    marks: Markers,
+    *,
+    found: "np.ndarray[Any, np.dtype[np.bool_]] | None" = None,
+    cell: tuple[float, float] = (0.0, 0.0),
+) -> dict[str, Any]:
+    """Return the columns of a source of marks.
+
+    `found` says which of them have a true object, None where that is not known; `cell` is the
+    resolution cell, in m and m/s, that each of them has around it.
+    """
+    number = len(marks.ranges_m)
+    width, height = cell
     return {
+        **mark_looks(number, found),
+        # An estimate may be off by a whole cell on either side.
+        "width": [2.0 * width] * number,
+        "height": [2.0 * abs(height)] * number,
         "range": short(marks.ranges_m),
         "velocity": short(marks.velocities_mps),
         "snr": short(marks.snr_db),
@@ -59,6 +80,24 @@ def empty_image() -> ColumnDataSource:
 def empty_marks() -> ColumnDataSource:
     """Return the source of marks that are not there yet."""
     return ColumnDataSource({column: [] for column in _COLUMNS})
+
+
+def miss_columns(score: Score | None, true_objects: Markers, objects: Markers) -> dict[str, Any]:
+    """Return the columns of a source of misses, each with its nearest estimate, if any."""
+    if score is None or not objects.ranges_m.size:
+        return {column: [] for column in _MISSES}
+    columns = {
+        "range": true_objects.ranges_m[score.missed],
+        "velocity": true_objects.velocities_mps[score.missed],
+    }
+    columns["nearest_range"] = objects.ranges_m[score.nearest]
+    columns["nearest_velocity"] = objects.velocities_mps[score.nearest]
+    return {name: short(column) for name, column in columns.items()}
+
+
+def empty_misses() -> ColumnDataSource:
+    """Return the source of misses that are not there yet."""
+    return ColumnDataSource({column: [] for column in _MISSES})
 
 
 def map_figure(
@@ -90,12 +129,26 @@ def add_colour_bar(plot: figure, scale: LinearColorMapper) -> None:
     )
 
 
-def mark_objects(plot: figure, objects: ColumnDataSource, true_objects: ColumnDataSource) -> None:
-    """Ring the estimates on a map and cross the true objects."""
-    for colour, width in (("black", 3.0), ("white", 1.4)):
+def mark_objects(
+    plot: figure,
+    objects: ColumnDataSource,
+    true_objects: ColumnDataSource,
+    misses: ColumnDataSource,
+) -> None:
+    """Ring the estimates on a map and cross the true objects, each in its resolution cell.
+
+    A miss has a dashed ring, and a line to the estimate nearest to it.
+    """
+    cell = {"line_color": "white", "line_alpha": 0.45, "fill_color": None}
+    plot.ellipse(*_PLACE, width="width", height="height", source=true_objects, **cell)
+    dashed = {"line_color": "white", "line_dash": [4, 3], "line_width": 1.6}
+    ends = (*_PLACE, "nearest_range", "nearest_velocity")
+    plot.segment(*ends, source=misses, line_alpha=0.6, **dashed)
+    plot.scatter(*_PLACE, source=misses, marker="circle", size=22, fill_color=None, **dashed)
+    for colour, width in (("black", 4.5), ("white", 3.0), ("colour", 1.8)):
         line = {"line_color": colour, "line_width": width}
         estimates = plot.scatter(
-            *_PLACE, source=objects, marker="circle", size="size", fill_color=None, **line
+            *_PLACE, source=objects, marker="shape", size="size", fill_color=None, **line
         )
     for colour, width in (("black", 3.5), (COLOURS["true"], 1.8)):
         line = {"line_color": colour, "line_width": width}
@@ -113,11 +166,12 @@ class RangeDopplerView:
         self._marks = {
             name: empty_marks() for name in ("true_objects", "objects", "added", "pruned")
         }
+        self._misses = empty_misses()
         self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
         self._crosshair = crosshair
         self._drawn_before: Any = None
         self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
-        self.after = self._figure("after", "Range-Doppler, bursts cancelled", "")
+        self.after = self._figure("after", _NOT_YET, "")
         add_colour_bar(self.after, self._scale)
         for plot in (self.before, self.after):
             self._mark(plot)
@@ -131,7 +185,7 @@ class RangeDopplerView:
         return plot
 
     def _mark(self, plot: figure) -> None:
-        mark_objects(plot, self._marks["objects"], self._marks["true_objects"])
+        mark_objects(plot, self._marks["objects"], self._marks["true_objects"], self._misses)
         plot.add_tools(CrosshairTool(overlay=self._crosshair))
 
     def _figure(self, name: str, title: str, y_label: str) -> figure:
@@ -142,7 +196,7 @@ class RangeDopplerView:
     def _mark_changes(self, plot: figure) -> None:
         marks = self._marks
         line = {"line_color": "white", "line_alpha": "opacity"}
-        ring = {"marker": "circle", "size": 28, "fill_color": None, "line_width": 4}
+        ring = {"marker": "circle", "size": 26, "fill_color": None, "line_width": 2.5}
         plot.scatter(*_PLACE, source=marks["added"], **ring, **line)
         cross = {"marker": "x", "size": 16, "line_width": 2.5}
         plot.scatter(*_PLACE, source=marks["pruned"], **cross, **line)
@@ -153,15 +207,25 @@ class RangeDopplerView:
         box = image_box(static_picture.map_ranges_m, static_picture.map_velocities_mps)
         if self._drawn_before is not static_picture.map_before:
             self._drawn_before = static_picture.map_before
-            full = (box["y"][0], box["y"][0] + box["dh"][0])
-            self._y.set(static_picture.shown_velocities_mps or full, full=full)
             low, high = static_picture.map_limits_db
             self._scale.update(low=low, high=high)
             self._images["before"].data = {"image": [static_picture.map_before], **box}
-        if with_image:
+        full = (box["y"][0], box["y"][0] + box["dh"][0])
+        limits = static_picture.shown_velocities_mps or full
+        places = picture.objects.velocities_mps
+        self._y.hold(limits, places, run_number=picture.run_number)
+        if not picture.is_cleaned:
+            # Dark until there is something to show: it would be a copy of the first map.
+            self._images["after"].data = {"image": [np.zeros_like(picture.map_after)], **box}
+        elif with_image:
             self._images["after"].data = {"image": [picture.map_after], **box}
+        self.after.title.text = _CANCELLED if picture.is_cleaned else _NOT_YET
+        found = None if picture.score is None else picture.score.found
         for name, source in self._marks.items():
-            put(source, mark_columns(getattr(picture, name)))
+            seen = found if name == "objects" else None
+            cell = resolution_cells(static_picture.radar) if name == "true_objects" else (0.0, 0.0)
+            put(source, mark_columns(getattr(picture, name), found=seen, cell=cell))
+        put(self._misses, miss_columns(picture.score, picture.true_objects, picture.objects))
 
 
 def image_box(ranges_m: Any, velocities_mps: Any) -> dict[str, list[float]]:

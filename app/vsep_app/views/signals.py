@@ -13,6 +13,7 @@ from vsep_app.views.style import (
     Axis,
     key_html,
     legend_of,
+    mark_looks,
     plain_figure,
     put,
     short,
@@ -58,6 +59,8 @@ class FastTimeView:
     """
 
     key, untrue_key = _keys([(role, label, sample) for _, role, label, sample, _ in _LINES])
+    #: Of a recording with simulated bursts: it is known without them, its objects are not.
+    recorded_key = key.replace("true objects", "without bursts")
 
     def __init__(self, *, legend: bool = False) -> None:
         self._x, self._y = Axis(), Axis()
@@ -87,10 +90,9 @@ def mark_peaks(
     colour: str,
     marker: str,
     size: int = 9,
-    filled: bool = False,
 ) -> Any:
     """Mark components at range and level, with what the pointer shows; return the marks."""
-    look = {"marker": marker, "size": size, "fill_color": colour if filled else None}
+    look = {"marker": marker, "size": size, "fill_color": None}
     marks = plot.scatter("range", "level", source=source, line_color=colour, line_width=2, **look)
     tell_of_components(plot, marks, label, "@range{0.00} m")
     return marks
@@ -113,13 +115,14 @@ class DelayView:
     own legend, or `key` is to be shown beside it.
     """
 
-    key, untrue_key = _keys(
+    key = key_html(
         [
             ("true", "true object", "cross"),
-            ("object", "estimate", "circle"),
-            ("interference", "interference path", "diamond"),
+            ("cleaned", "found", "circle"),
+            ("interference", "false", "square"),
         ]
     )
+    untrue_key = key_html([("object", "estimate", "circle")])
 
     def __init__(self, x_axis: Axis, crosshair: Span, *, legend: bool = False) -> None:
         self._x, self._y = x_axis, Axis()
@@ -129,14 +132,16 @@ class DelayView:
         entries = _draw(self.figure, self._source)
         self._stems = {
             name: ColumnDataSource(
-                {column: [] for column in ("range", "level", "floor", "snr", "opacity")}
+                {
+                    column: []
+                    for column in ("range", "level", "floor", "snr", "opacity", "shape", "colour")
+                }
             )
-            for name in ("true_objects", "objects", "channel", "added", "pruned")
+            for name in ("true_objects", "objects", "added", "pruned")
         }
         entries += [
             ("true", self._stem("true_objects", "true", "x", 9)),
-            ("estimate", self._stem("objects", "object", "circle", 8)),
-            ("interference path", self._stem("channel", "interference", "diamond", 6)),
+            ("estimate", self._stem("objects", "object", "shape", 8)),
         ]
         for name, role in (("added", "object"), ("pruned", "received")):
             line = {"line_color": COLOURS[role], "line_width": 3, "line_alpha": "opacity"}
@@ -147,29 +152,25 @@ class DelayView:
         self.figure.add_tools(CrosshairTool(overlay=crosshair))
 
     def _stem(self, name: str, role: str, marker: str, size: int) -> list[Any]:
-        source, colour = self._stems[name], COLOURS[role]
+        source = self._stems[name]
+        colour = "colour" if name == "objects" else COLOURS[role]
         stem = self.figure.segment(
             "range", "floor", "range", "level", source=source, color=colour, line_alpha=0.55
         )
-        head = mark_peaks(
-            self.figure,
-            source,
-            {"true_objects": "true object", "objects": "estimate"}.get(
-                name, "interference path, equivalent range"
-            ),
-            colour=colour,
-            marker=marker,
-            size=size,
-            filled=name == "channel",
-        )
+        label = {"true_objects": "true object", "objects": "estimate"}[name]
+        head = mark_peaks(self.figure, source, label, colour=colour, marker=marker, size=size)
         return [head, stem]
 
     def update(self, picture: Picture) -> None:
         """Draw another picture."""
         static_picture = picture.static_picture
-        self._x.set(static_picture.shown_ranges_m, full=static_picture.range_limits_m)
+        places = picture.objects.ranges_m
+        self._x.hold(static_picture.shown_ranges_m, places, run_number=picture.run_number)
         self._y.set(static_picture.spectrum_limits_db)
         self.figure.title.text = f"Delay spectrum, ramp {picture.ramp}"
         put(self._source, _columns(picture.delay))
         for name, source in self._stems.items():
-            put(source, _stem_columns(getattr(picture, name), static_picture.spectrum_limits_db[0]))
+            marks, floor = getattr(picture, name), static_picture.spectrum_limits_db[0]
+            found = None if picture.score is None else picture.score.found
+            look = mark_looks(len(marks.ranges_m), found if name == "objects" else None)
+            put(source, {**_stem_columns(marks, floor), **look})

@@ -10,9 +10,11 @@ from html import escape
 from typing import Any
 
 import numpy as np
+from bokeh.events import DoubleTap
 from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
+    CustomJS,
     HoverTool,
     Legend,
     PanTool,
@@ -39,8 +41,18 @@ _SAMPLES = {
     "dashed": '<path d="M1 5H17" stroke-dasharray="5 3"/>',
     "cross": '<path d="M6 2L12 8M12 2L6 8"/>',
     "circle": '<circle cx="9" cy="5" r="3.5"/>',
+    "square": '<path d="M5.5 1.5H12.5V8.5H5.5Z"/>',
     "diamond": '<path d="M9 1L13 5L9 9L5 5Z"/>',
 }
+
+EDGE_SHARE = 0.03  # of an axis: so far from its end is what it was widened for
+# The zoom tool's own answer to a double click is the view that the figure had before its first
+# picture; this one comes after it.
+_SHOW_ALL = """
+setTimeout(() => {
+  for (const range of [x, y]) range.setv({start: range.reset_start, end: range.reset_end})
+}, 0)
+"""
 
 Limits = tuple[float, float]
 
@@ -51,18 +63,15 @@ class Axis:
     def __init__(self) -> None:
         self.range = Range1d(start=0.0, end=1.0)
         self._limits: Limits | None = None
+        self._held: tuple[Limits, int] | None = None
 
-    def set(self, limits: Limits, *, full: Limits | None = None) -> None:
-        """Take new limits; a range the user has zoomed keeps its zoom.
-
-        The reset tool shows `full`, all there is, which may be more than the limits.
-        """
+    def set(self, limits: Limits) -> None:
+        """Take new limits, to which a reset returns; a range the user has zoomed keeps its zoom."""
         if limits == self._limits:
             return
         untouched = self._limits is None or (self.range.start, self.range.end) == self._limits
         self._limits = limits
-        lowest, highest = full or limits
-        self.range.update(reset_start=lowest, reset_end=highest)
+        self.range.update(reset_start=limits[0], reset_end=limits[1])
         if untouched:
             self.range.update(start=limits[0], end=limits[1])
 
@@ -72,6 +81,35 @@ class Axis:
             lowest, highest = self._limits
             limits = (min(lowest, limits[0]), max(highest, limits[1]))
         self.set(limits)
+
+    def hold(
+        self, limits: Limits, places: "np.ndarray[Any, np.dtype[np.float64]]", *, run_number: int
+    ) -> None:
+        """Take the limits of a scene, widened to show all places there have been in a run."""
+        fresh = self._held != (limits, run_number)
+        self._held = limits, run_number
+        margin = EDGE_SHARE * (limits[1] - limits[0])
+        lowest, highest = limits
+        if places.size:
+            least, most = float(places.min()), float(places.max())
+            lowest = least - margin if least < lowest else lowest
+            highest = most + margin if most > highest else highest
+        self.grow((lowest, highest), fresh=fresh)
+
+
+def mark_looks(
+    number: int, found: "np.ndarray[Any, np.dtype[np.bool_]] | None"
+) -> dict[str, list[str]]:
+    """Return shape and colour of estimates: false ones are square, found ones green.
+
+    `found` is None where the truth is not known, and with it neither is.
+    """
+    if found is None:
+        return {"shape": ["circle"] * number, "colour": [COLOURS["object"]] * number}
+    return {
+        "shape": ["circle" if each else "square" for each in found],
+        "colour": [COLOURS["cleaned" if each else "interference"] for each in found],
+    }
 
 
 def put(source: ColumnDataSource, columns: Mapping[str, Any]) -> None:
@@ -110,13 +148,17 @@ def plain_figure(
         min_height=60,
         min_border=4,
         name=name,
+        # What the headline and the tables say is there to be read; this says what the canvas is.
+        html_attributes={"role": "group", "aria-label": _described(title or name, labels)},
         styles={"font-size": LABEL_SIZE},
         stylesheets=[f":host {{ --bokeh-font-size: {LABEL_SIZE}; font-size: {LABEL_SIZE}; }}"],
     )
     if tools:
-        zoom = BoxZoomTool()
-        plot.add_tools(zoom, PanTool(), WheelZoomTool(), ResetTool(), SaveTool())
-        plot.toolbar.active_drag = zoom
+        zoom, wheel = BoxZoomTool(), WheelZoomTool()
+        plot.add_tools(zoom, PanTool(), wheel, ResetTool(), SaveTool())
+        plot.toolbar.update(active_drag=zoom, active_scroll=wheel)
+        ranges = {"x": axes[0].range, "y": axes[1].range}
+        plot.js_on_event(DoubleTap, CustomJS(args=ranges, code=_SHOW_ALL))
     else:
         # A small figure has no room for a tool bar: it lies on the figure, under the pointer only.
         plot.add_tools(SaveTool())
@@ -125,6 +167,11 @@ def plain_figure(
     plot.title.text_font_size = "12px"
     plot.title.standoff = 2
     return plot
+
+
+def _described(title: str, labels: tuple[str, str]) -> str:
+    x, y = labels
+    return f"Figure: {title}" + (f", {y} over {x}" if x and y else "")
 
 
 def crosshair() -> Span:

@@ -1,26 +1,29 @@
 """Component table and event log as plain HTML, for the page and the report alike."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
-from vsep_app.model.text import LogLine, TableRow
+from vsep_app.model.text import LogLine, TableRow, quiet_text
 
 MISSING = "\u2013"
 
 
 def log_html(lines: Sequence[LogLine]) -> str:
-    """Return the event log as a list, newest line first."""
+    """Return the event log as a list, newest line first; what is frequent is counted below it."""
     if not lines:
         return '<p class="empty">Nothing has happened yet.</p>'
+    counts = quiet_text(lines)
+    foot = f'<p class="counted">Not listed: {escape(counts)}.</p>' if counts else ""
     items = "".join(
         f'<li class="{escape(line.kind)}"><span class="iteration">iteration '
         f"{line.iteration}:</span> {escape(line.text)}</li>"
         for line in reversed(lines)
+        if line.kind != "quiet"
     )
     # What scrolls can be reached by the keyboard.
-    return f'<ol class="log" tabindex="0" aria-label="Events" reversed>{items}</ol>'
+    return f'<ol class="log" tabindex="0" aria-label="Events" reversed>{items}</ol>{foot}'
 
 
 class Quantity(NamedTuple):
@@ -58,29 +61,24 @@ def quantities(rows: Sequence[TableRow], *, moving: bool) -> list[Quantity]:
 
 
 def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
-    """Return the component table."""
+    """Return the component table; without columns of a truth where none is known."""
     shown = quantities(rows, moving=moving)
-    head = "<th>id</th>" + "".join(f"<th>{each.heading}</th><th>truth</th>" for each in shown)
-    body = "".join(_row(row, shown) for row in rows)
+    known = any(row.true_range_m is not None for row in rows)
+    truth = "<th>truth</th>" if known else ""
+    head = "<th>id</th>" + "".join(f"<th>{each.heading}</th>{truth}" for each in shown)
+    body = "".join(_row(row, shown, known=known) for row in rows)
     if not rows:
-        columns = 1 + 2 * len(shown)
-        body = f'<tr><td class="empty" colspan="{columns}">No object yet.</td></tr>'
+        body = f'<tr><td class="empty" colspan="{1 + len(shown)}">No object yet.</td></tr>'
     return (
         f'<table class="components" tabindex="0" aria-label="Objects">'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     )
 
 
-def times_html(step_ms: Mapping[str, float]) -> str:
-    """Return where the time of an iteration goes, as one line."""
-    if not step_ms:
-        return '<p class="empty">No iteration yet.</p>'
-    parts = ", ".join(f"{escape(name)} {value:.1f}" for name, value in step_ms.items())
-    return f'<p class="times"><b>{sum(step_ms.values()):.1f} ms</b>: {parts}</p>'
-
-
-def _row(row: TableRow, shown: Sequence[Quantity]) -> str:
-    if row.component_id is None:
+def _row(row: TableRow, shown: Sequence[Quantity], *, known: bool) -> str:
+    if not known:
+        kind = "unjudged"
+    elif row.component_id is None:
         kind = "missed"
     else:
         kind = "extra" if row.true_range_m is None else "found"
@@ -88,7 +86,7 @@ def _row(row: TableRow, shown: Sequence[Quantity]) -> str:
     for each in shown:
         value, std = each.own(row)
         spread = f'<span class="std"> ± {std}</span>' if std else ""
-        cells += [value + spread, each.true(row)]
+        cells += [value + spread, *([each.true(row)] if known else [])]
     return row_html(cells, f' class="{kind}"')
 
 

@@ -21,6 +21,20 @@ from vsep_app.widgets.fields import field, file_field
 from vsep_app.widgets.layout import heading, small_text
 from vsep_app.widgets.setting_widgets import setting_widget
 
+_PRODUCT, _CONVOLUTION = "multiplicative", "convolution"
+_EQUAL_SLOPES = (
+    "This is your own radar's slope: mixed with your ramp the other chirp is a steady tone, as an "
+    "object is. The multiplicative model has no such burst, so the convolution is used."
+)
+
+
+def has_equal_slopes(settings: Settings) -> bool:
+    """Whether the other radar of a preset has the slope of the victim."""
+    preset, record = PRESETS.get(settings.preset), PARAMETERS["interferer_slope"]
+    if preset is None or not settings.interference:
+        return False
+    return bool(record.in_si(settings.interferer_slope) == preset.radar.slope_hz_per_s)
+
 
 class SceneControls:
     """What makes the frame: preset, levels, the other radar, seed."""
@@ -31,23 +45,31 @@ class SceneControls:
         self.widgets["seed"].param.update(sizing_mode=None, width=116)
         self.widgets["interference"].margin = (8, 0, 0, 0)
         self.levels = pn.pane.HTML("", sizing_mode="stretch_width", margin=(2, 16, 2, 17))
+        self.slope_note = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 2, 17))
 
     def layout(self) -> list[Any]:
         """Return the group; seed and interference share the last line."""
         last = ("seed", "interference")
         lines = [widget for name, widget in self.widgets.items() if name not in last]
         lines.insert(lines.index(self.widgets["sir_db"]) + 1, self.levels)
+        lines.insert(lines.index(self.widgets["interferer_slope"]) + 1, self.slope_note)
         pair = [self.widgets[name] for name in last]
         return [heading("Scene"), *lines, pn.Row(*pair, sizing_mode="stretch_width")]
 
-    def arrange(self, settings: Settings) -> None:
+    def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show what has a meaning for the preset, with its ranges."""
-        loaded = settings.preset == LOADED_FRAME
         recorded = isinstance(PRESETS.get(settings.preset), RecordedPreset)
         for record in SCENE_PARAMETERS:
             unused = recorded and not record.of_recording
             silent = record.of_bursts and not settings.interference
             self.widgets[record.name].disabled = loaded or unused or silent
+
+    def suit_model(self, settings: Settings) -> None:
+        """At the victim's slope take the convolution: the product form has no such burst."""
+        equal = has_equal_slopes(settings)
+        self.slope_note.object = small_text(_EQUAL_SLOPES) if equal else ""
+        if equal and settings.interference_model == _PRODUCT:
+            settings.interference_model = _CONVOLUTION
 
 
 class FilterControls:
@@ -60,9 +82,9 @@ class FilterControls:
         """Return the group."""
         return [heading("Anti-aliasing filter"), *self.widgets.values()]
 
-    def arrange(self, settings: Settings) -> None:
+    def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show the fields of the chosen kinds."""
-        loaded, apart = settings.preset == LOADED_FRAME, not settings.assume_true_filter
+        apart = not settings.assume_true_filter
         for which, kind, shown in (
             ("filter", settings.filter_kind, True),
             ("assumed", settings.assumed_kind, apart),
@@ -104,8 +126,9 @@ class EstimatorControls:
         lines.insert(lines.index(self.widgets["object_threshold_db"]) + 1, self.threshold)
         return lines
 
-    def arrange(self, settings: Settings) -> None:
-        """Disable what plays no part."""
+    def arrange(self, settings: Settings, *, loaded: bool) -> None:
+        """Disable what plays no part; of a loaded frame the same as of any."""
+        del loaded
         self.widgets["schedule"].disabled = (
             "schedule" not in ESTIMATORS[settings.estimator].settings
         )
@@ -120,6 +143,8 @@ class Controls:
 
     def __init__(self, settings: Settings, load: Callable[[str, bytes], None]) -> None:
         self.settings = settings
+        #: Whether the settings of the scene are those of the frame that is loaded.
+        self.keeps_scene = False
         self._load = load
         self._scene = SceneControls(settings)
         self._filters = FilterControls(settings)
@@ -130,14 +155,21 @@ class Controls:
         }
         text = "A recorded frame: complex samples of all ramps with the radar's settings."
         self.upload = file_field("Load a frame file (.npz)", text, ".npz")
+        self.refused = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 8, 17))
         self.upload.param.watch(self._uploaded, "value")
+        scene = self._scene
+        settings.param.watch(
+            lambda *_: scene.suit_model(settings),
+            ["preset", "interferer_slope", "interference_model", "interference"],
+        )
+        scene.suit_model(settings)
         settings.param.watch(self._arrange, [name for name in self.widgets if _decides(name)])
         self._arrange()
         self._filters.offer_measured(settings, offered=settings.assumed_kind == "measured")
 
     def layout(self) -> list[Any]:
         """Return the side bar from top to bottom."""
-        return [*self.scene(), *self._estimator.layout(), self.upload]
+        return [*self.scene(), *self._estimator.layout(), self.upload, self.refused]
 
     def scene(self) -> list[Any]:
         """Return what makes the frame."""
@@ -150,6 +182,11 @@ class Controls:
     def show_levels(self, text: str) -> None:
         """Show SNR and SIR in both conventions."""
         self._scene.levels.object = small_text(text)
+
+    def show_refused(self, sentence: str) -> None:
+        """Show below the field of the file why it is not used."""
+        self.upload.param.update(uploaded_label="Refused {filename}", color="error")
+        self.refused.object = f'<div role="alert">{small_text(sentence)}</div>'
 
     def show_threshold(self, threshold_db: float) -> None:
         """Show the object threshold, as it is given or follows from the false-alarm rate."""
@@ -166,8 +203,9 @@ class Controls:
 
     def _arrange(self, *_: Any) -> None:
         """Show what has a meaning for the scene, with its ranges."""
+        loaded = self.settings.preset == LOADED_FRAME and not self.keeps_scene
         for group in self._groups:
-            group.arrange(self.settings)
+            group.arrange(self.settings, loaded=loaded)
         preset = PRESETS.get(self.settings.preset)
         for name, (start, end) in ({} if preset is None else preset.ranges()).items():
             value = getattr(self.settings, name)
@@ -175,6 +213,8 @@ class Controls:
 
     def _uploaded(self, event: Any) -> None:
         if event.new:
+            self.upload.param.update(uploaded_label="Uploaded {filename}", color="primary")
+            self.refused.object = ""
             self._load(self.upload.filename or "frame.npz", event.new)
 
 

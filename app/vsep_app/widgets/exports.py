@@ -16,7 +16,6 @@ from vsep_app.views.tables import log_html, table_html
 from vsep_app.widgets.download import Download
 from vsep_app.widgets.layout import html_pane, panel
 
-SHOWN_LINES = 60
 _MEDIA_TYPES = {"csv": "text/csv", "json": "application/json"}
 
 
@@ -32,7 +31,7 @@ class RunTables:
         self.picture = picture
         several = picture.static_picture.radar.num_ramps > 1
         self.table.object = table_html(picture.table, moving=several)
-        self.log.object = log_html(picture.log[-SHOWN_LINES:])
+        self.log.object = log_html(picture.log)
 
     def panels(self, title: str, *, log_weight: float) -> list[Any]:
         """Return the table under a title, and the log."""

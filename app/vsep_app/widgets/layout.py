@@ -48,7 +48,7 @@ def theme() -> dict[str, Any]:
     # The title of the page gives way to the links where there is no room for both; it stays the
     # name of the link around it.
     unseen = {"position": "absolute", "width": 1, "height": 1, "overflow": "hidden"}
-    title = {"@media (max-width: 1199px)": {**unseen, "clipPath": "inset(50%)"}}
+    title = {"@media (max-width: 1599px)": {**unseen, "clipPath": "inset(50%)"}}
     typography = {"fontSize": 12.5, "button": {"textTransform": "none"}, "h3": title}
     bar = {"styleOverrides": {"root": {"backgroundColor": "#0B3A5B", "color": "#FFFFFF"}}}
     # Switches are wrapped by their label, so the area to click need not stick out of the thumb.

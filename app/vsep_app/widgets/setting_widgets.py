@@ -76,9 +76,11 @@ def _optional_number(settings: Settings, record: Parameter) -> Any:
     def take(event: Any) -> None:
         try:
             settings.param.update(**{name: number_or_nothing(event.new)})
-            text.error_state = False
+            text.param.update(error_state=False, label=record.form_label)
         except ValueError:
-            text.error_state = True
+            lowest, highest = Settings.param[name].bounds
+            allowed = f"{record.title}: {lowest:g} to {highest:g}, or empty"
+            text.param.update(error_state=True, label=allowed)
 
     def show(*_: Any) -> None:
         value = getattr(settings, name)

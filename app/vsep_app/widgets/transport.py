@@ -25,10 +25,11 @@ _BUTTONS = (
 )
 _STATE_WORDS = {
     Termination.CONVERGED: "converged",
-    Termination.MAX_ITERATIONS: "stopped at the largest number of iterations",
+    Termination.MAX_ITERATIONS: "stopped at the limit",
     Termination.NONFINITE: "stopped, no finite value",
 }
 _NOTHING_COMMITTED = -1
+OPENING_ITERATIONS = 5
 
 
 class RunTransport:
@@ -49,6 +50,7 @@ class RunTransport:
     ) -> None:
         self._settings, self._session, self._wake = settings, session, wake
         self._is_placing = False
+        self._opened_run = -1
         self.status = pn.pane.HTML("", margin=(0, 12), styles={"color": "white"})
         self.buttons = {name: self._button(name, *rest) for name, *rest in _BUTTONS}
         self.scrub = pmu.IntSlider(
@@ -71,6 +73,12 @@ class RunTransport:
         self.speed = setting_widget(settings, SETTINGS["speed"])
         self.speed.param.update(width=170, margin=(0, 14), sizing_mode=None)
         settings.param.watch(lambda *_: wake(), "speed")
+
+    @property
+    def is_opening(self) -> bool:
+        """Whether the run is in the first iterations after it was begun from iteration 0."""
+        session = self._session
+        return self._opened_run == session.run_number and session.cursor < OPENING_ITERATIONS
 
     def show_place(self, iteration: int, num_iterations: int) -> None:
         """Show which iteration is drawn, of how many."""
@@ -95,7 +103,14 @@ class RunTransport:
         button.on_click(lambda _: self._command(name))
         return button
 
+    def command(self, name: str) -> None:
+        """Do what a button does, unless it is disabled."""
+        if not self.buttons[name].disabled:
+            self._command(name)
+
     def _command(self, name: str) -> None:
+        if name == "run" and self._session.cursor == 0:
+            self._opened_run = self._session.run_number
         getattr(self._session, name)()
         self._wake()
 
@@ -161,7 +176,11 @@ class Transport(RunTransport):
         words = phase.value
         if drawn is not None:
             words = _STATE_WORDS.get(drawn.termination, words)
-            found = counted(len(drawn.objects.ranges_m), "object")
+            found = (
+                counted(len(drawn.objects.ranges_m), "object")
+                if drawn.score is None
+                else drawn.score.text
+            )
             counts = f"iteration {drawn.iteration} of {drawn.num_iterations} · {found}"
         self.status.object = run_status_html(words, counts, phase, rate)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.app.browser.tab import CHROMIUM, LAUNCH, SCREEN, Dashboard, Tab
+from tests.app.browser.tab import CHROMIUM, LAUNCH, SCREEN, SIMULATION_1, Dashboard, Tab
 
 _FAILED = pytest.StashKey[bool]()
 
@@ -57,5 +57,7 @@ def dashboard(tab, app_server):
 
 @pytest.fixture
 def at_rest(dashboard):
-    """The live view of Simulation I as it is opened, run to its end."""
-    return dashboard if dashboard.rests_at("") else dashboard.show().until_status("converged")
+    """The live view of Simulation I, run to its end."""
+    if dashboard.rests_at(SIMULATION_1):
+        return dashboard
+    return dashboard.show(SIMULATION_1).until_status("converged")

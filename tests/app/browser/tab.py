@@ -15,6 +15,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 LAUNCH = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 # Room for a machine that does other things at the same time; nothing waits for its end.
 PATIENCE_MS = 90_000
+SIMULATION_1 = "?preset=simulation-1"
 SCREEN = {"width": 1400, "height": 900}
 
 COUNT_DRAWN = """
@@ -134,7 +135,7 @@ class Dashboard:
         self.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
         return self
 
-    def show(self, query=""):
+    def show(self, query=SIMULATION_1):
         """Begin what a link describes: on the page that is open, as by its controls."""
         if not self.tab.shows(self.url + self.ROUTE):
             return self.open(query)

@@ -58,9 +58,8 @@ def drawn(page, url, query):
     )
     status = page.locator("[role=status]").first
     status.wait_for(timeout=PATIENCE_MS)
-    # The trials of the laboratory go on for minutes; its map stands from the beginning. A recording
-    # is shown at once and waits.
-    also = {"separability": "running", "recording": "ready"}
+    # A map and a recording are shown at once and wait.
+    also = {"separability": "ready", "recording": "ready"}
     words = ["finished", "converged", "stopped"] + [
         word for page_name, word in also.items() if query.startswith(page_name)
     ]

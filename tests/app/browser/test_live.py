@@ -1,5 +1,6 @@
 """The served dashboard in a headless browser: it streams, obeys, and asks for nothing outside."""
 
+import re
 import socket
 import sys
 
@@ -7,6 +8,14 @@ import numpy as np
 import pytest
 
 from tests.app.browser.tab import PATIENCE_MS
+
+# Inside the frame of the delay spectrum.
+PLACE = """() => {
+  const m = [...Bokeh.documents[0].all_models].find((m) => m.name === "delay")
+  const view = Bokeh.index.find_one_by_id(m.id)
+  const r = view.el.getBoundingClientRect(), f = view.frame.bbox
+  return [r.left + f.left, r.top + f.top]
+}"""
 
 # The bar is 1 s from the release of a slider to the first picture; it is printed. What is asserted
 # leaves room for a machine that runs other tests at the same time.
@@ -126,7 +135,7 @@ def test_a_slider_restarts_at_once_with_its_value(dashboard, report):
         dashboard.until(lambda before=before: len(dashboard.drawn()) > before, "a picture is drawn")
         seconds.append((dashboard.drawn()[before] - started) / 1000.0)
         dashboard.until(lambda snr=snr: f"snr={snr}" in dashboard.page.url, "the address has it")
-        dashboard.page.get_by_text(f"SNR {snr}.0 dB in all").wait_for(timeout=PATIENCE_MS)
+        dashboard.page.get_by_text(f"SNR {snr}.0 dB in total").wait_for(timeout=PATIENCE_MS)
         dashboard.until_status("converged")
     report(
         f"release to first picture: {np.median(seconds):.2f} s, worst {max(seconds):.2f} s; bar 1 s"
@@ -169,12 +178,12 @@ def test_updates_stream_to_the_page(dashboard, report):
 def test_a_link_reproduces_the_scene(dashboard):
     dashboard.show("?preset=simulation-2-c&sir=-5&seed=42&filter=butterworth&order=6&speed=30")
     dashboard.until_status("converged")
-    dashboard.page.get_by_text("SIR -5.0 dB in all").wait_for(timeout=PATIENCE_MS)
+    dashboard.page.get_by_text("SIR -5.0 dB in total").wait_for(timeout=PATIENCE_MS)
     table = dashboard.page.locator("table.components").inner_text()
     link = dashboard.page.url.removeprefix(dashboard.url)
     dashboard.page.goto("about:blank")
     dashboard.open(link).until_status("converged")
-    dashboard.page.get_by_text("SIR -5.0 dB in all").wait_for(timeout=PATIENCE_MS)
+    dashboard.page.get_by_text("SIR -5.0 dB in total").wait_for(timeout=PATIENCE_MS)
     assert dashboard.page.locator("table.components").inner_text() == table
 
 
@@ -190,7 +199,7 @@ def test_another_preset_brings_its_views(dashboard):
     dashboard.show("?speed=30").until_status("converged")
     assert "range-doppler-after" not in dashboard.figures()
     dashboard.choose("Preset", "b: 4 bursts", exact=False)
-    dashboard.page.get_by_text("10 objects").wait_for(timeout=PATIENCE_MS)
+    dashboard.until(lambda: "10 of 10 found, 0 false" in dashboard.header, "all are found")
     assert "preset=simulation-2-b" in dashboard.page.url
     dashboard.assert_figures_are_on_the_screen(number=8, least_size=40)
     assert "range-doppler-after" in dashboard.figures()
@@ -215,7 +224,7 @@ def test_a_click_on_the_strip_selects_the_ramp(dashboard):
     assert dashboard.status == "converged"
 
 
-def test_zoom_survives_a_restart(dashboard):
+def test_zoom_is_undone_by_a_double_click_and_survives_a_restart(dashboard):
     dashboard.show("?speed=30").until_status("converged")
     zoom = """() => {
       const m = [...Bokeh.documents[0].all_models].find((m) => m.name === "delay")
@@ -225,6 +234,19 @@ def test_zoom_survives_a_restart(dashboard):
       const m = [...Bokeh.documents[0].all_models].find((m) => m.name === "delay")
       return [m.x_range.start, m.x_range.end]
     }"""
+    shown = dashboard.page.evaluate(read)
+    left, top = dashboard.page.evaluate(PLACE)
+    for _ in range(2):
+        dashboard.page.mouse.move(left + 60, top + 20)
+        dashboard.page.mouse.down()
+        dashboard.page.mouse.move(left + 110, top + 40)
+        dashboard.page.mouse.move(left + 160, top + 60)
+        dashboard.page.mouse.up()
+    dashboard.until(lambda: dashboard.page.evaluate(read) != shown, "it is zoomed")
+    dashboard.page.mouse.dblclick(left + 100, top + 40)
+    dashboard.until(lambda: dashboard.page.evaluate(read) == shown, "all of it is shown again")
+    dashboard.page.mouse.wheel(0, -300)
+    dashboard.until(lambda: dashboard.page.evaluate(read) != shown, "the wheel zooms")
     dashboard.page.evaluate(zoom)
     dashboard.page.wait_for_timeout(300)
     dashboard.press("SIR", "ArrowLeft")
@@ -238,6 +260,7 @@ def test_a_bad_file_is_told_and_the_session_goes_on(dashboard):
     dashboard.upload("notes.npz", b"this is no archive")
     dashboard.page.get_by_text("notes.npz").last.wait_for(timeout=PATIENCE_MS)
     assert dashboard.status == "converged"
+    dashboard.page.get_by_text("Refused notes.npz").wait_for(timeout=PATIENCE_MS)
     dashboard.press("SNR", "ArrowLeft")
     dashboard.until(lambda: "snr=29" in dashboard.page.url, "the slider is taken")
     dashboard.until_status("converged")
@@ -258,11 +281,59 @@ def test_a_frame_file_is_separated(dashboard, tmp_path, frame_arrays):
     )
 
 
-def test_what_cannot_be_simulated_is_told_and_the_session_goes_on(dashboard):
-    dashboard.open("?slope=10.0")
-    dashboard.until_told("that of the victim")
-    dashboard.press("Interferer slope", "ArrowLeft")
+def test_equal_slopes_are_simulated_and_explained_beside_the_slider(dashboard):
+    dashboard.show("?preset=simulation-1&slope=10.0&speed=30").until_status("converged")
+    dashboard.page.get_by_text("is a steady tone").wait_for(timeout=PATIENCE_MS)
+    assert "model=convolution" in dashboard.page.url
+    # The other radar is the second object, a false one.
+    dashboard.until(lambda: "1 of 1 found, 1 false" in dashboard.header, "both are found")
+
+
+def test_what_cannot_be_shown_is_told_on_the_page_until_it_is_mended(dashboard):
+    dashboard.open("?preset=simulation-1&matched=false&assumed=measured&speed=30")
+    alert = dashboard.page.get_by_role("alert").filter(has_text="The assumed filter is measured")
+    alert.wait_for(timeout=PATIENCE_MS)
+    dashboard.page.wait_for_timeout(9000)  # longer than any notification stays
+    assert alert.is_visible()
+    dashboard.choose("Assumed filter", "Raised cosine")
+    dashboard.until(lambda: alert.count() == 0, "the sentence is gone")
     dashboard.until_status("converged")
+
+
+def test_the_first_page_waits_at_its_first_iteration_for_play(dashboard):
+    page = dashboard.open().page
+    dashboard.until(lambda: "iteration=0" in page.url, "it waits")
+    headline = page.locator("p.headline")
+    assert headline.inner_text().startswith("10 objects and bursts of another radar in 4 ramps")
+    assert "range-doppler-after" in dashboard.figures()
+    dashboard.button("Play").click()
+    page.get_by_text(re.compile("^Iteration \\d+: ")).wait_for(timeout=PATIENCE_MS)
+    # Where a halted run was it is after a reload.
+    page.locator("body").press(" ")
+    dashboard.until_status("paused")
+    page.locator("body").press("ArrowLeft")
+    dashboard.settle()
+    held = dashboard.iteration
+    assert f"iteration={held}" in page.url
+    sentence = headline.inner_text()
+    page.reload()
+    dashboard.loaded().until_status("paused")
+    dashboard.until(lambda: headline.inner_text() == sentence, "the same is shown")
+    for key, check in (
+        ("ArrowRight", lambda: dashboard.iteration == held + 1),
+        ("r", lambda: dashboard.iteration == 0),
+        ("?", page.get_by_text("What came in during one ramp").is_visible),
+    ):
+        page.locator("body").press(key)
+        dashboard.until(check, f"{key} is taken")
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="hidden", timeout=PATIENCE_MS)
+    sizes = """() => [...Bokeh.documents[0].all_models].find((m) => m.name === "delay")
+        .title.text_font_size"""
+    usual = page.evaluate(sizes)
+    for wanted in ("20px", usual):
+        page.locator("body").press("f")
+        dashboard.until(lambda wanted=wanted: page.evaluate(sizes) == wanted, "it is for a hall")
 
 
 def test_a_page_whose_connection_broke_opens_again_as_it_was(dashboard, app_server):

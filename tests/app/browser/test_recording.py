@@ -63,7 +63,7 @@ def test_a_capture_is_mended_separated_saved_and_stored_over(recording, raw_capt
     recording.until_told("is perhaps the other one")
     page.get_by_role("combobox", name=re.compile("^Sign")).click()
     page.get_by_role("menuitem", name="Negative").click()
-    recording.until_told("do not contradict each other")
+    recording.until_told("are consistent")
     assert (
         "sign: negative" in page.get_by_role("textbox", name=re.compile("^Settings")).input_value()
     )

@@ -156,12 +156,12 @@ def test_the_pages_lead_to_each_other_by_keyboard(studies):
     page = studies.page
     page.get_by_role("link", name="Live view").focus()
     page.keyboard.press("Enter")
-    page.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
+    page.locator("[role=status]", has_text="paused").wait_for(timeout=PATIENCE_MS)
     page.get_by_role("link", name="Studies").focus()
     page.keyboard.press("Enter")
     page.get_by_role("button", name=re.compile("^Run")).wait_for(timeout=PATIENCE_MS)
     # The link takes the settings along.
-    assert "/studies?preset=simulation-1" in page.url
+    assert "/studies?preset=simulation-2-b" in page.url
 
 
 def test_closing_the_tab_ends_the_workers(studies):

@@ -92,7 +92,7 @@ class Termination(enum.Enum):
     """Why a run goes on or has ended; the value is what a user reads."""
 
     RUNNING = "running"
-    CONVERGED = "converged: no event, no object moved, the noise level is steady"
+    CONVERGED = "converged: nothing added or removed, no object moved, the noise is steady"
     MAX_ITERATIONS = "stopped at the largest number of iterations; raise max_iterations to go on"
     NONFINITE = "stopped: a value became infinite or undefined; the last good state is kept"
 

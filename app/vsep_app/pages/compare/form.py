@@ -64,6 +64,7 @@ class CompareForm:
             controls.widgets["schedule"],
             *controls.thresholds(),
             controls.upload,
+            controls.refused,
         ]
 
     def _select(self, number: int) -> Any:

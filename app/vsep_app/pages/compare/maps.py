@@ -2,22 +2,25 @@
 
 from typing import Any
 
+import numpy as np
 import panel as pn
 from bokeh.models import ColumnDataSource, CrosshairTool, LinearColorMapper, Span
 
 from vsep_app.model.compare_settings import MAX_METHODS
 from vsep_app.model.markers import Markers
 from vsep_app.model.static_picture import StaticPicture
-from vsep_app.model.text import counted
+from vsep_app.model.text import counted, resolution_cells
 from vsep_app.pages.compare.picture import ComparePicture, MethodView
 from vsep_app.views.range_doppler import (
     add_colour_bar,
     empty_image,
     empty_marks,
+    empty_misses,
     image_box,
     map_figure,
     mark_columns,
     mark_objects,
+    miss_columns,
 )
 from vsep_app.views.signals import mark_peaks
 from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, crosshair, plain_figure, put
@@ -40,7 +43,7 @@ class CompareMaps:
         card = MethodCard(
             number, axes=(self._range, self._velocity), scale=self._scale, level=self._level
         )
-        mark_objects(card.map, card.marks, self._true_marks)
+        mark_objects(card.map, card.marks, self._true_marks, card.misses)
         for source, label, role, marker in (
             (self._true_peaks, "true object", "true", "x"),
             (card.peaks, "estimate", "object", "circle"),
@@ -56,24 +59,34 @@ class CompareMaps:
         if static_picture is not self._static_picture:
             self._static_picture = static_picture
             self._set_axes(static_picture, picture.true_objects)
+        self._hold_estimates(picture)
         # The style sheet arranges two, three or four cards.
         count = f"of-{len(picture.method_runs)}"
         if self.grid.css_classes != [count]:
             self.grid.css_classes = [count]
         for card, view in zip(self._cards, picture.method_runs, strict=False):
-            card.show(static_picture, view)
+            card.show(static_picture, view, picture.true_objects)
         for number, card in enumerate(self._cards):
             card.column.visible = number < len(picture.method_runs)
 
-    def _set_axes(self, static_picture: StaticPicture, true_objects: Markers) -> None:
-        self._range.set(static_picture.shown_ranges_m, full=static_picture.range_limits_m)
+    def _hold_estimates(self, picture: ComparePicture) -> None:
+        """Let the axes hold the estimates of all methods."""
+        static_picture, number = picture.static_picture, picture.run_number
         box = image_box(static_picture.map_ranges_m, static_picture.map_velocities_mps)
         full = (box["y"][0], box["y"][0] + box["dh"][0])
-        self._velocity.set(static_picture.shown_velocities_mps or full, full=full)
+        objects = [view.objects for view in picture.method_runs]
+        ranges = np.concatenate([each.ranges_m for each in objects])
+        self._range.hold(static_picture.shown_ranges_m, ranges, run_number=number)
+        velocities = np.concatenate([each.velocities_mps for each in objects])
+        limits = static_picture.shown_velocities_mps or full
+        self._velocity.hold(limits, velocities, run_number=number)
+
+    def _set_axes(self, static_picture: StaticPicture, true_objects: Markers) -> None:
         low, high = static_picture.map_limits_db
         self._scale.update(low=low, high=high)
         self._level.set(static_picture.spectrum_limits_db)
-        put(self._true_marks, mark_columns(true_objects))
+        cell = resolution_cells(static_picture.radar)
+        put(self._true_marks, mark_columns(true_objects, cell=cell))
         put(self._true_peaks, _peak_columns(true_objects))
 
 
@@ -97,7 +110,7 @@ class MethodCard:
     ) -> None:
         self._image = empty_image()
         self._line = ColumnDataSource({"range": [], "level": []})
-        self.marks, self.peaks = empty_marks(), _no_peaks()
+        self.marks, self.peaks, self.misses = empty_marks(), _no_peaks(), empty_misses()
         label = "radial velocity [m/s]"
         self.map = map_figure(
             self._image, title=" ", y_label=label, axes=axes, name=f"compare-{number}"
@@ -118,7 +131,7 @@ class MethodCard:
         self.column = stack(*panes, sheet="strip", margin=3, flex="0 1 auto")
         self._drawn: MethodView | None = None
 
-    def show(self, static_picture: StaticPicture, view: MethodView) -> None:
+    def show(self, static_picture: StaticPicture, view: MethodView, true_objects: Markers) -> None:
         """Draw a method's view; one that has ended is not sent again."""
         if view is self._drawn:
             return
@@ -130,7 +143,9 @@ class MethodCard:
             self.map.title.text = title
             box = image_box(static_picture.map_ranges_m, static_picture.map_velocities_mps)
             self._image.data = {"image": [view.map_cleaned], **box}
-            put(self.marks, mark_columns(view.objects))
+            found = None if view.score is None else view.score.found
+            put(self.marks, mark_columns(view.objects, found=found))
+            put(self.misses, miss_columns(view.score, true_objects, view.objects))
         else:
             self.profile.title.text = title
             self._line.data = {"range": static_picture.ranges_m, "level": view.profile_db}
@@ -141,7 +156,8 @@ def _what(view: MethodView) -> str:
     found = len(view.objects.ranges_m)
     if view.metrics.num_detections is None:
         return f"{view.stage}, iteration {view.metrics.num_repairs}"
-    return f"{view.stage}, {counted(found, 'object')}"
+    score = counted(found, "object") if view.score is None else view.score.text
+    return f"{view.stage}, {score}"
 
 
 def _no_peaks() -> ColumnDataSource:

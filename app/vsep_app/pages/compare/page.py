@@ -84,12 +84,13 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
 
     def page(self) -> Any:
         """Return the whole page."""
+        self.fault.cover(self.maps.grid, self.results.row)
         return page_frame(
             self.address,
             "Methods against radar interference side by side, live.",
             self.transport.status,
             sidebar=[*self.guide.layout(), *self.form.layout()],
-            main=[self.transport.layout(), self.maps.grid, self.results.row],
+            main=[self.transport.layout(), self.fault.pane, self.maps.grid, self.results.row],
         )
 
     def start(self) -> None:
@@ -126,6 +127,7 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
         """Draw a picture on all views; called with the document locked."""
         prepared_run = self.session.prepared_run
         with pn.io.hold():
+            self.fault.clear(shown=(picture.run_number, picture.iteration))
             self.maps.show(picture)
             self.results.show(picture)
             self.controls.show_levels(picture.static_picture.levels_text)

@@ -6,6 +6,7 @@ from vsep._typing import FloatArray
 from vsep.inference.core.progress import Termination
 from vsep_app.model.markers import Markers, no_marks, object_marks
 from vsep_app.model.picture import RunPicture
+from vsep_app.model.score import Score, score_of
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 from vsep_app.pages.compare.method_runs import MethodRun, MethodRunState
 from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics, judge_objects, measure_signal
@@ -27,6 +28,7 @@ class MethodView:
     map_cleaned: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map of the cleaned frame.
     profile_db: FloatArray  #: (M,) float: Delay spectrum of the cleaned first ramp.
     objects: Markers  #: Estimated objects.
+    score: Score | None  #: How many of the true ones they are; None where that is not known.
     #: Peaks of earlier frames that its prior knows; None for a method without a prior.
     num_prior_peaks: int | None
 
@@ -65,5 +67,6 @@ def view_method_run(
         map_cleaned=static_picture.map_of(cleaned),
         profile_db=static_picture.spectra_db(cleaned[0]),
         objects=no_marks() if separation is None else object_marks(static_picture, separation),
+        score=None if separation is None else score_of(static_picture, separation.objects),
         num_prior_peaks=method_run.num_prior_peaks,
     )

@@ -59,9 +59,7 @@ class CompareResults:
         self.figure = self._make_figure()
         self._curves = card(self.figure, weight=4, look="strip")
         self.row = pn.Row(
-            panel(
-                "What each method is worth: the cleaned frame and its objects", self.table, weight=7
-            ),
+            panel("Methods: quality of the cleaned frame and its objects", self.table, weight=7),
             self._curves,
             margin=0,
             sizing_mode="stretch_width",

@@ -113,7 +113,12 @@ class DropZone(pmu.FileInput):
         files = list(zip(self.filename, event.new, strict=True))
         # The content is not kept twice, and the same file may be dropped again.
         self.param.update(value=None, filename=None, mime_type=None)
+        self.param.update(uploaded_label="Uploaded {filename}", color="primary")
         self._take(files)
+
+    def refuse(self) -> None:
+        """Show that the last files are not used."""
+        self.param.update(uploaded_label="Refused {filename}", color="error")
 
 
 def require_size(name: str, num_bytes: int) -> None:

@@ -156,23 +156,23 @@ class RecordingForm:
         return [
             heading("1 · Recording"),
             self.zones["recording"],
-            heading("2 · What it is"),
+            heading("2 · Format"),
             self.text,
             quick["format"],
             pair(quick["num_antennas"], quick["num_transmitters"]),
-            heading("3 · Mend it"),
+            heading("3 · Corrections"),
             pair(quick["sign"], quick["samples"]),
             pair(quick["lowest_beat"], quick["offset"]),
             pair(quick["crop_start_samples"], quick["frame"]),
             quick["antennas"],
             self.clutter,
             pn.Row(self.live, self.save, margin=(0, 12), sizing_mode="stretch_width"),
-            heading("4 · Separate it"),
+            heading("4 · Separation"),
             self.zones["response"],
             *(pick[name] for name in _FILTER),
             pn.Row(pick["estimator"], pick["schedule"], sizing_mode="stretch_width"),
             *self._controls.thresholds(),
-            heading("5 · Compare it"),
+            heading("5 · Comparison"),
             self.zones["reference"],
         ]
 
@@ -198,6 +198,10 @@ class RecordingForm:
     def show_fault(self, sentence: str) -> None:
         """Show at the text that it cannot be used, nothing if it can."""
         self.text.error_state = bool(sentence)
+
+    def show_refused(self, zone: str) -> None:
+        """Show that the file of a zone is not used."""
+        self.zones[zone].refuse()
 
     def show_ready(self, ready: bool) -> None:
         """Offer the buttons that need a frame."""

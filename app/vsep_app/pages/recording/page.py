@@ -90,12 +90,14 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
 
     def page(self) -> Any:
         """Return the whole page."""
+        views = self.view.layout()
+        self.fault.cover(*views)
         return page_frame(
             self.address,
             "Recordings of real radars: read, checked, and separated.",
             self.transport.status,
             sidebar=self.form.layout(),
-            main=[self.transport.layout(), *self.view.layout()],
+            main=[self.transport.layout(), self.fault.pane, *views],
         )
 
     def start(self) -> None:
@@ -119,7 +121,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
                 f"{len(files)} files were dropped; one recording and its settings, please."
             )
             return
-        self._begin_reading(self._read_recording(settings, recordings))
+        self._begin_reading("recording", self._read_recording(settings, recordings))
 
     def drop_response(self, files: list[tuple[str, bytes]]) -> None:
         """Take a measured response of the receiver."""
@@ -135,7 +137,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
             self.settings.assume_true_filter = True
             self._restart()
 
-        self._begin_reading(read())
+        self._begin_reading("response", read())
 
     def drop_reference(self, files: list[tuple[str, bytes]]) -> None:
         """Take a clean recording to show beside; it is read with the recording itself."""
@@ -149,20 +151,25 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
             self._reference = file
             self._restart()
 
-        self._begin_reading(read())
+        self._begin_reading("reference", read())
 
     async def _keep(self, file: tuple[str, bytes]) -> StoredFile:
         """Write a file to the disk, which may be slow."""
         return await asyncio.to_thread(self._files.keep, *file)
 
-    def _begin_reading(self, work: Coroutine[Any, Any, None]) -> None:
-        """Read files in the background; what cannot be read is told, and nothing else changes."""
+    def _begin_reading(self, zone: str, work: Coroutine[Any, Any, None]) -> None:
+        """Read files in the background; a bad one is refused, and nothing else changes."""
+
+        def refuse(sentence: str) -> None:
+            self.notify_error(sentence)
+            self.form.show_refused(zone)
+            self.fault.tell(sentence, shown=self._shown(), stale=False)
 
         async def read() -> None:
             try:
                 await work
             except InputError as error:
-                self._context.post(partial(self.notify_error, str(error)))
+                self._context.post(partial(refuse, str(error)))
 
         self._context.background.begin(read())
 
@@ -217,6 +224,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
             prepared_run.prepared.static_pictures
         )
         with pn.io.hold():
+            self.fault.clear(shown=(picture.run_number, picture.iteration))
             self.view.show(picture, prepared_run)
             self.controls.show_threshold(prepared_run.prepared.estimator.threshold_db)
             self.transport.show(picture, self.loop.rate)
@@ -279,6 +287,8 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
         """Say what is wrong with the settings; until it is mended, the last good ones are shown."""
         self.form.show_fault(sentence)
         self.view.show_facts(self._prepared_run, sentence)
+        if sentence:
+            self.fault.tell(sentence, shown=self._shown())
 
     def _plan(self, file: StoredFile, settings: RecordingSettings) -> RecordingPlan:
         return RecordingPlan(

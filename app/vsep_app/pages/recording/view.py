@@ -105,7 +105,7 @@ def _shown_html(prepared_run: PreparedRecording) -> str:
         f"cells of {cell_m:.3g} m and {abs(cell_mps):.3g} m/s",
         f"largest sample in ramp {prepared_run.loudest_ramp}",
     ]
-    remarks = prepared_run.remarks or ("Settings and samples do not contradict each other.",)
+    remarks = prepared_run.remarks or ("Settings and samples are consistent.",)
     kind = "wrong" if prepared_run.remarks else "right"
     return (
         f"<p><strong>{escape(prepared_run.plan.file.name)}</strong>: "

@@ -41,12 +41,12 @@ class SeparabilityForm:
         self.method = field(
             pmu.Select,
             "Estimator",
-            "Who is tried in the cells.",
+            "The estimator that the trials run.",
             options=list(estimator_names()),
             value=spec.method,
         )
         self.trials = number_field(
-            "Trials a cell",
+            "Trials per cell",
             "Frames the estimator is tried on in every cell; 0 tries none.",
             spec.trials,
             *(0, MAX_TRIALS),
@@ -70,13 +70,13 @@ class SeparabilityForm:
         """Return the side bar from top to bottom."""
         return [
             self.scene,
-            heading("Across"),
+            heading("Horizontal axis"),
             *self.axes["x"].layout(),
-            heading("Upwards"),
+            heading("Vertical axis"),
             *self.axes["y"].layout(),
-            heading("Everything else"),
+            heading("Fixed values"),
             *self.values.values(),
-            heading("What the estimator does"),
+            heading("Trials"),
             self.method,
             pn.Row(self.trials, self.seed, sizing_mode="stretch_width"),
         ]

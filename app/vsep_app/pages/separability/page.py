@@ -9,6 +9,7 @@ import csv
 import io
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any, TypeVar
 
@@ -33,7 +34,7 @@ from vsep_app.pages.separability.session import (
 )
 from vsep_app.pages.separability.url import read_map_spec, write_map_spec
 from vsep_app.views.style import Axis, empty_figure
-from vsep_app.widgets.fields import tool_field
+from vsep_app.widgets.fields import tool_button, tool_field
 from vsep_app.widgets.layout import (
     card,
     download_button,
@@ -74,6 +75,11 @@ class SeparabilityPage(PageBase):
         layers = {one.label: name for name, one in LAYERS.items()}
         self.layer = tool_field(pmu.Select, "Layer", "", options=layers, value=layer, width=330)
         self.layer.param.watch(lambda _: self._changed(), "value")
+        text = "Run trials: let the estimator try every cell of this map."
+        self.run = tool_button("Run trials", "play_arrow", text, variant="contained")
+        self.run.on_click(lambda _: self._run())
+        # Whoever opens a layer of trials asks for them.
+        self._wanted = self.spec if LAYERS[layer].empirical else None
         self.bar = progress_bar()
         self.progress = html_pane("study", margin=(15, 10), min_width=190, sizing_mode=None)
         self.status = status_pane("loading")
@@ -84,7 +90,7 @@ class SeparabilityPage(PageBase):
 
     def page(self) -> Any:
         """Return the whole page."""
-        top = toolbar(self.layer, self.bar, self.progress, self.table, self.document)
+        top = toolbar(self.layer, self.run, self.bar, self.progress, self.table, self.document)
         return page_frame(
             self.address,
             "When can object and interference be told apart? Maps over two parameters.",
@@ -116,6 +122,11 @@ class SeparabilityPage(PageBase):
             location.search = write_map_spec(self.spec, self.layer.value, read_query())
         self._context.background.call(self._call.set)
 
+    def _run(self) -> None:
+        """Begin with the trials of the map that is shown; another map needs another press."""
+        self._wanted = self.spec
+        self._context.background.call(self._call.set)
+
     async def _follow(self) -> None:
         """Draw when the spec changes and when there are new cell results."""
         await asyncio.to_thread(holoviews, "bokeh")
@@ -132,7 +143,8 @@ class SeparabilityPage(PageBase):
             self._call.clear()
 
     async def _look(self) -> None:
-        spec = self.spec
+        wanted = self.spec
+        spec = wanted if wanted == self._wanted else replace(wanted, trials=0)
         if spec != self._asked:
             self.session.ask(spec)
             self._asked = spec
@@ -141,7 +153,7 @@ class SeparabilityPage(PageBase):
         if seen == self._seen:
             return
         separability_map = await self._in_thread(partial(_compose, spec, snapshot))
-        if spec == self.spec:
+        if wanted == self.spec:
             self._seen = seen
             self._context.post(partial(self._show, separability_map, snapshot))
 
@@ -160,6 +172,7 @@ class SeparabilityPage(PageBase):
             self.bar.value = int(100 * done / total) if separability_map.spec.trials else 0
             self.progress.object = f'<span class="status">{progress_text(snapshot)}</span>'
             self.status.object = status_html(snapshot.progress.value)
+            self.run.disabled = not self.spec.trials or self.spec == self._wanted
         if snapshot.error:
             self._tell(snapshot.error)
 
@@ -187,7 +200,7 @@ class SeparabilityPage(PageBase):
 def progress_text(snapshot: Snapshot) -> str:
     """Return how far the trials are, in one line."""
     if not snapshot.spec.trials:
-        return "no trials asked for"
+        return "no trials yet"
     text = f"{len(snapshot.cell_results)} of {snapshot.num_cells} cells"
     failed = sum(cell_result.num_failed for cell_result in snapshot.cell_results.values())
     if failed:

@@ -25,8 +25,8 @@ _TURN_CHECK_S = 0.2
 class Progress(enum.Enum):
     """What the trials are doing; the value is what a user reads."""
 
-    IDLE = "no trials"
-    WAITING = "waiting for its turn"
+    IDLE = "ready"
+    WAITING = "waiting for a free processor"
     RUNNING = "running"
     FINISHED = "finished"
     BROKEN = "ended by an error"

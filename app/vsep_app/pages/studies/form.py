@@ -57,7 +57,7 @@ class StudyForm:
     def _make_trials(self) -> None:
         schedule, threshold = PARAMETERS["schedule"], PARAMETERS["object_threshold_db"]
         self.realizations = number_field(
-            "Realizations a point",
+            "Realizations per point",
             "Scenes drawn at every point; a larger number later goes on from the rows there are.",
             _FIRST_REALIZATIONS,
             *(1, _MAX_REALIZATIONS),
