@@ -142,7 +142,7 @@ def test_what_is_offered_is_taken_unless_it_is_hidden_or_disabled(app_server, tm
         form = form_of(app_server)
         for label, value in (
             ("Study", "fig-5"),
-            ("Realizations a point", 7),
+            ("Realizations per point", 7),
             ("GOSPA cutoff [cells]", 2),
             ("Object threshold [dB]", "9.5"),
             ("Methods", ["joint"]),
@@ -155,7 +155,7 @@ def test_what_is_offered_is_taken_unless_it_is_hidden_or_disabled(app_server, tm
         assert form.path(tmp_path).parent == tmp_path
         # What is no longer offered may still be on its way.
         form.realizations.end = 10
-        assert (await page.set(page.model("Realizations a point"), "value", 11))[0] == "OK"
+        assert (await page.set(page.model("Realizations per point"), "value", 11))[0] == "OK"
         assert form.realizations.value == 7
         form.seed.disabled = True
         assert (await page.set(page.model("Seed"), "value", 5))[0] == "OK"
