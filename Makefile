@@ -38,7 +38,7 @@ test-all: $(VENV)/.checks
 
 # The part that depends on the releases of Panel and Bokeh, without a browser; commands load neither.
 test-app: $(VENV)/.checks
-	$(PYTEST) tests/app --ignore tests/app/cli -m "not (slow or ui)"
+	$(PYTEST) tests/app --ignore tests/app/cli -m "not (slow or ui or scenario)"
 
 bench: $(VENV)/.checks
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only

@@ -39,7 +39,9 @@ SETTLED_S = 300.0
 # A machine that others use, too, takes its time to build a page.
 PATIENCE_S = 180.0
 SERVE = "import sys; from vsep_app.cli.main import main; sys.exit(main())"
-FIRST = re.compile(r"iteration ([0-2]) of")
+ITERATION = re.compile(r"iteration (\d+) of")
+# A picture that was on its way when a slider was moved is older than this.
+ON_ITS_WAY_S = 0.15
 ENDED = re.compile(r"converged|stopped at the limit")
 TABS = tuple(address.removeprefix("./") for address in PAGES)
 
@@ -63,6 +65,7 @@ class Student:
     _has_ended: bool = False
     _sending: asyncio.Lock = field(default_factory=asyncio.Lock)
     _seen_at: float | None = None
+    _iteration: int = 0
 
     async def attend(
         self,
@@ -180,6 +183,17 @@ class Student:
         # A page without pictures of a run has none of the two.
         self._picture = re.compile(rf'"model":\s*{{"id":\s*"{source}"}}')
 
+    def _answers(self, content: str, since_move_s: float) -> bool:
+        """Whether a picture is of the run that the last move has begun.
+
+        Pictures leave out iterations where they are slower than these: the first of a run need not
+        be that of its first iteration, and that of a short run may be its last.
+        """
+        told = ITERATION.search(content)
+        before, self._iteration = self._iteration, int(told.group(1)) if told else 10**9
+        begun_anew = told is not None and (self._iteration <= 2 or self._iteration < before)
+        return begun_anew or (since_move_s > ON_ITS_WAY_S and ENDED.search(content) is not None)
+
     async def _read(self) -> None:
         """Take pictures and say that they are drawn."""
         try:
@@ -193,7 +207,7 @@ class Student:
                     self.gaps_s.append(now - self._seen_at)
                 # What follows the last picture of a run is no gap; a move begins the next one.
                 self._seen_at = None if ENDED.search(content) else now
-                if self._moved_at is not None and FIRST.search(content):
+                if self._moved_at is not None and self._answers(content, now - self._moved_at):
                     self.latencies.append(now - self._moved_at)
                     self._moved_at = None
                 number = {"type": "map", "entries": [["number", [len(self.pictures)]]]}

@@ -186,8 +186,7 @@ def is_allowed_change(model: Model, name: str, new: Any) -> bool:
     ):
         raise InputError(f"{name} of {_kind(model)} is for the server to say.")
     if name == "notifications":
-        _require_references(new)
-        return True
+        return _are_references(new)
     _require_plain(new)
     new = _number(new)
     if is_state or not isinstance(new, dict):
@@ -280,9 +279,12 @@ def _require_plain(value: Any) -> None:
             raise InputError(f"A browser does not send a value of type {_shown(kind)} here.")
 
 
-def _require_references(value: Any) -> None:
-    if not all(isinstance(each["id"], str) and len(each) == 1 for each in value):
-        raise InputError("A browser does not send new objects.")
+def _are_references(value: Any) -> bool:
+    """Whether a list holds objects that are there; one that has just gone a browser describes."""
+    return isinstance(value, list) and all(
+        isinstance(each, dict) and set(each) == {"id"} and isinstance(each["id"], str)
+        for each in value
+    )
 
 
 def _of_a_buffer(value: Any) -> dict[str, Any]:

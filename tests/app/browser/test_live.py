@@ -46,7 +46,7 @@ def test_it_runs_by_itself_to_the_end(at_rest):
 
 def test_controls_are_named_as_they_are_labelled(at_rest):
     sliders = [s.get_attribute("aria-label") for s in at_rest.page.get_by_role("slider").all()]
-    assert len(sliders) == 9
+    assert len(sliders) == 10
     assert all(sliders)
     for name in ("Run", "Pause", "Back", "Step", "Reset"):
         button = at_rest.button(name)
