@@ -245,16 +245,20 @@ class WorkerPool:
         try:
             worker.start()
         except (OSError, MemoryError) as error:
-            if not self._lacks_room:
+            if self._room_changes(lacks_room=True):
                 _LOG.warning("a worker process cannot be started (%s); trying again", error)
-            self._lacks_room = True
             return False
-        if self._lacks_room:
+        if self._room_changes(lacks_room=False):
             _LOG.warning("worker processes can be started again")
-        self._lacks_room = False
         if self._closed.is_set():
             worker.end()
         return True
+
+    def _room_changes(self, *, lacks_room: bool) -> bool:
+        """Note whether there is room for processes, and return whether that is new."""
+        with self._changed:
+            changes, self._lacks_room = self._lacks_room != lacks_room, lacks_room
+        return changes
 
     def _next_job(self, worker: Worker) -> Job | None:
         """Wait for the job whose turn it is; None at the end, and if the worker's process ended."""
