@@ -1,4 +1,4 @@
-"""What the simulator takes of settings that are given by their names in `vsep.parameters`."""
+"""Simulator arguments from settings that are given by their names in `vsep.parameters`."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What was read of a recording, before it becomes a frame."""
+"""Samples of a recording as they were read, before they become a frame."""
 
 from dataclasses import dataclass
 from typing import Any

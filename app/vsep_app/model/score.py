@@ -1,4 +1,4 @@
-"""How estimates and true objects belong together: the assignment of GOSPA, and what it counts."""
+"""Assignment of estimates to true objects, that of GOSPA, and the score."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

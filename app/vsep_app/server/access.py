@@ -1,4 +1,4 @@
-"""Who gets in: the owner's token, the room's code, and the names by which a server is asked."""
+"""Rules of entry: the owner's token, the room's code, and the names by which a server is asked."""
 
 import hmac
 import ipaddress

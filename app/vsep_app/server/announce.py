@@ -1,4 +1,4 @@
-"""What whoever starts a server is told: its addresses, the token, the code of the room."""
+"""Announcement of a server to whoever starts it: addresses, token, code of the room."""
 
 import atexit
 import os

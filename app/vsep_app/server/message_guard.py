@@ -1,4 +1,4 @@
-"""What a browser may send: every message is held against the bounds of the page it belongs to.
+"""Guard of messages: each is held against the bounds of the page that it belongs to.
 
 A slider ends, a list has its options and a field its length in the browser only; what comes over
 the connection need not come from one. The state of a page on the server holds the same bounds.

@@ -1,4 +1,4 @@
-"""What a sensor's configuration says of a recording, each number with its source."""
+"""Settings of a recording from a sensor's configuration, each number with its source."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
