@@ -12,7 +12,7 @@ from typing import Any
 
 from vsep.errors import InputError
 from vsep.recordings.configurations.configuration import Configuration, Said, number
-from vsep.recordings.configurations.ti_setup import Chirp, Profile, TiSetup
+from vsep.recordings.configurations.ti_setup import Chirp, TiProfile, TiSetup
 from vsep.recordings.settings import REAL
 
 _SHAPE = "fmcw_single_shape"
@@ -77,17 +77,17 @@ def _take_profile(setup: TiSetup, values: Mapping[str, Any]) -> None:
         return number(setup.name, values[key], key)
 
     which = int(number(setup.name, values.get("profileId", 0), "profileId"))
-    setup.profiles[which] = Profile(
+    setup.profiles[which] = TiProfile(
         number=which,
-        start_frequency_hz=of("startFreqConst_GHz") * 1e9,
-        idle_s=of("idleTimeConst_usec") * 1e-6,
-        adc_start_s=of("adcStartTimeConst_usec") * 1e-6,
-        ramp_end_s=of("rampEndTime_usec") * 1e-6,
-        slope_hz_per_s=of("freqSlopeConst_MHz_usec") * 1e12,
+        start_frequency_ghz=of("startFreqConst_GHz"),
+        idle_us=of("idleTimeConst_usec"),
+        adc_start_us=of("adcStartTimeConst_usec"),
+        ramp_end_us=of("rampEndTime_usec"),
+        slope_mhz_per_us=of("freqSlopeConst_MHz_usec"),
         num_samples=int(of("numAdcSamples")),
-        sample_rate_hz=of("digOutSampleRate") * 1e3,
+        sample_rate_ksps=of("digOutSampleRate"),
         source=f"rlProfileCfg_t {which}",
-    )
+    ).in_si()
 
 
 def read_infineon_json(name: str, text: str) -> Configuration:

@@ -12,7 +12,7 @@ import re
 
 from vsep.errors import InputError
 from vsep.recordings.configurations.configuration import Configuration, Said, number
-from vsep.recordings.configurations.ti_setup import Chirp, Profile, TiSetup
+from vsep.recordings.configurations.ti_setup import Chirp, Profile, TiProfile, TiSetup
 
 _CALL = re.compile(r"\bar1\.(\w+?)(_mult)?\s*\(([^()]*)\)")
 _CONSTANT = re.compile(r"^\s*(?:local\s+)?([A-Za-z_]\w*)\s*=\s*([-+.\w]+)\s*$")
@@ -67,17 +67,17 @@ def read_lua(name: str, text: str) -> Configuration:
 
 def _take(setup: TiSetup, command: str, values: list[float], source: str) -> None:
     if command == "ProfileConfig":
-        setup.profiles[int(values[0])] = Profile(
+        setup.profiles[int(values[0])] = TiProfile(
             number=int(values[0]),
-            start_frequency_hz=values[1] * 1e9,
-            idle_s=values[2] * 1e-6,
-            adc_start_s=values[3] * 1e-6,
-            ramp_end_s=values[4] * 1e-6,
-            slope_hz_per_s=values[11] * 1e12,
+            start_frequency_ghz=values[1],
+            idle_us=values[2],
+            adc_start_us=values[3],
+            ramp_end_us=values[4],
+            slope_mhz_per_us=values[11],
             num_samples=int(values[13]),
-            sample_rate_hz=values[14] * 1e3,
+            sample_rate_ksps=values[14],
             source=source,
-        )
+        ).in_si()
     elif command == "ChirpConfig":
         mask = sum(1 << number for number in range(3) if values[7 + number])
         setup.chirps.append(Chirp(int(values[0]), int(values[1]), int(values[2]), mask))

@@ -13,7 +13,7 @@ from typing import Final
 
 from vsep.errors import InputError
 from vsep.recordings.configurations.configuration import Configuration, Said, number
-from vsep.recordings.configurations.ti_setup import Chirp, Profile, TiSetup
+from vsep.recordings.configurations.ti_setup import Chirp, TiProfile, TiSetup
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS
 
 DIFFERENCE: Final = 0.05  # from which two derivations of a range cell contradict each other
@@ -74,17 +74,17 @@ def _take(setup: TiSetup, command: str, words: list[str], source: str) -> None:
         return
     values = [number(setup.name, word, source) for word in words]
     if command == "profileCfg":
-        setup.profiles[int(values[0])] = Profile(
+        setup.profiles[int(values[0])] = TiProfile(
             number=int(values[0]),
-            start_frequency_hz=values[1] * 1e9,
-            idle_s=values[2] * 1e-6,
-            adc_start_s=values[3] * 1e-6,
-            ramp_end_s=values[4] * 1e-6,
-            slope_hz_per_s=values[7] * 1e12,
+            start_frequency_ghz=values[1],
+            idle_us=values[2],
+            adc_start_us=values[3],
+            ramp_end_us=values[4],
+            slope_mhz_per_us=values[7],
             num_samples=int(values[9]),
-            sample_rate_hz=values[10] * 1e3,
+            sample_rate_ksps=values[10],
             source=source,
-        )
+        ).in_si()
     elif command == "chirpCfg":
         first, last, profile = (int(value) for value in values[:3])
         setup.chirps.append(Chirp(first, last, profile, int(values[7])))

@@ -35,6 +35,35 @@ class Profile:
     source: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TiProfile:
+    """A profile in the units in which Texas Instruments' tools write it."""
+
+    number: int
+    start_frequency_ghz: float
+    idle_us: float
+    adc_start_us: float
+    ramp_end_us: float
+    slope_mhz_per_us: float
+    num_samples: int
+    sample_rate_ksps: float
+    source: str
+
+    def in_si(self) -> Profile:
+        """Return the profile in the units of the SI."""
+        return Profile(
+            number=self.number,
+            start_frequency_hz=self.start_frequency_ghz * 1e9,
+            idle_s=self.idle_us * 1e-6,
+            adc_start_s=self.adc_start_us * 1e-6,
+            ramp_end_s=self.ramp_end_us * 1e-6,
+            slope_hz_per_s=self.slope_mhz_per_us * 1e12,
+            num_samples=self.num_samples,
+            sample_rate_hz=self.sample_rate_ksps * 1e3,
+            source=self.source,
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class Chirp:
     """Chirps from one index to another, which profile they have and which transmitters send."""

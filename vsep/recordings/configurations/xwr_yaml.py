@@ -11,7 +11,7 @@ from typing import Any
 
 from vsep.errors import InputError
 from vsep.recordings.configurations.configuration import Configuration, Said, number
-from vsep.recordings.configurations.ti_setup import Chirp, Profile, TiSetup
+from vsep.recordings.configurations.ti_setup import Chirp, TiProfile, TiSetup
 from vsep.recordings.settings import settings_values
 
 _KEYS = ("frequency", "freq_slope", "adc_samples", "sample_rate")
@@ -40,17 +40,17 @@ def read_xwr(name: str, text: str) -> Configuration:
         return number(name, stored[key], key)
 
     setup = TiSetup(name)
-    setup.profiles[0] = Profile(
+    setup.profiles[0] = TiProfile(
         number=0,
-        start_frequency_hz=of("frequency") * 1e9,
-        idle_s=of("idle_time") * 1e-6,
-        adc_start_s=of("adc_start_time") * 1e-6,
-        ramp_end_s=of("ramp_end_time") * 1e-6,
-        slope_hz_per_s=of("freq_slope") * 1e12,
+        start_frequency_ghz=of("frequency"),
+        idle_us=of("idle_time"),
+        adc_start_us=of("adc_start_time"),
+        ramp_end_us=of("ramp_end_time"),
+        slope_mhz_per_us=of("freq_slope"),
         num_samples=int(of("adc_samples")),
-        sample_rate_hz=of("sample_rate") * 1e3,
+        sample_rate_ksps=of("sample_rate"),
         source="radar",
-    )
+    ).in_si()
     device = str(stored.get("device", ""))
     count = int(number(name, stored.get("num_tx", _TRANSMITTERS.get(device, _USUAL)), "num_tx"))
     if not 1 <= count <= _MOST:
