@@ -15,7 +15,13 @@ from vsep.inference.bursts.filter_correction import update_correction
 from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
-from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
+from vsep.inference.core.estimator import (
+    CALM_ITERATIONS,
+    EstimatorEntry,
+    is_calm,
+    is_quiet,
+    settle,
+)
 from vsep.inference.core.noise_update import next_noise_spectrum, noise_spectrum_due
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.schedule import Schedule, schedule_by_name
@@ -305,6 +311,7 @@ class FactorisedSeparator(ObjectSettings):
             )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
+        calm = state.calm_iterations + 1 if self._counts_as_calm(state, info) else 0
         new_state = replace(
             state,
             iteration=state.iteration + 1,
@@ -315,14 +322,21 @@ class FactorisedSeparator(ObjectSettings):
             object_signal=object_signal,
             interference_signal=signal,
             next_component_id=objects.next_id,
-            search_pending=search_again and is_quiet(info),
+            search_pending=search_again and (is_quiet(info) or calm >= CALM_ITERATIONS),
             search_cache=interference.search_cache,
             noise_spectrum=spectrum,
             quiet_iterations=state.quiet_iterations + 1
             if self._is_quiet(interference, objects)
             else 0,
+            calm_iterations=calm,
         )
         return new_state, info
+
+    def _counts_as_calm(self, state: SeparationState, info: IterationInfo) -> bool:
+        """Whether a step has changed next to nothing, when all of the model has begun."""
+        schedule = schedule_by_name(self.schedule)
+        begun = schedule.ends_when_calm and schedule.weights_begun(state.iteration)
+        return begun and is_calm(info)
 
     def _rows_with_gaps(self, interfered: IntArray) -> IntArray:
         """Return rows with bursts or missing samples."""
@@ -342,12 +356,16 @@ class FactorisedSeparator(ObjectSettings):
     ) -> tuple[SeparationState, IterationInfo]:
         """Spare the next step if all it would begin with, a search, finds nothing new.
 
-        That is, where it would move nothing either: the objects stand still and the filter is the
-        assumed one, whose correction would go on changing.
+        That is, where it would move nothing either: the objects stand still, or have been calm for
+        long enough, and the filter's correction is none, or does not go on changing.
         """
         # The next step would repeat this one: only its search can tell something new.
-        moved = info.max_frequency_change > STILL_DEVIATIONS
-        if not state.search_pending or moved or state.filter_correction.num_splines:
+        calm = state.calm_iterations >= CALM_ITERATIONS
+        moved = info.max_frequency_change > STILL_DEVIATIONS and not calm
+        correcting = state.filter_correction.num_splines > 0 and (
+            not calm or self.correction_due(state, searched=True)
+        )
+        if not state.search_pending or moved or correcting:
             return state, info
         interference = self.interference_workspace(state)
         with part(SEARCH):
@@ -366,7 +384,8 @@ class FactorisedSeparator(ObjectSettings):
         """Converged when quiet, and (robust schedule) a burst search agreed."""
         schedule = schedule_by_name(self.schedule)
         confirmed = info.searched or not schedule.search_before_convergence
-        return settle(state, self.max_iterations, converged=confirmed and is_quiet(info))
+        settled = is_quiet(info) or state.calm_iterations >= CALM_ITERATIONS
+        return settle(state, self.max_iterations, converged=confirmed and settled)
 
 
 ENTRIES = (

@@ -59,6 +59,9 @@ class Schedule:
         would be bursts that are not modelled yet. None never.
     noise_spectrum : bool
         Whether noise is estimated over beat frequency; the paper's is white.
+    ends_when_calm : bool
+        Whether a run whose samples are weighed ends as well when some iterations in a row changed
+        next to nothing; otherwise only when one changed nothing that matters.
     """
 
     name: str
@@ -79,6 +82,7 @@ class Schedule:
     correct_filter: tuple[int, int] | None = None
     weigh_from: int | None = None
     noise_spectrum: bool = False
+    ends_when_calm: bool = False
 
     def object_additions(self, iteration: int) -> int:
         """Object components that may be added in this iteration (counted from 0)."""
@@ -136,9 +140,10 @@ ROBUST: Final = Schedule(
     search_before_convergence=True,
     recompute_amplitudes=True,
     joint_object_step=True,
-    correct_filter=(1, 14),
+    correct_filter=(4, 14),
     weigh_from=6,
     noise_spectrum=True,
+    ends_when_calm=True,
 )
 
 PAPER: Final = Schedule(

@@ -208,6 +208,8 @@ class SeparationState:
         How much every sample counts; None where all count fully.
     quiet_iterations : int
         Iterations in a row that have added no object and next to no channel component.
+    calm_iterations : int
+        Iterations in a row that have changed next to nothing, see `vsep.inference.core.estimator`.
     """
 
     iteration: int
@@ -224,6 +226,7 @@ class SeparationState:
     noise_spectrum: NoiseSpectrum | None = None
     sample_weights: FloatArray | None = None
     quiet_iterations: int = 0
+    calm_iterations: int = 0
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
