@@ -15,13 +15,8 @@ from vsep.inference.bursts.filter_correction import update_correction
 from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
-from vsep.inference.core.estimator import (
-    CALM_ITERATIONS,
-    EstimatorEntry,
-    is_calm,
-    is_quiet,
-    settle,
-)
+from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
+from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import next_noise_spectrum, noise_spectrum_due
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.schedule import Schedule, schedule_by_name
@@ -311,7 +306,7 @@ class FactorisedSeparator(ObjectSettings):
             )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
-        calm = state.calm_iterations + 1 if self._counts_as_calm(state, info) else 0
+        calm = calm_iterations(interference.schedule, state, info, components, self.model.shape)
         new_state = replace(
             state,
             iteration=state.iteration + 1,
@@ -331,12 +326,6 @@ class FactorisedSeparator(ObjectSettings):
             calm_iterations=calm,
         )
         return new_state, info
-
-    def _counts_as_calm(self, state: SeparationState, info: IterationInfo) -> bool:
-        """Whether a step has changed next to nothing, when all of the model has begun."""
-        schedule = schedule_by_name(self.schedule)
-        begun = schedule.ends_when_calm and schedule.weights_begun(state.iteration)
-        return begun and is_calm(info)
 
     def _rows_with_gaps(self, interfered: IntArray) -> IntArray:
         """Return rows with bursts or missing samples."""

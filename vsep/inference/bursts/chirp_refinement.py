@@ -18,8 +18,8 @@ from vsep.signal.template import SignalModel
 
 MAX_SHIFT = 0.1  # of the burst's length, one step
 MAX_STRETCH = 0.1  # of the slope, one step
-NO_GAIN = 1e-4  # nats of log evidence: a step that promises less is not tried
-HALVINGS = 5  # times a step is cut to a quarter before it is given up
+NO_GAIN = 1e-2  # nats of log evidence: a step that promises less is not tried
+HALVINGS = 3  # times a step is cut to a quarter before it is given up
 
 
 class ChirpCosts(Protocol):

@@ -13,10 +13,6 @@ from vsep.signal.template import SignalModel
 
 SETTLED_DEVIATIONS = 0.01  # objects move by less than this share of their standard deviation ...
 SETTLED_NOISE = 1e-3  # ... and lambda by less than this share (its own is 1/sqrt(PN)): converged
-# Looser bounds, for so many iterations in a row: single channel components come and go.
-CALM_DEVIATIONS = 0.1
-CALM_NOISE = 3e-3
-CALM_ITERATIONS = 2
 # A channel component at its threshold may come and go for ever; what it moves is looked at instead.
 SETTLING_EVENTS = {EventKind.OBJECT_REJECTED, EventKind.CHANNEL_ADDED, EventKind.CHANNEL_PRUNED}
 
@@ -96,19 +92,10 @@ def require_one_antenna(model: SignalModel, name: str) -> None:
 
 def is_quiet(info: IterationInfo) -> bool:
     """Whether a step changed nothing that matters."""
-    return _changed_less_than(info, SETTLED_DEVIATIONS, SETTLED_NOISE)
-
-
-def is_calm(info: IterationInfo) -> bool:
-    """Whether a step changed next to nothing: some of them in a row end a run as well."""
-    return _changed_less_than(info, CALM_DEVIATIONS, CALM_NOISE)
-
-
-def _changed_less_than(info: IterationInfo, deviations: float, noise: float) -> bool:
     return (
         all(event.kind in SETTLING_EVENTS for event in info.events)
-        and info.max_frequency_change < deviations
-        and abs(info.noise_precision_change) < noise
+        and info.max_frequency_change < SETTLED_DEVIATIONS
+        and abs(info.noise_precision_change) < SETTLED_NOISE
     )
 
 
