@@ -39,7 +39,7 @@ from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT, MessageGuard
 
 _log = logging.getLogger(__name__)
 # Why a connection is closed, by RFC 6455.
-_TOO_LARGE, _UNREADABLE = 1009, 1007
+_TOO_LARGE, _UNREADABLE, _ENDED = 1009, 1007, 1001
 _FOREIGN = ("bokeh-session-id", "bokeh-token")
 # What the pages show is made of classes of these packages.
 _SERVED = ("panel", "panel_material_ui", "vsep_app")
@@ -88,9 +88,13 @@ class PromptHandler(WSHandler):
 
     async def _answer(self, message: Any) -> None:
         connection = self.connection
+        document = _document_of(connection)
         if connection is None:
             return
-        refusal = self._refusal(message)
+        if document is None:
+            self.close(_ENDED, "The session of this page has ended.")
+            return
+        refusal = self._refusal(message, document)
         if refusal:
             _log.info("refused a message: %s", refusal)
             await self.send_message(connection.error(message, refusal))
@@ -102,18 +106,34 @@ class PromptHandler(WSHandler):
         if work is not None:
             await self.send_message(work)
 
-    def _refusal(self, message: Any) -> str:
+    def _refusal(self, message: Any, document: Document) -> str:
         """Return why a message is not taken, nothing if it is."""
         try:
-            self._guard.check(message, self.connection.session.document)
+            self._guard.check(message, document)
         except InputError as error:
             return str(error)
         return ""
+
+    def on_close(self) -> None:
+        """Let the connection go, also where its session has ended before it."""
+        if self.connection is not None and _document_of(self.connection) is None:
+            self.application.client_lost(self.connection)
+            return
+        super().on_close()
 
     def open(self, *arguments: str, **named: str) -> None:
         """Begin to send and receive."""
         self.set_nodelay(True)
         super().open(*arguments, **named)
+
+
+def _document_of(connection: Any) -> Document | None:
+    """Document that a connection shows; None when its session has ended."""
+    try:
+        document: Document = connection.session.document
+    except (AssertionError, AttributeError):  # what Bokeh 3.9 makes of no session
+        return None
+    return document
 
 
 class OwnSessionHandler(DocHandler):

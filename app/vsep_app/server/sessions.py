@@ -287,14 +287,23 @@ class Admission(Handler):
 def _post(document: Any, function: Callable[[], None]) -> None:
     """Run a function on the event loop with the document locked; Bokeh takes a thread for others.
 
-    What is drawn so waits in the one queue whose length the pace of pictures follows.
+    What is drawn so waits in the one queue whose length the pace of pictures follows; what comes
+    after the document has gone is left.
     """
 
     async def run() -> None:
-        with set_curdoc(document):
-            function()
+        if not _has_ended(document):
+            with set_curdoc(document):
+                function()
 
-    document.add_next_tick_callback(run)
+    if not _has_ended(document):
+        document.add_next_tick_callback(run)
+
+
+def _has_ended(document: Any) -> bool:
+    """Whether the session of a document is over; nothing can be shown in it any more."""
+    context = document.session_context
+    return context is None or bool(context.destroyed)
 
 
 def _leave(registry: SessionRegistry, page: PageBase, context: Any) -> None:
