@@ -47,7 +47,8 @@ def fitted_bursts(
     residual = received - state.object_signal
     precision = separator.burst_precision(state, state.noise_precision)
     found.recompute(residual, precision)
-    bursts = [_with_channel(burst, last) for burst in found.frozen_bursts()]
+    num_bins = separator.model.num_grid_bins
+    bursts = [_with_channel(burst, last, num_bins) for burst in found.frozen_bursts()]
     state = replace(state, bursts=tuple(bursts), search_cache=found.search_cache)
     work = separator.interference_workspace(state)
     with part(BURSTS):
@@ -65,23 +66,24 @@ def fitted_bursts(
     )
 
 
-def _with_channel(burst: BurstComponents, last: Sequence[BurstComponents]) -> BurstComponents:
+def _with_channel(
+    burst: BurstComponents, last: Sequence[BurstComponents], num_bins: int
+) -> BurstComponents:
     """Give a burst of one component the channel of the last frame's burst of its slope."""
-    slopes = np.array([each.slope for each in last if each.num_components])
     donors = [each for each in last if each.num_components]
     if len(donors) == 0 or burst.num_components != 1:
         return burst
-    apart = np.abs(slopes / burst.slope - 1.0)
+    apart = np.abs(np.array([each.slope for each in donors]) / burst.slope - 1.0)
     donor = donors[int(np.argmin(apart))]
     if apart.min() > SAME_SLOPE:
         return burst
     strongest = int(np.argmax(np.abs(donor.amplitudes)))
     # The search puts the strongest path at delay zero.
-    bins = donor.active_bins - donor.active_bins[strongest]
+    bins = donor.active_bins - donor.active_bins[strongest] + burst.active_bins[0]
     level = np.abs(donor.amplitudes[strongest] / burst.amplitudes[0]) ** 2
     return replace(
         burst,
-        active_bins=bins + burst.active_bins[0],
+        active_bins=bins % num_bins,
         amplitudes=donor.amplitudes / np.sqrt(level),
         covariance=donor.covariance / level,
         precisions=donor.precisions * level,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vsep._typing import ComplexArray, FloatArray
+from vsep._typing import FloatArray
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.signal.motion import moved_paths
 from vsep.signal.radar import ChirpSequence
@@ -46,8 +46,44 @@ def moved_beats(
     return wrap_frequency(radar.beat_from_delay(moved.delays_s))
 
 
+def predicted_objects(
+    objects: ObjectComponents,
+    before: ObjectComponents | None,
+    radar: ChirpSequence,
+    elapsed_s: float,
+) -> ObjectComponents:
+    """Objects where they are after some time.
+
+    A passing car may change its radial velocity by more than a resolution cell from frame to frame;
+    it goes on changing it by as much.
+
+    Parameters
+    ----------
+    objects : ObjectComponents
+        Of the last frame.
+    before : ObjectComponents or None
+        Of the frame as long before that one as the next comes after it.
+    radar : ChirpSequence
+        The victim.
+    elapsed_s : float
+        Time that passes.
+    """
+    change = np.zeros(objects.num_components)
+    if before is not None:
+        _, own, earlier = np.intersect1d(
+            objects.component_ids, before.component_ids, return_indices=True
+        )
+        change[own] = wrap_frequency(objects.dopplers[own] - before.dopplers[earlier])
+    # on the way the mean of both velocities counts
+    beats = moved_beats(objects.beats, objects.dopplers + 0.5 * change, radar, elapsed_s)
+    return replace(objects, beats=beats, dopplers=wrap_frequency(objects.dopplers + change))
+
+
 def predicted_state(
-    state: SeparationState, radar: ChirpSequence, elapsed_s: float
+    state: SeparationState,
+    radar: ChirpSequence,
+    elapsed_s: float,
+    before: ObjectComponents | None = None,
 ) -> SeparationState:
     """State that the next frame starts from: iteration 0, objects moved, no burst.
 
@@ -63,15 +99,14 @@ def predicted_state(
         The victim.
     elapsed_s : float
         From the last frame to this one.
+    before : ObjectComponents, optional
+        See `predicted_objects`.
     """
-    objects = state.objects
     nothing = np.zeros_like(state.object_signal)
     return replace(
         state,
         iteration=0,
-        objects=replace(
-            objects, beats=moved_beats(objects.beats, objects.dopplers, radar, elapsed_s)
-        ),
+        objects=predicted_objects(state.objects, before, radar, elapsed_s),
         bursts=(),
         object_signal=nothing,
         interference_signal=nothing,

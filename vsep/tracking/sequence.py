@@ -16,7 +16,7 @@ from vsep._validation import require_range
 from vsep.errors import InputError, shown
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
-from vsep.inference.core.state import SeparationState
+from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.signal.motion import CYCLE_S
 from vsep.signal.radar import ChirpSequence
@@ -43,6 +43,8 @@ class SequenceState:
         From the last frame to the next one: more than one where frames were repeated.
     last : Solution or None
         What was found in it.
+    before : ObjectComponents or None
+        Objects of the frame before that one, if it was a cycle before.
     tracks : tuple of Track
         Objects followed up to it, those among them that it does not show.
     next_track_id : int
@@ -54,6 +56,7 @@ class SequenceState:
     received: ComplexArray | None = None
     cycles: int = 1
     last: Solution | None = None
+    before: ObjectComponents | None = None
     tracks: tuple[Track, ...] = ()
     next_track_id: int = 1
 
@@ -156,7 +159,10 @@ class SequenceSeparator:
             model=model, missing=frame.missing_rows(together=True), **self._settings
         )
         rows = model.check(received)
-        if state.received is None or (frame.radar, rows.shape) != (state.radar, state.received.shape):
+        if state.received is None or (frame.radar, rows.shape) != (
+            state.radar,
+            state.received.shape,
+        ):
             state = SequenceState(num_frames=state.num_frames, next_track_id=state.next_track_id)
         outcome = self._outcome(separator, rows, frame.radar, state)
         repeated = outcome.start == "repeated"
@@ -176,6 +182,7 @@ class SequenceSeparator:
             received=rows,
             cycles=state.cycles + 1 if repeated else 1,
             last=outcome.solution,
+            before=None if repeated or state.last is None else state.last.objects,
             tracks=tracks,
             next_track_id=next_id,
         )
@@ -203,7 +210,7 @@ class SequenceSeparator:
         if not self.warm:
             return separate_cold(separator, rows, state.last.state)
         elapsed_s = state.cycles * self.cycle_s
-        return separate_warm(separator, rows, state.last.state, radar, elapsed_s)
+        return separate_warm(separator, rows, state.last.state, radar, elapsed_s, state.before)
 
 
 def track(

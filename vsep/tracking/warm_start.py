@@ -7,6 +7,7 @@ prediction does not fit is separated like the first frame.
 """
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -17,7 +18,7 @@ from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Termination
 from vsep.inference.core.run import run
 from vsep.inference.core.schedule import ROBUST, Schedule
-from vsep.inference.core.state import SeparationState
+from vsep.inference.core.state import BurstComponents, ObjectComponents, SeparationState
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator
 from vsep.signal.radar import ChirpSequence
@@ -66,6 +67,7 @@ def separate_warm(
     last: SeparationState,
     radar: ChirpSequence,
     elapsed_s: float,
+    before: ObjectComponents | None = None,
 ) -> FrameSolution:
     """Separate a frame from what another predicts, or from nothing where that does not fit.
 
@@ -81,6 +83,8 @@ def separate_warm(
         The victim.
     elapsed_s : float
         From that frame to this one.
+    before : ObjectComponents, optional
+        Of the frame before that one, see `vsep.tracking.prediction.predicted_objects`.
 
     Raises
     ------
@@ -90,7 +94,8 @@ def separate_warm(
     began = time.perf_counter()
     rows = separator.model.check(received)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        outcome = _from_prediction(separator, rows, last, radar, elapsed_s)
+        predicted = predicted_state(last, radar, elapsed_s, before)
+        outcome = _from_prediction(separator, rows, predicted, last.bursts)
     if outcome is None:
         outcome = separate_cold(separator, rows, last)
     return replace(outcome, seconds=time.perf_counter() - began)
@@ -99,22 +104,21 @@ def separate_warm(
 def _from_prediction(
     separator: FactorisedSeparator,
     rows: ComplexArray,
-    last: SeparationState,
-    radar: ChirpSequence,
-    elapsed_s: float,
+    predicted: SeparationState,
+    last_bursts: Sequence[BurstComponents],
 ) -> FrameSolution | None:
     """Separate a frame from what another predicts; None where that does not fit."""
     start: Start = "warm"
     estimator: Estimator = (warm := replace(separator, schedule=WARM))
     try:
-        fit = fit_clean_samples(separator, rows, predicted_state(last, radar, elapsed_s))
+        fit = fit_clean_samples(separator, rows, predicted)
         if not fit.is_usable:
             return None
         state = fit.state
         if fit.is_clean:
             start, estimator = "clean", _object_only(separator)
         else:
-            state = fitted_bursts(warm, rows, state, last.bursts)
+            state = fitted_bursts(warm, rows, state, last_bursts)
     except np.linalg.LinAlgError:
         return None
     solution = run(estimator, rows, state)
