@@ -227,5 +227,5 @@ def test_a_setting_that_cannot_be_used_is_named(settings, sentence):
 
 
 def test_what_is_no_frame_is_named():
-    with pytest.raises(InputError, match="'frame.npz' is no frame; read_frame makes one"):
+    with pytest.raises(InputError, match=r"'frame\.npz' is no frame; read_frame makes one"):
         list(vsep.track(["frame.npz"]))

@@ -107,7 +107,10 @@ def test_the_filter_is_surer_than_a_measurement_and_rightly_so():
     errors = []
     for _ in range(40):
         frames = [
-            ([(30.0 - 5.0 * CYCLE_S * k + STD_M * rng.normal(), -5.0 + STD_MPS * rng.normal())], [0])
+            (
+                [(30.0 - 5.0 * CYCLE_S * k + STD_M * rng.normal(), -5.0 + STD_MPS * rng.normal())],
+                [0],
+            )
             for k in range(20)
         ]
         (track,) = followed(frames)[-1]

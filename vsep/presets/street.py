@@ -41,7 +41,7 @@ RADAR: Final = ChirpSequence(
 FILTER: Final = RaisedCosineFilter(cutoff_hz=RADAR.sample_rate_hz / 4.0, rolloff=0.25)
 """Its anti-aliasing filter."""
 SNR_DB: Final = 50.0
-SIR_DB: Final = -10.0
+SIR_DB: Final = -25.0
 OWN_SPEED_MPS: Final = 10.0
 MOST_FRAMES: Final = 1_000_000
 

@@ -18,6 +18,7 @@ from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.factorised import FactorisedSeparator
+from vsep.signal.filters import NoFilter
 from vsep.signal.motion import CYCLE_S
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.template import SignalModel
@@ -25,6 +26,9 @@ from vsep.tracking.tracks import Track, measured_objects, updated_tracks
 from vsep.tracking.warm_start import FrameSolution, Start, separate_cold, separate_warm
 
 _CYCLES_S = 1e-4, 10.0
+_ANY_MODEL = SignalModel(
+    num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
+)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -129,13 +133,14 @@ class SequenceSeparator:
     def __init__(self, *, cycle_s: float = CYCLE_S, warm: bool = True, **settings: Any) -> None:
         require_range("cycle_s", cycle_s, *_CYCLES_S, "s")
         self.cycle_s, self.warm, self._settings = cycle_s, warm, settings
-        known = {name for name in FactorisedSeparator.__dataclass_fields__ if name != "model"}
+        own = FactorisedSeparator.__dataclass_fields__.keys() - {"model", "missing"}
         for name, value in settings.items():
-            if name not in known - {"missing"}:
+            if name not in own:
                 raise InputError(
                     f"{name} is {shown(value)}; a sequence takes none; its settings are "
-                    f"{', '.join(sorted(known - {'missing'}))}."
+                    f"{', '.join(sorted(own))}."
                 )
+        FactorisedSeparator(model=_ANY_MODEL, **settings)  # checks the values at once
 
     def step(self, frame: Frame, state: SequenceState) -> tuple[SequenceState, TrackedFrame]:
         """Separate the next frame of a sequence.

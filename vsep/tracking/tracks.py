@@ -23,6 +23,7 @@ TENTATIVE_MISSED = 1  # the same before it is confirmed
 ACCELERATION_STD_MPS2 = 6.0  # of a braking or passing car
 GATE = 16.0  # squared deviations between prediction and measurement: one in 3000 is more
 FASTEST_MPS = 40.0  # deviation of a velocity that a single ramp does not show
+OWN_CELLS = 1.5  # resolution cells by which a component may miss its own track's prediction
 NEAR_CELLS = 0.5  # resolution cells: closer than this an object is the same whatever its deviation
 
 
@@ -166,8 +167,8 @@ def updated_tracks(
 ) -> tuple[tuple[Track, ...], int]:
     """Tracks after another frame: followed, born, missed or ended.
 
-    A component that goes on under its own number stays with its track as long as it lies in the
-    gate; the others are assigned to the tracks that are left, all at the least total distance.
+    A component that goes on under its own number stays with its track unless it has jumped; the
+    others are assigned to the tracks that are left, all at the least total distance.
 
     Parameters
     ----------
@@ -193,7 +194,7 @@ def updated_tracks(
     """
     expected = [predicted_track(track, elapsed_s) for track in tracks]
     distances = _distances(expected, found, radar)
-    partners = _partners(expected, found, distances)
+    partners = _partners(expected, found, distances, resolution_cells(radar))
     after = []
     for index, track in enumerate(expected):
         other = partners.get(index)
@@ -227,13 +228,19 @@ def _distances(expected: list[Track], found: Measured, radar: ChirpSequence) -> 
     return np.where(squared <= GATE, squared, np.inf)
 
 
-def _partners(expected: list[Track], found: Measured, distances: FloatArray) -> dict[int, int]:
+def _partners(
+    expected: list[Track], found: Measured, distances: FloatArray, cells: tuple[float, float]
+) -> dict[int, int]:
     """Object of every track that one is found for."""
     places = {int(number): index for index, number in enumerate(found.component_ids)}
     partners: dict[int, int] = {}
     for index, track in enumerate(expected):
         place = places.get(track.component_id)
-        if place is not None and np.isfinite(distances[index, place]):
+        if place is None:
+            continue
+        measured = np.array([found.ranges_m[place], found.velocities_mps[place]])
+        # A passing car changes its radial velocity faster than the gate allows.
+        if np.all(np.abs(measured - track.mean) < OWN_CELLS * np.array(cells)):
             partners[index] = place
     rows = [index for index in range(len(expected)) if index not in partners]
     columns = sorted(set(places.values()) - set(partners.values()))
