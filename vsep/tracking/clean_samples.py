@@ -65,21 +65,24 @@ def fit_clean_samples(
         See `vsep.tracking.prediction.predicted_state`.
     """
     missing = np.zeros(received.shape, np.bool_) if settings.missing is None else settings.missing
-    state, noise = predicted, np.inf
+    state, noise, is_clean = predicted, np.inf, False
     interfered = _unexplained(received, missing)
-    for _ in range(FITS if interfered.any() else 1):
-        state = _fitted(settings, received, state, ~(interfered | missing), refined=False)
-    for _ in range(MOST_REFINEMENTS):
+    if interfered.any():
+        for _ in range(FITS):
+            state = _fitted(settings, received, state, ~(interfered | missing), refined=False)
         interfered = _unexplained(received - state.object_signal, missing)
-        state = _fitted(settings, received, state, ~(interfered | missing), refined=True)
+    for _ in range(MOST_REFINEMENTS):
+        used = ~(interfered | missing)
+        state = _fitted(settings, received, state, used, refined=True)
         left = np.where(missing, 0.0, received - state.object_signal)
-        before, noise = noise, _noise_power(left[~(interfered | missing)])
-        if noise > SETTLED * before:
+        before, noise = noise, _noise_power(left[used])
+        interfered = _unexplained(left, missing)
+        quiet = noise * predicted.noise_precision < LOUDER
+        is_clean = quiet and not (interfered.any() or _is_raised(left, noise))
+        if is_clean or noise > SETTLED * before:
             break
-    interfered = _unexplained(left, missing)
-    louder = noise * predicted.noise_precision
-    is_usable = 0.0 < louder < DROWNED and interfered.mean() <= MOST_INTERFERED
-    is_clean = not (interfered.any() or louder > LOUDER or _is_raised(left, noise))
+    drowned = not 0.0 < noise * predicted.noise_precision < DROWNED
+    is_usable = not drowned and interfered.mean() <= MOST_INTERFERED
     if noise > 0.0:
         state = replace(state, noise_precision=1.0 / noise)
     return CleanFit(state, interfered, is_clean=is_clean, is_usable=is_usable)
