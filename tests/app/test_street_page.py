@@ -8,8 +8,8 @@ from vsep_app.pages.street.page import StreetPage
 from vsep_app.pages.street.tasks import RANGES_M, VELOCITIES_MPS, play_street
 from vsep_app.pages.street.views import sentence_of, tracks_html
 
-from vsep.presets.street import RADAR
 from vsep.presets.street_settings import STREET_SETTINGS
+from vsep.presets.street_traffic import RADAR
 from vsep.tracking.tracks import resolution_cells
 
 INTERFERED = 7  # the last of the frames played: a car's radar sends

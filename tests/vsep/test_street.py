@@ -4,15 +4,8 @@ import numpy as np
 import pytest
 
 from vsep.errors import InputError
-from vsep.presets.street import (
-    FILTER,
-    OWN_SPEED_MPS,
-    RADAR,
-    SIR_DB,
-    SNR_DB,
-    street_frame,
-    street_frames,
-)
+from vsep.presets.street import SIR_DB, SNR_DB, street_frame, street_frames
+from vsep.presets.street_traffic import FILTER, OWN_SPEED_MPS, RADAR
 from vsep.signal.motion import CYCLE_S
 
 INTERFERED = 21  # a frame in which a car's radar sends

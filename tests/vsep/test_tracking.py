@@ -12,7 +12,8 @@ import vsep
 from vsep.errors import InputError
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.uncertainty import dispersion_std
-from vsep.presets.street import RADAR, street_frame
+from vsep.presets.street import street_frame
+from vsep.presets.street_traffic import RADAR
 from vsep.signal.template import SignalModel
 from vsep.tracking.sequence import SequenceSeparator, SequenceState
 from vsep.tracking.sources import frame_of_street, street_sequence

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vsep.presets.street import RADAR
+from vsep.presets.street_traffic import RADAR
 from vsep.tracking.tracks import (
     CONFIRMED_HITS,
     MOST_MISSED,

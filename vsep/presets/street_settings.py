@@ -5,7 +5,8 @@ from typing import Any, Final
 
 from vsep.parameters import FILTER_PARAMETERS, PARAMETERS, Range
 from vsep.presets.settings import chosen_filter, simulator_options
-from vsep.presets.street import FILTER, OTHER_SLOPE_HZ_PER_S, SIR_DB, SNR_DB
+from vsep.presets.street import SIR_DB, SNR_DB
+from vsep.presets.street_traffic import FILTER, OTHER_SLOPE_HZ_PER_S
 
 STREET: Final = "street"
 """What a user calls it."""

@@ -10,7 +10,8 @@ from numpy.lib import format as npy
 
 from vsep.errors import InputError
 from vsep.files.frame import Frame
-from vsep.presets.street import RADAR, StreetFrame, street_frames
+from vsep.presets.street import StreetFrame, street_frames
+from vsep.presets.street_traffic import RADAR
 
 _MOST_SAMPLES = 2**28  # of a frame in a pipe
 

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from vsep._typing import FloatArray
-from vsep.presets.street import RADAR, StreetFrame, street_frame
+from vsep.presets.street import StreetFrame, street_frame
 from vsep.presets.street_settings import street_options
+from vsep.presets.street_traffic import RADAR
 from vsep.signal.spectra import range_doppler_map
 from vsep.tracking.sequence import SequenceSeparator, SequenceState, TrackedFrame
 from vsep.tracking.sources import frame_of_street
