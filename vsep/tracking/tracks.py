@@ -148,7 +148,7 @@ def predicted_track(track: Track, elapsed_s: float) -> Track:
     >>> track = Track(7, 0, np.array([20.0, -2.0]), np.diag([0.01, 0.04]), 1e3, 5, 0, 0)
     >>> later = predicted_track(track, 0.5)
     >>> later.range_m, round(later.range_std_m, 2)
-    (19.0, 0.77)
+    (19.0, 0.76)
     """
     moved = np.array([[1.0, elapsed_s], [0.0, 1.0]])
     pushed = ACCELERATION_STD_MPS2 * np.array([0.5 * elapsed_s**2, elapsed_s])
