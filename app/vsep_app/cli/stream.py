@@ -4,7 +4,8 @@ import argparse
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ from vsep.files.line_file import lines_of_a_run
 from vsep.files.results import as_json
 from vsep.inference.registry import ESTIMATORS
 from vsep.signal.motion import CYCLE_S
+from vsep.studies.cluster_map import map_on_cluster
 from vsep.tracking.lines import sequence_lines
 from vsep.tracking.sequence import SequenceSeparator
 from vsep.tracking.sources import frame_files, piped_frames
@@ -24,8 +26,10 @@ from vsep_app.cli.shared_options import (
     add_file,
     add_number,
     add_out,
+    add_scheduler_option,
     error_text,
     given,
+    lost_lines,
     require_folder,
     require_other_file,
 )
@@ -39,8 +43,8 @@ examples:
   recorder | vsep stream - --like first.npz --out /dev/stdout
 
 Files and the frames of a folder, by name, are in the order of time. Every folder is a sequence of
-its own. A frame that cannot be read gets a line with "file" and "error"; the sequence goes on after
-a gap, and the exit code is 2 at the end.
+its own, and with --scheduler they are shared among machines. A frame that cannot be read gets a
+line with "file" and "error"; the sequence goes on after a gap, and the exit code is 2 at the end.
 """
 PIPE: Final = "-"
 _SETTINGS: Final = (
@@ -73,6 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="separate every frame from nothing, for comparison; objects are followed all the same",
     )
+    add_scheduler_option(parser, ", a sequence each; they must see the files under the same names")
     group = parser.add_argument_group("the estimator")
     add_false_alarm_option(group)
     add_number(group, "--object-threshold-db", "the object threshold itself")
@@ -122,6 +127,10 @@ def _sequences(options: argparse.Namespace) -> list[tuple[str, ...]]:
         raise InputError(
             f"{PIPE} is one sequence of its own and needs --like FRAME, which names the radar."
         )
+    if piped and options.scheduler is not None:
+        raise InputError(
+            f"--scheduler is {options.scheduler}; {PIPE}, a pipe, is read by this machine."
+        )
     if not piped and options.like is not None:
         raise InputError(f"--like {options.like} is for {PIPE}, a pipe; frame files say it all.")
     if piped:
@@ -134,14 +143,24 @@ def _sequences(options: argparse.Namespace) -> list[tuple[str, ...]]:
 def _lines(
     separator: SequenceSeparator,
     options: argparse.Namespace,
-    sequences: Iterable[tuple[str, ...]],
+    sequences: Sequence[tuple[str, ...]],
 ) -> Iterator[dict[str, Any]]:
     if options.like is not None:
         like = read_frame(options.like)
         yield from sequence_lines(separator, piped_frames(sys.stdin.buffer, like))
         return
+    make = partial(lines_of_files, separator=separator)
+    if options.scheduler is not None:
+        for lines in map_on_cluster(make, sequences, options.scheduler, lost=lost_lines):
+            yield from lines
+        return
     for files in sequences:
         yield from sequence_lines(separator, _frames(files))
+
+
+def lines_of_files(files: Sequence[str], separator: SequenceSeparator) -> list[dict[str, Any]]:
+    """Make the result lines of a sequence."""
+    return list(sequence_lines(separator, _frames(files)))
 
 
 def _frames(files: Iterable[str]) -> Iterator[Frame | tuple[str, str]]:
