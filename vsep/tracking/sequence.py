@@ -6,7 +6,7 @@ an estimator is from iteration to iteration. A state holds one frame, whatever c
 
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -186,7 +186,7 @@ class SequenceSeparator:
             radar=frame.radar,
             received=rows,
             cycles=state.cycles + 1 if repeated else 1,
-            last=outcome.solution,
+            last=_carried(outcome.solution),
             before=None if repeated or state.last is None else state.last.objects,
             tracks=tracks,
             next_track_id=next_id,
@@ -216,6 +216,11 @@ class SequenceSeparator:
             return separate_cold(separator, rows, state.last.state)
         elapsed_s = state.cycles * self.cycle_s
         return separate_warm(separator, rows, state.last.state, radar, elapsed_s, state.before)
+
+
+def _carried(solution: Solution) -> Solution:
+    """Return a solution without what the last search has seen of its frame."""
+    return replace(solution, state=replace(solution.state, search_cache=None))
 
 
 def track(
