@@ -12,8 +12,12 @@ import vsep
 from vsep.errors import InputError
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.presets.scenes import preset
 from vsep.presets.street import street_frame
 from vsep.presets.street_traffic import RADAR
+from vsep.signal.linear_array import AntennaScene, UniformLinearArray
+from vsep.signal.motion import moving_scenes
+from vsep.signal.simulate import simulate_antennas
 from vsep.signal.template import SignalModel
 from vsep.tracking.sequence import SequenceSeparator, SequenceState
 from vsep.tracking.sources import frame_of_street, street_sequence
@@ -210,6 +214,48 @@ def test_cold_frames_are_followed_as_well():
     frames = list(street_sequence(seed=SEED, num_frames=4))
     results = list(vsep.track(frames, warm=False))
     assert [result.start for result in results] == ["cold"] * 4
+    assert len(results[-1].confirmed_tracks) >= 8
+
+
+def test_several_antennas_are_followed_together():
+    scenario = preset("simulation-2-b", snr_db=60.0, sir_db=-20.0, rng=np.random.default_rng(1))
+    rng = np.random.default_rng(2)
+    frames = []
+    for scene in moving_scenes(scenario.radar, scenario.scene, 3):
+        received = simulate_antennas(
+            scenario.radar,
+            AntennaScene(
+                scene=scene,
+                antennas=UniformLinearArray(num_antennas=2),
+                object_angles_deg=np.linspace(-40.0, 40.0, scene.objects.num_paths),
+                interferer_angles_deg=np.array([10.0]),
+            ),
+            anti_aliasing_filter=scenario.anti_aliasing_filter,
+            rng=rng,
+        ).received
+        frames.append(
+            vsep.Frame(
+                received=received[0],
+                antennas=received,
+                radar=scenario.radar,
+                anti_aliasing_filter=scenario.anti_aliasing_filter,
+            )
+        )
+    results = list(vsep.track(frames))
+    assert [result.start for result in results] == ["cold", "warm", "warm"]
+    assert len(results[-1].confirmed_tracks) >= 9
+    assert results[-1].state.objects.amplitudes.shape[1] == 2
+
+
+def test_samples_that_were_never_received_are_no_interference():
+    missing = np.zeros((1, *RADAR.shape), np.bool_)
+    missing[0, :, 40:60] = True
+    frames = [
+        replace(frame, received=np.where(missing[0], 0.0, frame.received), missing=missing)
+        for frame in street_sequence(seed=SEED, num_frames=4)
+    ]
+    results = list(vsep.track(frames))
+    assert [result.start for result in results] == ["cold", "clean", "clean", "clean"]
     assert len(results[-1].confirmed_tracks) >= 8
 
 

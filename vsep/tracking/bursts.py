@@ -70,7 +70,7 @@ def _with_channel(
     burst: BurstComponents, last: Sequence[BurstComponents], num_bins: int
 ) -> BurstComponents:
     """Give a burst of one component the channel of the last frame's burst of its slope."""
-    donors = [each for each in last if each.num_components]
+    donors = [each for each in last if each.num_components and each.antenna == burst.antenna]
     if len(donors) == 0 or burst.num_components != 1:
         return burst
     apart = np.abs(np.array([each.slope for each in donors]) / burst.slope - 1.0)
