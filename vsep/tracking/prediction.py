@@ -40,7 +40,7 @@ def moved_beats(
     channel = Channel(
         delays_s=radar.delay_from_beat(beats),
         dopplers_hz=radar.doppler_to_hz(dopplers),
-        weights=np.ones(len(beats)),
+        weights=np.ones(len(beats), dtype=np.complex128),
     )
     moved = moved_paths(radar, channel, elapsed_s)
     return wrap_frequency(radar.beat_from_delay(moved.delays_s))

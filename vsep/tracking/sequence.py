@@ -210,7 +210,7 @@ class SequenceSeparator:
     ) -> FrameSolution:
         if state.last is None:
             return separate_cold(separator, rows)
-        if np.array_equal(rows, state.received):
+        if state.received is not None and np.array_equal(rows, state.received):
             return FrameSolution(state.last, "repeated", 0.0)
         if not self.warm:
             return separate_cold(separator, rows, state.last.state)
