@@ -259,6 +259,31 @@ def test_samples_that_were_never_received_are_no_interference():
     assert len(results[-1].confirmed_tracks) >= 8
 
 
+def noise_frames(count):
+    """Frames without any object."""
+    (like,) = street_sequence(seed=SEED, num_frames=1)
+    draws = np.random.default_rng(4).standard_normal((count, 2, *RADAR.shape))
+    return [replace(like, received=draw[0] + 1j * draw[1], truth=None) for draw in draws]
+
+
+def test_noise_alone_is_clean_and_has_no_tracks():
+    results = list(vsep.track(noise_frames(4)))
+    assert [result.start for result in results] == ["cold", "clean", "clean", "clean"]
+    assert not any(result.confirmed_tracks for result in results)
+
+
+def test_a_frame_that_has_nothing_of_the_last_one_begins_anew():
+    (street,) = street_sequence(seed=SEED, num_frames=1)
+    noise = noise_frames(2)
+    louder = replace(street, received=street.received * 1e3)
+    # Objects 100 dB over the noise before, and a frame that is interfered in nearly all samples.
+    flooded = noise[0].received.copy()
+    flooded[:, ::2] *= 1e4
+    flooded[:, 1::4] *= 1e3
+    frames = [*noise, louder, replace(noise[0], received=flooded)]
+    assert [result.start for result in vsep.track(frames)][2:] == ["cold", "cold"]
+
+
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [

@@ -72,6 +72,8 @@ def fit_clean_samples(
             state = _fitted(settings, received, state, ~(interfered | missing), refined=False)
         interfered = _unexplained(received - state.object_signal, missing)
     for _ in range(MOST_REFINEMENTS):
+        if interfered.mean() > MOST_INTERFERED:
+            break
         used = ~(interfered | missing)
         state = _fitted(settings, received, state, used, refined=True)
         left = np.where(missing, 0.0, received - state.object_signal)
