@@ -23,7 +23,7 @@ MOST_REFINEMENTS = 12  # of places and weights ...
 SETTLED = 0.97  # ... as long as each leaves less than this share of the noise power before
 MOST_INTERFERED = 0.4  # of the samples: beyond, the median does not tell the noise
 WINDOWS = (8, 32, 128)  # samples: a burst of about such a length raises the mean power in one
-RAISED_CHANCE = 1e-9  # with which the mean power of noise in a window is more than allowed
+RAISED_CHANCE = 1e-7  # with which the mean power of noise in a window is more than allowed
 LOUDER = 1.5  # times the last frame's noise: something may cover most of the samples
 DROWNED = 10.0  # times: the objects that are there are not those that were predicted
 
