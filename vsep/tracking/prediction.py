@@ -103,16 +103,14 @@ def predicted_state(
         See `predicted_objects`.
     """
     nothing = np.zeros_like(state.object_signal)
-    return replace(
-        state,
+    return SeparationState(
         iteration=0,
         objects=predicted_objects(state.objects, before, radar, elapsed_s),
         bursts=(),
+        noise_precision=state.noise_precision,
         object_signal=nothing,
         interference_signal=nothing,
-        search_pending=False,
-        search_cache=None,
-        used_share=1.0,
-        sample_weights=None,
-        quiet_iterations=0,
+        next_component_id=state.next_component_id,
+        filter_correction=state.filter_correction,
+        noise_spectrum=state.noise_spectrum,
     )

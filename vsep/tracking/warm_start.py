@@ -35,7 +35,7 @@ WARM: Final[Schedule] = replace(
     # Objects and bursts are known but for what is new, and for bursts under others.
     early_search=(0, 1),
     early_burst_range_db=ROBUST.burst_range_db,
-    correct_filter=(1, 6),
+    correct_filter=(2, 8),
     weigh_from=2,
 )
 """Order of the updates that follow the fits to clean samples and bursts."""
