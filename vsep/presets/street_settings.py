@@ -1,9 +1,10 @@
 """Settings of the street by their names in `vsep.parameters`, for forms and options."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
-from vsep.parameters import FILTER_PARAMETERS, PARAMETERS, Range
+from vsep.parameters import FILTER_PARAMETERS, PARAMETERS, Parameter, Range
 from vsep.presets.settings import chosen_filter, simulator_options
 from vsep.presets.street import SIR_DB, SNR_DB
 from vsep.presets.street_traffic import FILTER, OTHER_SLOPE_HZ_PER_S
@@ -27,6 +28,33 @@ STREET_SETTINGS: Final[Mapping[str, float]] = {
     "assumed_cutoff": PARAMETERS["assumed_cutoff"].shown(FILTER.cutoff_hz),
 }
 """Their values unless others are chosen, where they differ from the usual ones."""
+_REFERENCE = "0 dBsm at 10 m"
+STREET_PARAMETERS: Final[Mapping[str, Parameter]] = {
+    **PARAMETERS,
+    "snr_db": replace(
+        PARAMETERS["snr_db"],
+        convention=_REFERENCE,
+        help="Energy |α|² of an object of 0 dBsm at 10 m over the noise power of a sample, in dB: "
+        "10 log₁₀(|α|² λ). It does not change with what is in view. More: less noise.",
+    ),
+    "sir_db": replace(
+        PARAMETERS["sir_db"],
+        convention=_REFERENCE,
+        help="Energy |α|² of an object of 0 dBsm at 10 m over that of a burst of a radar there, "
+        "in dB. Objects fall with the fourth power of the distance, bursts with the second. Less: "
+        "stronger bursts.",
+    ),
+    "interferer_slope": replace(
+        PARAMETERS["interferer_slope"],
+        help="Sweep rate kᵢ of the radars of the oncoming cars in MHz/µs; the vans' is 11.8, the "
+        "own one 10. A burst lasts band / |kᵢ - k|: the closer to the own slope k, the longer.",
+    ),
+    "seed": replace(
+        PARAMETERS["seed"],
+        help="Draws the street: who passes when, what stands beside the road, and the noise.",
+    ),
+}
+"""Records of its settings, in its own words."""
 STREET_RANGES: Final[Mapping[str, Range]] = {
     "snr_db": (20.0, 80.0),
     "sir_db": (-40.0, 30.0),

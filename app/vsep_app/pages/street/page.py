@@ -6,8 +6,7 @@ from urllib.parse import parse_qsl, urlencode
 import panel as pn
 from bokeh.models import ColumnDataSource, CustomJS
 
-from vsep.parameters import PARAMETERS
-from vsep.presets.street_settings import STREET_RANGES, STREET_SETTINGS
+from vsep.presets.street_settings import STREET_PARAMETERS, STREET_RANGES, STREET_SETTINGS
 from vsep.signal.motion import CYCLE_S
 from vsep_app.jobs.stream_loop import Punctuality, StreamLoop, StreamSink
 from vsep_app.model.settings import Settings
@@ -75,7 +74,7 @@ class StreetPage(PageBase):
         self.settings.param.watch(lambda *_: self._write_address(), [*self.widgets])
 
     def _make_controls(self) -> None:
-        records = [PARAMETERS[name] for name in (*SCENE, *DETECTION)]
+        records = [STREET_PARAMETERS[name] for name in (*SCENE, *DETECTION)]
         self.widgets = {each.name: setting_widget(self.settings, each) for each in records}
         self._filters = FilterControls(self.settings)
         self.widgets |= self._filters.widgets
@@ -98,7 +97,7 @@ class StreetPage(PageBase):
         """Let the browser say when it has drawn a picture."""
         self._drawn = ColumnDataSource({"number": [0]}, name="drawn")
         self._drawn.on_change("data", self._was_drawn)
-        self.times.source.js_on_change("data", CustomJS(args={"drawn": self._drawn}, code=_DRAWN))
+        self.maps.source.js_on_change("data", CustomJS(args={"drawn": self._drawn}, code=_DRAWN))
 
     def page(self) -> Any:
         """Return the whole page."""
@@ -205,7 +204,6 @@ class StreetPage(PageBase):
                 self.headline.show(sentence_of(picture), is_first=False)
                 self._count.object = f'<span class="status">{punctuality_text(punctuality)}</span>'
                 self._show_status(picture)
-            # The last one: it says that all is drawn.
             self.times.show(picture)
 
     def _show_status(self, picture: StreetPicture) -> None:

@@ -1,6 +1,5 @@
 """Views of the street: maps before and after, tracks with names, the time of every frame."""
 
-from collections import deque
 from html import escape
 from typing import Any
 
@@ -38,6 +37,7 @@ _START_COLOURS = {
 }
 _HEADS = ("track", "object", "distance [m]", "velocity [m/s]", "SNR [dB]")
 _PLACE = ("range", "velocity")
+CLUTTER = "clutter"
 
 
 class StreetMaps:
@@ -51,6 +51,8 @@ class StreetMaps:
         scale = LinearColorMapper(palette=MAP_PALETTE, low=low, high=high)
         line = crosshair()
         self._images = {name: empty_image() for name in ("before", "after")}
+        #: Has new data with every picture.
+        self.source = self._images["after"]
         self._tracks = ColumnDataSource({"range": [], "velocity": [], "text": [], "alpha": []})
         self._truth = ColumnDataSource({"range": [], "velocity": []})
         self.before = self._figure(
@@ -86,12 +88,14 @@ class StreetMaps:
             *_PLACE,
             text="text",
             source=self._tracks,
-            x_offset=9,
-            y_offset=-5,
+            x_offset=10,
+            y_offset=-6,
             text_color="white",
             text_alpha="alpha",
             text_font_size=LABEL_SIZE,
-            text_outline_color="black",
+            background_fill_color="black",
+            background_fill_alpha=0.5,
+            padding=1,
         )
 
     def show(self, picture: StreetPicture) -> None:
@@ -123,8 +127,7 @@ class FrameTimes:
         labels = ("frame", "time [ms]")
         title = "Time for the separation of a frame; the line is the time until the next one"
         self.figure = plain_figure("street-times", title, labels, (self._frame, self._time))
-        columns: dict[str, Any] = {"frame": [], "ms": [], "colour": []}
-        self.source = ColumnDataSource(columns)
+        self.source = ColumnDataSource(self._empty())
         self.figure.vbar(
             "frame", top="ms", width=0.8, fill_color="colour", line_color=None, source=self.source
         )
@@ -136,24 +139,29 @@ class FrameTimes:
                 line_dash=[5, 3],
             )
         )
-        self._bars: deque[tuple[int, float, str]] = deque(maxlen=SHOWN_FRAMES)
+
+    @staticmethod
+    def _empty() -> dict[str, Any]:
+        return {"frame": [], "ms": [], "colour": []}
 
     def clear(self) -> None:
         """Forget all frames: another sequence begins."""
-        self._bars.clear()
+        self.source.data = self._empty()
 
     def show(self, picture: StreetPicture) -> None:
         """Add the frame of a picture."""
-        self._bars.append((picture.number, 1e3 * picture.seconds, _START_COLOURS[picture.start]))
         first = max(0, picture.number - SHOWN_FRAMES + 1)
         self._frame.set((float(first) - 1.0, float(first + SHOWN_FRAMES)))
-        bars = [bar for bar in self._bars if bar[0] >= first]
-        frames, times, colours = zip(*bars, strict=True)
-        self.source.data = {"frame": [*frames], "ms": short(times), "colour": [*colours]}
+        bar = {
+            "frame": [picture.number],
+            "ms": [1e3 * picture.seconds],
+            "colour": [_START_COLOURS[picture.start]],
+        }
+        self.source.stream(bar, rollover=SHOWN_FRAMES)
 
 
 def track_label(row: TrackRow) -> str:
-    """Return identity and name of a track.
+    """Return identity and name of a track; what stands along the road has a number only.
 
     Examples
     --------
@@ -162,7 +170,8 @@ def track_label(row: TrackRow) -> str:
     >>> track_label(row)
     '4 car 1'
     """
-    return f"{row.number} {row.name}".rstrip()
+    name = "" if row.name.startswith(CLUTTER) else row.name
+    return f"{row.number} {name}".rstrip()
 
 
 def tracks_html(rows: tuple[TrackRow, ...]) -> str:
@@ -216,9 +225,16 @@ def sentence_of(picture: StreetPicture) -> str:
 def punctuality_text(punctuality: Punctuality) -> str:
     """Return how many frames were in time.
 
+    Parameters
+    ----------
+    punctuality : Punctuality
+        Counts of the sequence.
+
     Examples
     --------
     >>> punctuality_text(Punctuality(frames=400, in_time=398))
     '99.5 % of 400 frames in time'
     """
+    if punctuality.frames == 0:
+        return "no frame is counted yet"
     return f"{100.0 * punctuality.share:.1f} % of {punctuality.frames} frames in time"
