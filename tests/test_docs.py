@@ -46,6 +46,7 @@ NOT_RUN = {
     r"vsep convert adc_data": "needs a raw capture: tests/vsep/test_raw_words.py",
     r"vsep report .*--animate": "draws every iteration: tests/app/test_report_animation.py",
     r"vsep report .*--record": "draws every iteration: tests/app/test_report_replay.py",
+    r"vsep \w+ .*--scheduler": "needs a cluster: tests/app/cli/test_scheduler.py",
     r"vsep separability .*--trials": "takes a thousand trials: tests/app/cli/test_separability.py",
 }
 # Groups of entry points are named as modules are.

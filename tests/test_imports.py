@@ -43,6 +43,7 @@ FLOORS = {
     "vsep.check": 7,
     "vsep.studies": 7,
     "vsep.recordings": 7,
+    "vsep.tracking": 7,
     # The trials of a separability map are those of the studies.
     "vsep.separability": 8,
     "vsep": 8,

@@ -43,3 +43,5 @@ from vsep.signal.template import SignalModel as SignalModel
 from vsep.studies.catalogue import make_study as make_study
 from vsep.studies.engine import record_study as record_study
 from vsep.studies.trial import run_trial as run_trial
+from vsep.tracking.sequence import TrackedFrame as TrackedFrame
+from vsep.tracking.sequence import track as track

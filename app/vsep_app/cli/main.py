@@ -33,6 +33,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "simulate": ("vsep_app.cli.simulate", "make a frame file from a preset"),
     "convert": ("vsep_app.cli.convert", "make a frame file of a sensor's recording"),
     "separate": ("vsep_app.cli.separate", "separate frame files"),
+    "stream": ("vsep_app.cli.stream", "separate sequences of frames and follow their objects"),
     "report": ("vsep_app.cli.report", "separate a frame and draw it"),
     "interferer-timing": (
         "vsep_app.cli.interferer_timing",

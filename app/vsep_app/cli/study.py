@@ -29,6 +29,7 @@ from vsep_app.cli.shared_options import (
     add_file,
     add_number,
     add_out,
+    add_scheduler_option,
     defaults_of,
     given,
     option_of,
@@ -90,11 +91,7 @@ def _add_run(parser: Any) -> None:
     add_file(parser, "--frame", "with --repeat: keep the trial's frame as a frame file, *.npz")
     where = parser.add_argument_group("where")
     add_workers_option(where)
-    where.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="use the workers of this Dask scheduler, such as tcp://host:8786",
-    )
+    add_scheduler_option(where)
     what = parser.add_argument_group("what")
     add_seed_option(what, "of the study")
     what.add_argument(
