@@ -90,7 +90,7 @@ def read_raw(path: str, settings: RecordingSettings) -> Captured:
 
 
 def samples_of_words(
-    words: NDArray[np.int32], settings: RecordingSettings, num_ramps: int
+    words: NDArray[Any], settings: RecordingSettings, num_ramps: int
 ) -> NDArray[Any]:
     """Put words into their places, (ramps, antennas, samples), complex128 or float64.
 
