@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+LAYOUT_SETTINGS = ("format", "samples", "num_samples", "num_antennas", "num_transmitters")
 LIGHT = 299792458.0
 START_HZ, SLOPE = 77e9, 30e12
 
@@ -26,8 +27,8 @@ class Layout:
     num_ramps: int  #: of all transmitters
 
     @property
-    def answer(self) -> tuple[Any, ...]:
-        """The settings that are compared."""
+    def settings(self) -> tuple[Any, ...]:
+        """The settings that are compared, in the order of a guess."""
         return (
             self.format,
             self.samples,

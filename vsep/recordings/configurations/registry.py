@@ -17,6 +17,7 @@ from vsep.recordings.configurations.json_files import (
 from vsep.recordings.configurations.mmwave_studio import is_log, is_lua, read_log, read_lua
 from vsep.recordings.configurations.ti_cfg import is_cfg, read_cfg
 from vsep.recordings.configurations.xwr_yaml import is_xwr, read_xwr
+from vsep.recordings.guess import Guess
 from vsep.recordings.settings import MAX_FILE, RAW_FORMATS, SETTING_NAMES, settings_values
 
 READERS: Final = (
@@ -97,6 +98,15 @@ def for_recording(configuration: Configuration, recording: str) -> Configuration
         {"format": Said(kind, f"the name of {Path(recording).name}")} | kept,
         configuration.remarks,
     )
+
+
+def completed(configuration: Configuration, guess: Guess) -> Configuration:
+    """Return a configuration with what it leaves open of a raw capture's layout as guessed."""
+    settings = dict(configuration.settings)
+    for name, value in guess.settings.items():
+        if name not in settings:
+            settings[name] = Said(value, "guessed from the samples")
+    return Configuration(settings, configuration.remarks)
 
 
 _OF_RAW: Final = ("format", "num_antennas", "skip_bytes")

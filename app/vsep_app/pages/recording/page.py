@@ -237,7 +237,11 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
             said = {} if facts.is_frame else self._said_before()
         self._file = file
         self._own = dict(facts.suggested) if facts.is_frame else None
-        self.form.show_text(settings_text(_completed(said, facts.suggested)))
+        # Who says how many samples a ramp has knows the layout.
+        guesses = facts.guesses if said.get("num_samples") is None else ()
+        self.form.guesses.show(guesses)
+        guessed = guesses[0].settings if guesses else {}
+        self.form.show_text(settings_text(_completed(said, {**facts.suggested, **guessed})))
 
     def _said_before(self) -> Mapping[Any, Any]:
         """Return the settings of the last recording: a sensor often records several files."""

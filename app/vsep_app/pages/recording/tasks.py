@@ -6,7 +6,7 @@ take turns receive other bursts: of them one is chosen.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,7 +21,8 @@ from vsep.inference.core.state import SeparationState
 from vsep.inference.registry import ESTIMATORS
 from vsep.recordings.configurations.registry import configuration_values
 from vsep.recordings.convert import convert_recording
-from vsep.recordings.settings import RecordingSettings
+from vsep.recordings.guess import Guess, guess_layouts
+from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
 from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep.signal.clutter import remove_static_clutter
 from vsep_app.jobs.frame_store import frame_bytes
@@ -62,6 +63,7 @@ class FileFacts:
 
     suggested: Mapping[str, Any]  #: Settings; None for what is needed and not known.
     is_frame: bool  #: Whether it is a frame file.
+    guesses: tuple[Guess, ...] = ()  #: Layouts of a raw capture, the best one first.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -161,10 +163,19 @@ def takes_one(estimator: str, settings: RecordingSettings) -> bool:
 
 
 def file_facts(file: StoredFile) -> FileFacts:
-    """Return what a recording says of itself; `InputError` if it is not what its suffix says."""
+    """Return what a recording says of itself, with guesses of a raw capture's layout.
+
+    Raises `InputError` if it is not what its suffix says.
+    """
+    suggested = suggest_settings(file.path, file.name)
+    guesses: tuple[Guess, ...] = ()
+    if suggested["format"] in RAW_FORMATS:
+        with suppress(InputError):
+            guesses = guess_layouts(file.path)
     return FileFacts(
-        suggested=suggest_settings(file.path, file.name),
+        suggested=suggested,
         is_frame=is_frame_file(file.path, file.name),
+        guesses=guesses,
     )
 
 
