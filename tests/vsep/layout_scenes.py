@@ -5,7 +5,9 @@ As a script it writes the figure and the table of `assets/docs/recordings.md`:
     python tests/vsep/layout_scenes.py assets/pictures/layouts.png
 """
 
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -78,9 +80,7 @@ def samples_of(layout: Layout, scene: str, rng: np.random.Generator) -> Any:
     # Beats reach half the rate, or all of it for Complex 1x
     reach_m = rate * LIGHT / (2.0 * SLOPE) * (0.95 if layout.samples == "complex-1x" else 0.47)
     num_still, num_moving = {"clutter": (12, 3), "interfered": (6, 3), "weak": (2, 2)}[scene]
-    ranges = np.concatenate(
-        [rng.uniform(0.04, 1.0, num_still) ** 1.0, rng.uniform(0.1, 1.0, num_moving)]
-    )
+    ranges = np.concatenate([rng.uniform(0.04, 1.0, num_still), rng.uniform(0.1, 1.0, num_moving)])
     velocities = np.concatenate([np.zeros(num_still), rng.uniform(-15.0, 15.0, num_moving)])
     # Complex 1x shows itself by echoes beyond half the rate
     ranges[0] = 0.8 if layout.samples == "complex-1x" else ranges[0]
@@ -97,14 +97,14 @@ def samples_of(layout: Layout, scene: str, rng: np.random.Generator) -> Any:
         start = rng.uniform()
         samples += level * np.exp(2j * np.pi * (phase + place + start))
     if scene == "interfered":
-        samples += _bursts(layout, rate, period, rng) * size
+        samples += _bursts(layout, rate, rng) * size
     samples *= phases * gains
     noise = rng.normal(size=(*samples.shape, 2)) @ np.array([1.0, 1.0j])
     samples += noise * (size / 20.0)
     return samples
 
 
-def _bursts(layout: Layout, rate: float, period: float, rng: np.random.Generator) -> Any:
+def _bursts(layout: Layout, rate: float, rng: np.random.Generator) -> Any:
     """Chirps of another radar, 20 dB over the echoes, in every second ramp about."""
     time = np.arange(layout.num_samples)
     bursts = np.zeros((layout.num_ramps, 1, layout.num_samples), complex)
@@ -116,7 +116,7 @@ def _bursts(layout: Layout, rate: float, period: float, rng: np.random.Generator
         offset = time - crossing
         inside = np.abs(other * offset) < 0.45
         bursts[ramp, 0] = 10.0 * inside * np.exp(1j * np.pi * other * offset**2)
-    del period
+
     return bursts
 
 
@@ -139,3 +139,49 @@ def words_of(layout: Layout, samples: Any) -> Any:
     if layout.format.startswith("tsw"):
         return (whole + 2**15).astype("<u2")
     return whole.astype("<i2")
+
+
+def main(picture: str) -> None:
+    """Draw the three best guesses of three captures, and print how many are right."""
+    import tempfile
+
+    import matplotlib.pyplot as plt
+
+    from vsep.recordings.guess import Guess, guess_layouts
+
+    def guessed(*key: int) -> tuple[Guess, ...]:
+        content = capture(LAYOUTS[key[1]], SCENES[key[2]], np.random.default_rng(key))
+        with tempfile.NamedTemporaryFile(suffix=".bin") as file:
+            file.write(content)
+            file.flush()
+            return guess_layouts(file.name)
+
+    for seed in range(601, 605):
+        right = {
+            (number, scene): tuple(guessed(seed, number, scene)[0].settings.values())
+            == LAYOUTS[number].settings
+            for number in range(len(LAYOUTS))
+            for scene in range(len(SCENES))
+        }
+        wrong = [f"{LAYOUTS[key[0]].format} {SCENES[key[1]]}" for key in right if not right[key]]
+        sys.stdout.write(f"seed {seed}: {sum(right.values())} of {len(right)} right; {wrong}\n")
+    shown = ((2, 0), (3, 1), (5, 0))
+    figure, axes = plt.subplots(len(shown), 3, figsize=(9.6, 5.4), layout="constrained")
+    for row, (number, scene) in zip(axes, shown, strict=True):
+        row[0].set_ylabel(SCENES[scene], fontsize=8)
+        for axis, guess in zip(row, guessed(601, number, scene), strict=True):
+            axis.imshow(guess.picture, aspect="auto", origin="lower", cmap="viridis")
+            said = guess.settings
+            axis.set_title(
+                f"{said['format']}, {said['samples']}\n{said['num_samples']} samples, "
+                f"{said['num_antennas']} x {said['num_transmitters']} channels, echoes in "
+                f"{guess.evidence.echo_share:.1%}",
+                fontsize=7,
+            )
+            axis.set_xticks([])
+            axis.set_yticks([])
+    figure.savefig(Path(picture), dpi=100)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -61,7 +61,8 @@ _NOISE = 0.25  # quantile of these maps' noise that is taken for all
 _OF_LANES, _OF_LANES_ALONE = 1.45, 1.6
 _UNLIKE = 0.05  # difference between successive ramps that noise and motion make
 _OF_COUNT = 0.25  # power of their number in favour of turns
-_OF_ONE = 0.7  # times the cost and difference of one receiver, from which several take turns
+_OF_TURNS = 1.55  # times the cost of fewer: what more turns may cost
+_OF_ONE = 0.8  # times the cost and difference of one receiver, from which several take turns
 _LANES_OF: Final = (
     ("tsw1400-xwr16xx", "tda2", "complex"),
     ("dca1000-xwr16xx", "dca1000-xwr14xx", REAL),
@@ -274,14 +275,17 @@ def _turns(layout: _Layout, ramps: ComplexArray, noise: float) -> int:
 
     A ramp is like the next one of its channel; too many channels double the cells with echoes.
     """
-    found = {}
+    costs, found = {}, {}
     for turns in _TURNS:
         whole = len(ramps) // turns
         if whole < _FEWEST_TURNS or layout.lanes * turns > _TURNS[-1]:
             continue
         channels = in_turns(ramps[: whole * turns], turns)
-        difference = 1.0 - ramp_likeness(channels) + _UNLIKE
-        found[turns] = difference * cost(doppler_power(channels), noise) / turns**_OF_COUNT
+        each = cost(doppler_power(channels), noise)
+        if each <= _OF_TURNS * max((costs[n] for n in costs if turns % n == 0), default=each):
+            costs[turns] = each
+            difference = 1.0 - ramp_likeness(channels) + _UNLIKE
+            found[turns] = difference * each / turns**_OF_COUNT
     best = min(found, key=lambda turns: found[turns])
     return best if found[best] < _OF_ONE * found[1] else 1
 
