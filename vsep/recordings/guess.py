@@ -142,7 +142,7 @@ class _Ranked(NamedTuple):
     cost: float
 
 
-def guess_layouts(path: str, *, skip_bytes: int = 0) -> tuple[Guess, ...]:
+def guess_layouts(path: str, *, skip_bytes: int = 0, topic: str | None = None) -> tuple[Guess, ...]:
     """Return the most plausible layouts of a raw capture, the best one first.
 
     Of the file at most 2^18 words are looked at. Whether I comes before Q, and which of two
@@ -154,13 +154,15 @@ def guess_layouts(path: str, *, skip_bytes: int = 0) -> tuple[Guess, ...]:
         The capture.
     skip_bytes : int
         Before its first frame.
+    topic : str, optional
+        Of the messages of a ROS bag.
 
     Raises
     ------
     InputError
         If it is no raw capture, or too short or too quiet to tell.
     """
-    with open_raw(path) as source:
+    with open_raw(path, topic) as source:
         total = max(source.num_bytes - skip_bytes, 0) // 2
         if total < FEWEST_WORDS:
             raise InputError(
@@ -275,7 +277,8 @@ def _turns(layout: _Layout, ramps: ComplexArray, noise: float) -> int:
 
     A ramp is like the next one of its channel; too many channels double the cells with echoes.
     """
-    costs, found = {}, {}
+    costs: dict[int, float] = {}
+    found: dict[int, float] = {}
     for turns in _TURNS:
         whole = len(ramps) // turns
         if whole < _FEWEST_TURNS or layout.lanes * turns > _TURNS[-1]:

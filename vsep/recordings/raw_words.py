@@ -58,7 +58,7 @@ def read_raw(path: str, settings: RecordingSettings) -> Captured:
     """
     num_samples = settings.num_samples or 0
     words_per_ramp = _words_per_ramp(settings, num_samples)
-    with open_raw(path) as source:
+    with open_raw(path, settings.key) as source:
         place = _place(path, settings, source, _WORD * words_per_ramp)
         num_ramps, first_byte, remarks = place
         _require_size(path, num_ramps * words_per_ramp)

@@ -14,16 +14,20 @@ from vsep.recordings.configurations.registry import (
     for_recording,
     merged,
     read_configuration_file,
+    told_by,
 )
 from vsep.recordings.convert import convert_recording
 from vsep.recordings.guess import Guess, guess_layouts
+from vsep.recordings.readers import format_of_name
 from vsep.recordings.settings import parse_settings
 from vsep.recordings.settings_text import settings_text
+from vsep.recordings.sigmf_files import META, write_sigmf
+from vsep.recordings.suggest import suggest_settings
 from vsep_app.cli.shared_options import add_file, add_number, require_other_file
 
 DESCRIPTION = (
-    "Make a frame file of a sensor's recording: MATLAB, NumPy, or a raw capture of a Texas "
-    "Instruments card."
+    "Make a frame file of a sensor's recording: MATLAB, NumPy, HDF5, SigMF, or a raw capture of a "
+    "Texas Instruments card, also in a ROS bag."
 )
 EXAMPLES = """\
 examples:
@@ -69,7 +73,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "counts of samples, antennas and transmitters) and print the three best layouts",
     )
     add_number(parser, "--frame", "which frame of it, from 0, instead of the settings'", kind=int)
-    add_file(parser, "--out", "the frame file, *.npz")
+    add_file(parser, "--out", "the frame file, *.npz, or in SigMF, *.sigmf-meta")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -81,8 +85,12 @@ def run(options: argparse.Namespace) -> int:
     if options.out is not None:
         require_other_file(options.out, inputs, "is the recording or its settings")
     said = merged({path: read_configuration_file(path) for path in options.settings})
-    if options.guess or not options.settings:
-        guesses = guess_layouts(options.recording, skip_bytes=_skipped(said.values))
+    if not options.settings and format_of_name(options.recording) is not None:
+        said = told_by(suggest_settings(options.recording, options.recording), options.recording)
+    elif options.guess or not options.settings:
+        guesses = guess_layouts(
+            options.recording, skip_bytes=_skipped(said.values), topic=said.values.get("key")
+        )
         sys.stdout.writelines(f"{line}\n" for line in _lines_of_guesses(guesses))
         said = completed(said, guesses[0])
     if options.out is None:
@@ -96,7 +104,10 @@ def run(options: argparse.Namespace) -> int:
     if options.frame is not None:
         settings = replace(settings, frame=options.frame)
     frame, remarks = convert_recording(options.recording, settings)
-    write_frame(options.out, frame)
+    if options.out.endswith(META):
+        write_sigmf(options.out, frame)
+    else:
+        write_frame(options.out, frame)
     for line in (*lines_of(said), *consequences(frame.radar, settings)):
         sys.stdout.write(f"{line}\n")
     for remark in (*said.remarks, *remarks):

@@ -18,6 +18,7 @@ from vsep.recordings.configurations.mmwave_studio import is_log, is_lua, read_lo
 from vsep.recordings.configurations.ti_cfg import is_cfg, read_cfg
 from vsep.recordings.configurations.xwr_yaml import is_xwr, read_xwr
 from vsep.recordings.guess import Guess
+from vsep.recordings.readers import format_of_name
 from vsep.recordings.settings import MAX_FILE, RAW_FORMATS, SETTING_NAMES, settings_values
 
 READERS: Final = (
@@ -32,7 +33,6 @@ SUFFIXES: Final = (".yaml", ".yml", ".json", ".cfg", ".lua", ".txt", ".log")
 """Names of files that are configurations or settings, not recordings."""
 
 MAX_BYTES: Final = 8 * 2**20
-_BY_SUFFIX: Final = {".npz": "npz", ".npy": "npy", ".mat": "mat"}
 
 
 def read_configuration(name: str, text: str) -> Configuration:
@@ -89,7 +89,7 @@ def for_recording(configuration: Configuration, recording: str) -> Configuration
     A configuration tells of the sensor; an array of NumPy or MATLAB holds samples in an order of
     its own, which its axes name.
     """
-    kind = _BY_SUFFIX.get(Path(recording).suffix.lower())
+    kind = format_of_name(recording)
     said = configuration.settings.get("format")
     if kind is None or said is None or said.value not in RAW_FORMATS:
         return configuration
@@ -97,6 +97,17 @@ def for_recording(configuration: Configuration, recording: str) -> Configuration
     return Configuration(
         {"format": Said(kind, f"the name of {Path(recording).name}")} | kept,
         configuration.remarks,
+    )
+
+
+def told_by(suggested: Mapping[str, Any], recording: str) -> Configuration:
+    """Return what a recording tells of itself as a configuration."""
+    return Configuration(
+        {
+            name: Said(value, recording, is_own=True)
+            for name, value in suggested.items()
+            if value is not None
+        }
     )
 
 

@@ -10,6 +10,7 @@ import panel_material_ui as pmu
 
 from vsep.errors import InputError
 from vsep.recordings.guess import Guess
+from vsep.recordings.readers import READERS
 from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
 from vsep.recordings.settings_text import values_of, with_value
 from vsep_app.pages.recording.files import MAX_FILE, DropZone
@@ -19,9 +20,7 @@ from vsep_app.widgets.fields import MARGIN, field, pair
 from vsep_app.widgets.layout import heading
 
 _FORMATS = {
-    "NumPy archive, frame (.npz)": "npz",
-    "NumPy array (.npy)": "npy",
-    "MATLAB (.mat)": "mat",
+    **{reader.label: name for name, reader in READERS.items()},
     "DCA1000, xWR12xx/14xx": "dca1000-xwr14xx",
     "DCA1000, xWR16xx/18xx/68xx": "dca1000-xwr16xx",
     "TDA2, cascaded sensors": "tda2",
