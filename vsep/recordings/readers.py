@@ -1,4 +1,4 @@
-"""Kinds of files that hold arrays of samples, open to other distributions.
+"""Kinds of files with arrays of samples, open to other distributions.
 
 Another distribution adds one by an entry point of the group ``vsep.readers``, a `RecordingReader`.
 Raw captures are words in an order of their own, see `vsep.recordings.raw_words`.
