@@ -68,8 +68,9 @@ def remark_of_missing(missing: BoolArray) -> str:
     ramps = int(np.count_nonzero(missing.any(axis=(1, 2))))
     return (
         f"{np.count_nonzero(missing)} samples ({missing.mean():.1%}) in {ramps} of "
-        f"{len(missing)} ramps were lost: runs of exact zeros, or packets that are not in the "
-        "file. The frame file names them as missing, and estimators leave them out."
+        f"{len(missing)} ramps were lost: runs of exact zeros, packets that are not in the "
+        "file, or words at full scale. The frame file names them as missing, and estimators leave "
+        "them out."
     )
 
 

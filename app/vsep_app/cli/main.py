@@ -32,6 +32,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "serve": ("vsep_app.cli.serve", "serve the dashboard"),
     "simulate": ("vsep_app.cli.simulate", "make a frame file from a preset"),
     "convert": ("vsep_app.cli.convert", "make a frame file of a sensor's recording"),
+    "watch": ("vsep_app.cli.watch", "separate the captures of a folder as they come"),
     "separate": ("vsep_app.cli.separate", "separate frame files"),
     "report": ("vsep_app.cli.report", "separate a frame and draw it"),
     "interferer-timing": (
