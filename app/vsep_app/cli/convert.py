@@ -14,12 +14,12 @@ from vsep.recordings.configurations.registry import (
     for_recording,
     merged,
     read_configuration_file,
+    settings_of,
     told_by,
 )
 from vsep.recordings.convert import convert_recording
 from vsep.recordings.guess import Guess, guess_layouts
 from vsep.recordings.readers import format_of_name
-from vsep.recordings.settings import parse_settings
 from vsep.recordings.settings_text import settings_text
 from vsep.recordings.sigmf_files import META, write_sigmf
 from vsep.recordings.suggest import suggest_settings
@@ -96,11 +96,7 @@ def run(options: argparse.Namespace) -> int:
     if options.out is None:
         return _without_output(options)
     said = for_recording(said, options.recording)
-    try:
-        settings = parse_settings(said.values)
-    except InputError as error:
-        where = ", ".join(options.settings) or "no --settings"
-        raise InputError(f"{where}: {error}") from error
+    settings = settings_of(said, options.recording, ", ".join(options.settings) or "no --settings")
     if options.frame is not None:
         settings = replace(settings, frame=options.frame)
     frame, remarks = convert_recording(options.recording, settings)

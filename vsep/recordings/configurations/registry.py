@@ -19,7 +19,14 @@ from vsep.recordings.configurations.ti_cfg import is_cfg, read_cfg
 from vsep.recordings.configurations.xwr_yaml import is_xwr, read_xwr
 from vsep.recordings.guess import Guess
 from vsep.recordings.readers import format_of_name
-from vsep.recordings.settings import MAX_FILE, RAW_FORMATS, SETTING_NAMES, settings_values
+from vsep.recordings.settings import (
+    MAX_FILE,
+    RAW_FORMATS,
+    SETTING_NAMES,
+    RecordingSettings,
+    parse_settings,
+    settings_values,
+)
 
 READERS: Final = (
     Reader("mmWave Studio's JSON", is_studio_json, read_studio_json),
@@ -121,6 +128,29 @@ def completed(configuration: Configuration, guess: Guess) -> Configuration:
 
 
 _OF_RAW: Final = ("format", "num_antennas", "skip_bytes")
+
+
+def settings_of(configuration: Configuration, recording: str, where: str) -> RecordingSettings:
+    """Return the settings of a recording that a configuration says.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Of the sensor or by hand.
+    recording : str
+        Its path; the suffix tells the format where the configuration says that of a raw capture.
+    where : str
+        Names of the files that say it, for the sentence of an `InputError`.
+
+    Raises
+    ------
+    InputError
+        If something is missing or out of its range.
+    """
+    try:
+        return parse_settings(for_recording(configuration, recording).values)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
 
 
 def merged(configurations: Mapping[str, Configuration]) -> Configuration:
