@@ -24,6 +24,7 @@ class FrameTimings:
     """The interferers of one frame."""
 
     file: str  #: the frame
+    radar: ChirpSequence  #: this radar
     crossings: Crossings  #: all bursts that a separation found
     timings: tuple[InterfererTiming, ...]  #: those of the interferers
     parallel_ramps: tuple[int, ...]  #: ramps with a tone that others lack
@@ -148,6 +149,7 @@ def _timings(path: str, number: int, stored: dict[str, Any]) -> FrameTimings:
         raise _no_result(path, number) from error
     return FrameTimings(
         file=printable(Path(file).name),
+        radar=radar,
         crossings=crossings,
         timings=fit_interferer_timings(crossings, radar),
         parallel_ramps=parallel,

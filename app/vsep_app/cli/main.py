@@ -39,6 +39,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "vsep_app.cli.interferer_timing",
         "estimate the interfering radars' chirps from separated frames",
     ),
+    "advise": ("vsep_app.cli.advise", "settings that let the fewest bursts of another radar in"),
     "mitigate": ("vsep_app.cli.mitigate", "repair the interfered samples of frame files"),
     "calibrate": (
         "vsep_app.cli.calibrate",

@@ -11,10 +11,11 @@ from typing import Any, Final, NamedTuple
 
 from vsep.errors import InputError
 from vsep.files.frame import Frame, write_frame
+from vsep.files.frame_mask import frame_mask
 from vsep.files.line_file import lines_of_a_run
 from vsep.files.results import as_json, result_line
 from vsep.inference.core.run import run as run_estimator
-from vsep.inference.registry import ESTIMATORS
+from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.recordings.captures_in_folder import FolderState, existing, next_captures
 from vsep.recordings.configurations.registry import (
     completed,
@@ -36,7 +37,6 @@ from vsep_app.cli.estimator_options import (
     estimator_settings,
 )
 from vsep_app.cli.progress import say
-from vsep_app.cli.separate import make_separator
 from vsep_app.cli.shared_options import (
     EXIT_INPUT,
     add_clutter_option,
@@ -181,7 +181,11 @@ def _separated_frame(
     received = remove_static_clutter(signal, path) if options.clutter == "remove" else signal
     together = frame.antennas is not None
     model = SignalModel.of_radar(frame.radar, frame.assumed_filter, frame.num_antennas)
-    estimator = make_separator(options, model, None, frame.missing_rows(together=together))
+    needs_mask = ESTIMATORS.require(options.estimator).needs_mask
+    mask = frame_mask(frame, options.mask, received) if needs_mask else None
+    said: Any = given(options, ESTIMATOR_SETTINGS) | {"mask": mask}
+    missing = frame.missing_rows(together=together)
+    estimator = make_estimator(options.estimator, model, missing=missing, **said)
     solution = run_estimator(estimator, received)
     figures = interference_figures(frame, solution.state)
     line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
