@@ -2,6 +2,7 @@
 
 import asyncio
 import io
+import tempfile
 import time
 import urllib.request
 from pathlib import Path
@@ -293,3 +294,31 @@ async def test_a_capture_without_settings_shows_three_layouts_and_a_click_choose
     page.drop([("b.bin", driven.capture.content), ("b.yaml", driven.capture.settings)])
     await driven.shown("b.bin")
     assert not page.form.guesses.panel.visible
+
+
+@on_a_page
+async def test_captures_of_a_folder_are_shown_judged_and_kept_as_a_clip(driven):
+    page = driven.page
+    with tempfile.TemporaryDirectory() as folder:
+        page.folder.folder.value = folder
+        page.folder.follow.value = True
+        await until(lambda: page._context.background.num_running > 0)
+        await asyncio.sleep(0.1)
+        # Of the example's settings nothing follows for a capture.
+        (Path(folder) / "first.bin").write_bytes(driven.capture.content)
+        await until(lambda: "Drop the configuration" in page.folder.list.object)
+        page.drop([("radar.yaml", driven.capture.settings)])
+        await until(lambda: "dca1000-xwr16xx" in page.form.text.value)
+        (Path(folder) / "second.bin").write_bytes(driven.capture.content)
+        await driven.shown("second.bin")
+        await until(lambda: "<strong>second.bin" in page.folder.list.object)
+        assert "Yes, with separation" in page.folder.list.object
+        page.folder.save.clicks += 1
+        await until(lambda: "2 captures are kept" in page.folder.list.object)
+        kept = Path(folder) / "clips" / "second"
+        assert sorted(path.name for path in kept.iterdir()) == ["first.bin", "second.bin"]
+        page.folder.follow.value = False
+        page.folder.folder.value = str(Path(folder) / "nowhere")
+        page.folder.follow.value = True
+        await driven.told_of("cannot be watched")
+        assert not page.folder.follow.value

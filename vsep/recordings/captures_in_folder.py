@@ -4,7 +4,8 @@ A capture counts as complete when its size has not changed from one look at the 
 """
 
 import os
-from collections.abc import Mapping
+import shutil
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -72,6 +73,18 @@ def next_captures(
         FolderState(sizes=left, done=frozenset(done)),
         tuple((path, found[path][1]) for path in complete),
     )
+
+
+def copy_captures(captures: Iterable[str], folder: str | Path) -> int:
+    """Copy captures that are still there into a folder, made if need be; return their number.
+
+    Raises `OSError` if it cannot be written.
+    """
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    present = [capture for capture in captures if Path(capture).is_file()]
+    for capture in present:
+        shutil.copy2(capture, folder)
+    return len(present)
 
 
 def _sizes(folder: str | Path) -> dict[str, tuple[int, float]]:

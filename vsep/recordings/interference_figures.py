@@ -65,6 +65,15 @@ class InterferenceFigures:
             "timing."
         )
 
+    @property
+    def summary(self) -> str:
+        """Say the figures and the verdict on a line."""
+        inr = "" if self.sample_share == 0.0 else f", INR {self.inr_db:.0f} dB"
+        return (
+            f"bursts in {self.ramp_share:.0%} of the ramps and {self.sample_share:.1%} of the "
+            f"samples{inr}, {self.saturated_samples} samples saturated. {self.verdict}"
+        )
+
     def line(self) -> dict[str, Any]:
         """Return the figures for a result line."""
         return {

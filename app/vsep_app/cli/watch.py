@@ -1,7 +1,6 @@
 """``vsep watch``: captures of a folder, each converted and separated as it comes."""
 
 import argparse
-import shutil
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -16,7 +15,12 @@ from vsep.files.line_file import lines_of_a_run
 from vsep.files.results import as_json, result_line
 from vsep.inference.core.run import run as run_estimator
 from vsep.inference.registry import ESTIMATORS, make_estimator
-from vsep.recordings.captures_in_folder import FolderState, existing, next_captures
+from vsep.recordings.captures_in_folder import (
+    FolderState,
+    copy_captures,
+    existing,
+    next_captures,
+)
 from vsep.recordings.configurations.registry import (
     completed,
     for_recording,
@@ -136,7 +140,8 @@ def run(options: argparse.Namespace) -> int:
                 interfered |= frame.figures is not None and frame.figures.sample_share > 0.0
                 say(_sentence(frame))
             if interfered and options.clips is not None:
-                _keep_clip(options.clips, path, [each for each, _ in recent])
+                clip = Path(options.clips) / Path(path).stem
+                copy_captures([each for each, _ in recent], clip)
     return EXIT_INPUT if failed else 0
 
 
@@ -206,19 +211,7 @@ def _sentence(separated: Separated) -> str:
     line, figures = separated
     if figures is None:
         return str(line["error"])
-    inr = "" if figures.sample_share == 0.0 else f", INR {figures.inr_db:.0f} dB"
     return (
         f"{Path(line['file']).name} frame {line['frame']}: {len(line['objects'])} objects, "
-        f"{len(line['interference'])} bursts in {figures.ramp_share:.0%} of the ramps and "
-        f"{figures.sample_share:.1%} of the samples{inr}, {figures.saturated_samples} saturated. "
-        f"{figures.verdict}"
+        f"{figures.summary}"
     )
-
-
-def _keep_clip(folder: str, path: str, captures: list[str]) -> None:
-    """Copy the captures of a clip into a folder that is called as the last of them."""
-    clip = Path(folder) / Path(path).stem
-    clip.mkdir(exist_ok=True)
-    for capture in captures:
-        if Path(capture).exists():
-            shutil.copy2(capture, clip)
