@@ -27,6 +27,7 @@ from vsep.errors import InputError
 from vsep.files.archive import Archive, Source, naming, require_npz_name, source_name
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
 from vsep.files.frame_checks import require_antenna, require_signal, require_usable
+from vsep.files.labelled import labelled
 from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
 from vsep.files.writing import write_npz
 from vsep.parameters import FILTER_PARAMETERS, SCENE_PARAMETERS
@@ -214,6 +215,29 @@ class Frame:
         if self.truth_mask is not None:
             return self.truth_mask
         return None if self.truth is None else self.truth.perfect_mask()
+
+    def to_xarray(self) -> Any:
+        """Return the samples with their labels.
+
+        Returns
+        -------
+        xarray.DataArray
+            (antenna, ramp, sample) complex in the sign of the file, with `ramp_start_s`,
+            `sample_time_s` and, where there are such, `missing` as coordinates and the radar's
+            values as attributes.
+
+        Raises
+        ------
+        InputError
+            If xarray is missing; the sentence says what to install.
+        """
+        signal = self.received[None] if self.antennas is None else self.antennas
+        more = {
+            "beat_sign": self.beat_sign,
+            "antenna_spacing_wavelengths": self.antenna_spacing_wavelengths,
+        }
+        in_sign = np.conj(signal) if self.beat_sign == 1 else np.array(signal)
+        return labelled(self.name, in_sign, self.radar, self.missing, more)
 
     def in_file_sign(self, signal: ComplexArray) -> ComplexArray:
         """Turn a (P, N) signal of the paper's sign into the sign and shape of the file."""

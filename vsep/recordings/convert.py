@@ -23,10 +23,11 @@ from vsep.recordings.missing_samples import (
     zero_runs,
 )
 from vsep.recordings.raw_words import read_raw
+from vsep.recordings.readers import READERS
 from vsep.recordings.receivers import kept_receivers, spacing_of, without_offset
 from vsep.recordings.sampling import lowest_beat
 from vsep.recordings.settings import COMPLEX_2X, RAW_FORMATS, REAL, RecordingSettings
-from vsep.recordings.stored_arrays import read_stored_array
+from vsep.recordings.stored_arrays import STREAM_AXES, read_stored_array
 from vsep.recordings.suggest import is_frame
 from vsep.recordings.word_kinds import is_unsigned, wrapped
 from vsep.signal.filters import AntiAliasingFilter
@@ -75,7 +76,10 @@ def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tu
 def _captured(path: str, settings: RecordingSettings) -> Captured:
     if settings.format in RAW_FORMATS:
         return read_raw(path, settings)
-    samples = arranged(path, read_stored_array(path, settings), settings)
+    stored = read_stored_array(path, settings)
+    if READERS[settings.format].is_stream:
+        settings = replace(settings, axes=STREAM_AXES)
+    samples = arranged(path, stored, settings)
     least = LEAST_RUN if settings.samples == REAL else LEAST_SAMPLES
     runs = zero_runs(samples.reshape(-1), least)
     missing = None if runs is None else runs.reshape(samples.shape)

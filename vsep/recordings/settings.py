@@ -17,6 +17,7 @@ from vsep._optional import require_library
 from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.files.opening import read_bounded
+from vsep.recordings.readers import READERS
 
 RAW_FORMATS: Final = (
     "dca1000-xwr14xx",
@@ -25,7 +26,7 @@ RAW_FORMATS: Final = (
     "tsw1400",
     "tsw1400-xwr16xx",
 )
-FORMATS: Final = ("mat", "npy", "npz", *RAW_FORMATS)
+FORMATS: Final = (*READERS, *RAW_FORMATS)
 SIGNS: Final = ("positive", "negative")
 REAL: Final = "real"
 COMPLEX_1X, COMPLEX_2X = "complex-1x", "complex-2x"
@@ -85,9 +86,11 @@ class RecordingSettings:
     #: receive antennas to keep, from 0 with commas between; all that are not dead by default
     antennas: str | None = None
     frame: int = 0  #: which frame of the file, from 0
-    key: str | None = None  #: name of the array in a .mat or .npz file that holds several
+    #: name of the array in a file that holds several, or of the topic in a ROS bag
+    key: str | None = None
     #: names of the array's axes in their order, of ``frames, transmitters, antennas, ramps,
-    #: samples, iq``; (ramps, samples) or (antennas, ramps, samples) by default
+    #: samples, iq`` and ``iiqq`` (samples and iq in words I I Q Q); (ramps, samples) or
+    #: (antennas, ramps, samples) by default
     axes: str | None = None
     #: between neighbours of a uniform line of (virtual) antennas
     antenna_spacing_wavelengths: float | None = None

@@ -32,6 +32,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "serve": ("vsep_app.cli.serve", "serve the dashboard"),
     "simulate": ("vsep_app.cli.simulate", "make a frame file from a preset"),
     "convert": ("vsep_app.cli.convert", "make a frame file of a sensor's recording"),
+    "watch": ("vsep_app.cli.watch", "separate the captures of a folder as they come"),
     "separate": ("vsep_app.cli.separate", "separate frame files"),
     "stream": ("vsep_app.cli.stream", "separate sequences of frames and follow their objects"),
     "report": ("vsep_app.cli.report", "separate a frame and draw it"),
@@ -39,6 +40,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "vsep_app.cli.interferer_timing",
         "estimate the interfering radars' chirps from separated frames",
     ),
+    "advise": ("vsep_app.cli.advise", "settings that let the fewest bursts of another radar in"),
     "mitigate": ("vsep_app.cli.mitigate", "repair the interfered samples of frame files"),
     "calibrate": (
         "vsep_app.cli.calibrate",

@@ -17,7 +17,7 @@ import numpy as np
 
 from vsep._processes import available_cores, worker_pool
 from vsep._typing import BoolArray, ComplexArray
-from vsep.analysis.interferer_timing import InterfererTiming
+from vsep.analysis.crossings import InterfererTiming
 from vsep.analysis.parallel import parallel_ramps
 from vsep.calibration.calibrate import calibrate
 from vsep.errors import InputError

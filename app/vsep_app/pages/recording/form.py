@@ -9,17 +9,18 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep.errors import InputError
+from vsep.recordings.guess import Guess
+from vsep.recordings.readers import READERS
 from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
 from vsep.recordings.settings_text import values_of, with_value
 from vsep_app.pages.recording.files import MAX_FILE, DropZone
+from vsep_app.pages.recording.guesses import GuessPictures
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.fields import MARGIN, field, pair
 from vsep_app.widgets.layout import heading
 
 _FORMATS = {
-    "NumPy archive, frame (.npz)": "npz",
-    "NumPy array (.npy)": "npy",
-    "MATLAB (.mat)": "mat",
+    **{reader.label: name for name, reader in READERS.items()},
     "DCA1000, xWR12xx/14xx": "dca1000-xwr14xx",
     "DCA1000, xWR16xx/18xx/68xx": "dca1000-xwr16xx",
     "TDA2, cascaded sensors": "tda2",
@@ -133,6 +134,7 @@ class RecordingForm:
         for name, widget in (("lowest_beat", lowest), ("antennas", receivers)):
             widget.param.watch(partial(self._take_open, name), "value")
             self.quick[name] = widget
+        self.guesses = GuessPictures(self._take_layout)
         self.clutter = field(
             pmu.Switch,
             "No clutter",
@@ -157,6 +159,7 @@ class RecordingForm:
             heading("1 · Recording"),
             self.zones["recording"],
             heading("2 · Format"),
+            self.guesses.panel,
             self.text,
             quick["format"],
             pair(quick["num_antennas"], quick["num_transmitters"]),
@@ -222,6 +225,16 @@ class RecordingForm:
             return
         try:
             self.text.value = with_value(self.text.value or "", name, value)
+        except InputError as error:
+            self._complain(str(error))
+
+    def _take_layout(self, guess: Guess) -> None:
+        """Write a guessed layout into the text."""
+        text = self.text.value or ""
+        try:
+            for name, value in guess.settings.items():
+                text = with_value(text, name, value)
+            self.text.value = text
         except InputError as error:
             self._complain(str(error))
 
