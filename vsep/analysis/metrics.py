@@ -146,7 +146,9 @@ def paired_rms(values: FloatArray, reference: FloatArray) -> float:
 def frame_metrics(
     truth: GroundTruth, beats: FloatArray, dopplers: FloatArray, cleaned: ComplexArray
 ) -> dict[str, float]:
-    """Say in numbers what the estimate of one frame is worth.
+    """Say in numbers what the objects of one frame are worth.
+
+    What the cleaned frame itself is worth is said by `vsep.analysis.signal_metrics`.
 
     Parameters
     ----------
@@ -161,7 +163,7 @@ def frame_metrics(
     -------
     dict
         ``objects_true``, ``objects``, ``misses``, ``false_alarms``; ``gospa`` in resolution cells;
-        ``mean_assigned_error`` in normalised frequency; ``sinr_db``; ``error_vector_magnitude``.
+        ``mean_assigned_error`` in normalised frequency; ``error_vector_magnitude``.
     """
     true = np.stack([truth.beats, truth.dopplers], axis=-1)
     found = np.stack([beats, dopplers], axis=-1)
@@ -174,7 +176,6 @@ def frame_metrics(
         "false_alarms": errors.false_alarms,
         "gospa": errors.gospa.value,
         "mean_assigned_error": errors.mean_assigned_error,
-        "sinr_db": sinr_db(truth.object_signal, cleaned),
         "error_vector_magnitude": error_vector_magnitude(
             truth.object_signal, cleaned, truth.beats, truth.dopplers
         ),

@@ -21,6 +21,7 @@ from vsep.analysis.intervals import (
     poisson_interval,
     root_mean_square,
 )
+from vsep.analysis.signal_metrics import SIGNAL_METRICS
 from vsep.studies.groups import (
     Group,
     mean_assigned_errors,
@@ -164,7 +165,7 @@ METRICS: dict[str, Metric] = {
     ),
     "gospa": _average("gospa"),
     "gospa_over_masked": _gospa_over_masked,
-    "sinr_db": _average("sinr_db"),
+    **{name: _average(name) for name in SIGNAL_METRICS},
     "evm": _average("evm"),
     "within_one_std": _within(1.0),
     "within_two_std": _within(2.0),

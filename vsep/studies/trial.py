@@ -12,8 +12,9 @@ import numpy as np
 
 from vsep._typing import FloatArray
 from vsep._version import __version__
-from vsep.analysis.metrics import FrameErrors, error_vector_magnitude, frame_errors, sinr_db
+from vsep.analysis.metrics import FrameErrors, error_vector_magnitude, frame_errors
 from vsep.analysis.separability import separability
+from vsep.analysis.signal_metrics import signal_metrics
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.run import run
 from vsep.inference.objects.uncertainty import dispersion_std
@@ -167,7 +168,7 @@ def _result_entries(
         order=settings.gospa_order,
     )
     cleaned = solution.state.cleaned(observation.received)
-    exists = len(truth.beats) > 0
+    signal = signal_metrics(truth, drawn.interfered.received, cleaned)
     evm = error_vector_magnitude(truth.object_signal, cleaned, truth.beats, truth.dopplers)
     return {
         "num_objects": objects.num_components,
@@ -179,7 +180,7 @@ def _result_entries(
         "gospa_localisation": _short(errors.gospa.localisation),
         "gospa_missed": errors.gospa.missed,
         "gospa_false": errors.gospa.false,
-        "sinr_db": _short(sinr_db(truth.object_signal, cleaned)) if exists else float("nan"),
+        **{name: _short(value) for name, value in signal.items()},
         "evm": _short(evm),
         "num_bursts": len(solution.state.interfered_ramps),
         "iterations": solution.iterations,
