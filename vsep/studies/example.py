@@ -14,8 +14,9 @@ from vsep.signal.spectra import delay_spectrum
 from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.panels import FigurePanel, Series, SeriesKind
 from vsep.studies.rows import trial_of_row
+from vsep.studies.scenario import TrialScenario
 from vsep.studies.trial import DONE, Row, separate
-from vsep.studies.trial_scenario import TrialScenario, simulate_trial
+from vsep.studies.trial_scenario import simulate_trial
 from vsep.units import to_db
 
 # What is this far below the strongest sample is not drawn.

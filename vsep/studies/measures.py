@@ -167,6 +167,7 @@ METRICS: dict[str, Metric] = {
     "gospa_over_masked": _gospa_over_masked,
     **{name: _average(name) for name in SIGNAL_METRICS},
     "evm": _average("evm"),
+    "nmse": _average("nmse"),
     "within_one_std": _within(1.0),
     "within_two_std": _within(2.0),
     "separability_db": _middle("separability_db"),

@@ -120,15 +120,19 @@ def study_of_rows(rows: Sequence[Row], path: str | Path) -> Study:
     first = rows[0]
     own = [row for row in rows if row["study"] == first["study"]]
     trial = trial_of_row(first)
-    threshold_db = None
-    points = require_study(trial.study).points
-    if trial.point_index < len(points) and trial.point != points[trial.point_index]:
-        threshold_db = trial.point.object_threshold_db
+    catalogued = require_study(trial.study)
+    changes: dict[str, Any] = {}
+    if trial.point_index < len(catalogued.points):
+        usual = catalogued.points[trial.point_index].parameters()
+        found = trial.point.parameters()
+        changes = {
+            name: found[name] for name in catalogued.changeable if found[name] != usual[name]
+        }
     study = make_study(
         trial.study,
         realizations=1 + max(row["realization"] for row in own),
         settings=trial.settings,
-        object_threshold_db=threshold_db,
+        changes=changes,
     )
     require_same_study(own, study, path)
     # By name alone: a method that was handed over is not known here.

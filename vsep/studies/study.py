@@ -5,7 +5,7 @@ can be repeated alone, on any machine and in any order.
 """
 
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -19,6 +19,10 @@ from vsep.registry import Entry
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
 from vsep.studies.panel_specs import AnySpec, PanelSpec
 
+DRAWN: Final = ("coloured-noise", "random-chirps", "semi-real")
+"""Scenes that are no preset, see `vsep.studies.drawn_scenes`."""
+CHANGEABLE: Final = ("object_threshold_db", "false_alarm_rate", "interference_threshold_db")
+"""Parameters of points that are settings of estimators: a run may have others."""
 _MAX_DIGITS = 9  # of an index; longer ones are not read
 
 
@@ -27,8 +31,8 @@ class Point:
     """One point of a study: a family of scenes and the threshold they are searched with."""
 
     panel: str  #: the part of the figure it belongs to, for example "3b"
-    #: one of `vsep.presets.registry.SCENES`: a preset, a family of presets that take turns, or
-    #: frames of noise alone of the size of a preset's
+    #: one of `vsep.presets.registry.SCENES`, a preset, a family of presets that take turns, or
+    #: frames of noise alone of the size of a preset's; or one of `DRAWN`
     scene: str
     #: (25) and (26)
     snr_db: float
@@ -36,6 +40,8 @@ class Point:
     #: the object threshold, or the rate that sets it; without both the estimator's default rate
     object_threshold_db: float | None = None
     false_alarm_rate: float | None = None
+    #: T_beta of the estimators that have one; that of the schedule if None
+    interference_threshold_db: float | None = None
     #: order of the true filter; 0 is the raised cosine that the estimators assume
     butterworth_order: int = 0
     interference_model: InterferenceModel = "multiplicative"  #: how the simulator makes the bursts
@@ -55,7 +61,7 @@ class Point:
 
     def __post_init__(self) -> None:
         """Check the names and the counts; the simulator and the estimators check the rest."""
-        require_choice("scene", self.scene, SCENES)
+        require_choice("scene", self.scene, (*SCENES, *DRAWN))
         require_choice("interference_model", self.interference_model, INTERFERENCE_MODELS)
         require_range("num_interferers", self.num_interferers, 1, 2)
         require_range("num_second_crossings", self.num_second_crossings, 1, self.num_interferers)
@@ -132,6 +138,11 @@ class Study:
     def curves(self) -> tuple[PanelSpec, ...]:
         """Panels of its figure that show a metric over a parameter."""
         return tuple(spec for spec in self.panels if isinstance(spec, PanelSpec))
+
+    @property
+    def changeable(self) -> tuple[str, ...]:
+        """Parameters of its points that a run may have other values of."""
+        return CHANGEABLE
 
     @property
     def point_indices(self) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from vsep._typing import FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep._version import __version__
 from vsep.analysis.metrics import FrameErrors, error_vector_magnitude, frame_errors
 from vsep.analysis.separability import separability
@@ -22,8 +22,9 @@ from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.signal.scene import Observation
 from vsep.studies.methods import MASKED_BY_DETECTOR, NO_INTERFERENCE, repair_of, trial_estimator
+from vsep.studies.scenario import TrialScenario
 from vsep.studies.study import Trial
-from vsep.studies.trial_scenario import TrialScenario, simulate_trial
+from vsep.studies.trial_scenario import simulate_trial
 
 Row: TypeAlias = dict[str, Any]
 
@@ -103,7 +104,13 @@ def separate(trial: Trial, method: str, drawn: TrialScenario) -> tuple[Observati
         observation = Observation(received=received, truth=observation.truth)
     seconds = time.perf_counter() - start
     estimator = trial_estimator(
-        method, drawn.model, trial.point, trial.settings, mask, trial.handed
+        method,
+        drawn.model,
+        trial.point,
+        trial.settings,
+        mask,
+        trial.handed,
+        max_iterations=drawn.max_iterations,
     )
     solution = run(estimator, observation.received)
     return observation, replace(solution, seconds=solution.seconds + seconds)
@@ -182,6 +189,7 @@ def _result_entries(
         "gospa_false": errors.gospa.false,
         **{name: _short(value) for name, value in signal.items()},
         "evm": _short(evm),
+        "nmse": _short(_relative_error(truth.object_signal, solution.state.object_signal)),
         "num_bursts": len(solution.state.interfered_ramps),
         "iterations": solution.iterations,
         "termination": solution.termination.name.lower(),
@@ -203,6 +211,12 @@ def _assigned_entries(errors: FrameErrors, solution: Solution, shape: tuple[int,
         entries["doppler_errors"] = _short_list(errors.doppler_errors)
         entries["doppler_stds"] = _short_list(std.dopplers[found])
     return entries
+
+
+def _relative_error(true: ComplexArray, found: ComplexArray) -> float:
+    """Energy of an error over that of what is true; NaN where that is nothing."""
+    energy = float(np.sum(np.abs(true) ** 2))
+    return float(np.sum(np.abs(found - true) ** 2)) / energy if energy else float("nan")
 
 
 def _short(value: float) -> float:

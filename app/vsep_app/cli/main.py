@@ -44,6 +44,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "estimate the receiver's complex response from the bursts in frame files",
     ),
     "study": ("vsep_app.cli.study", "Monte-Carlo studies: the paper's figures with intervals"),
+    "bench": ("vsep_app.cli.bench", "measure methods on frozen scenes, your own too"),
     "separability": (
         "vsep_app.cli.separability",
         "map when objects and interference can be told apart",

@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vsep._typing import ComplexArray
 from vsep.analysis.metrics import frame_errors
+from vsep.analysis.signal_metrics import signal_metrics
 from vsep.inference.core.state import SeparationState
 from vsep.signal.scene import GroundTruth
 
@@ -38,11 +40,27 @@ class FrameResult:
     method_runs: tuple[MethodMetrics, ...]
 
 
+class SignalMeasures(NamedTuple):
+    """Metrics of a cleaned frame; NaN without a truth."""
+
+    windowed_error_db: float = float("nan")
+    sinr_db: float = float("nan")
+    nsinr_db: float = float("nan")
+    gtnr: float = float("nan")
+
+
 class Verdict(NamedTuple):
     """Misses and false alarms; None where the objects are not known."""
 
     misses: int | None = None
     false_alarms: int | None = None
+
+
+def measure_signal(
+    truth: GroundTruth | None, received: ComplexArray, cleaned: ComplexArray
+) -> SignalMeasures:
+    """Compare a cleaned frame with the truth."""
+    return SignalMeasures(**signal_metrics(truth, received, cleaned))
 
 
 def judge_objects(truth: GroundTruth | None, state: SeparationState | None) -> Verdict:

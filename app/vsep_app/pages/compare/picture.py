@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 from vsep._typing import FloatArray
-from vsep.analysis.signal_metrics import signal_metrics
 from vsep.inference.core.progress import Termination
 from vsep_app.model.markers import Markers, no_marks, object_marks
 from vsep_app.model.picture import RunPicture
 from vsep_app.model.score import Score, score_of
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 from vsep_app.pages.compare.method_runs import MethodRun, MethodRunState
-from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics, judge_objects
+from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics, judge_objects, measure_signal
 
 _ENDS = {
     Termination.CONVERGED: "finished",
@@ -51,9 +50,10 @@ def view_method_run(
     """Make the view of a method from its state."""
     truth, cleaned = static_picture.observation.truth, state.cleaned
     separation, repair = state.separation, state.repair
+    received = static_picture.observation.received
     metrics = MethodMetrics(
         **judge_objects(truth, separation)._asdict(),
-        **signal_metrics(truth, static_picture.observation.received, cleaned),
+        **measure_signal(truth, received, cleaned)._asdict(),
         num_repairs=None if repair is None else repair.iteration,
         num_detections=None if separation is None else separation.iteration,
         repair_s=state.repair_s,

@@ -7,7 +7,6 @@ not ended.
 from dataclasses import dataclass, replace
 
 from vsep._typing import BoolArray
-from vsep.analysis.signal_metrics import signal_metrics
 from vsep.errors import InputError
 from vsep.files.frame import Frame
 from vsep.files.frame_mask import TRUTH, frame_mask
@@ -29,7 +28,7 @@ from vsep_app.pages.compare.method_runs import (
     advance_method_run,
     open_method_run,
 )
-from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics
+from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics, measure_signal
 from vsep_app.pages.compare.picture import ComparePicture, MethodView, view_method_run
 
 
@@ -80,7 +79,7 @@ def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:
     states = tuple(open_method_run(method_run) for method_run in method_runs)
     observation = Observation(received=frame.received, truth=frame.truth)
     static_picture = make_static_picture(frame.radar, observation, title=frame.name)
-    received = signal_metrics(frame.truth, frame.received, frame.received)
+    received = measure_signal(frame.truth, frame.received, frame.received)
     views = (
         view_method_run(static_picture, *pair) for pair in zip(method_runs, states, strict=True)
     )
@@ -91,7 +90,7 @@ def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:
         initial_views=tuple(views),
         static_picture=static_picture,
         true_objects=true_marks(static_picture),
-        received=MethodMetrics(**received),
+        received=MethodMetrics(**received._asdict()),
     )
 
 
