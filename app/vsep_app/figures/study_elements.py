@@ -7,7 +7,7 @@ import numpy as np
 
 from vsep.studies.panels import AnyPanel, Box, BoxPanel, FigurePanel, Series
 from vsep_app.figures.backends import Backend, holoviews
-from vsep_app.figures.study_style import DASHES, MARKERS, colour, marker, width
+from vsep_app.figures.study_style import DASHES, MARKERS, colour, is_filled, marker, width
 
 Columns: TypeAlias = dict[str, Any]
 Options: TypeAlias = dict[str, Any]
@@ -150,7 +150,7 @@ def points(
 
     def look(backend: Backend) -> Options:
         if backend == "bokeh":
-            fill_colour = shade if fill else None
+            fill_colour = shade if fill and is_filled(shape) else None
             hover = {"hover_tooltips": tips, "tools": ["hover"]} if tips else {}
             face = {"fill_color": fill_colour, "fill_alpha": alpha}
             return {"line_color": shade, "marker": shape, "size": size, **face, **hover}
