@@ -5,7 +5,7 @@ can be repeated alone, on any machine and in any order.
 """
 
 from dataclasses import asdict, dataclass, field
-from typing import Any, Final
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from vsep.registry import Entry
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
 from vsep.studies.panel_specs import AnySpec, PanelSpec
 
+ExampleKind: TypeAlias = Literal["signals", "time-frequency", "maps"]
 DRAWN: Final = ("coloured-noise", "random-chirps", "semi-real")
 """Scenes that are no preset, see `vsep.studies.drawn_scenes`."""
 CHANGEABLE: Final = ("object_threshold_db", "false_alarm_rate", "interference_threshold_db")
@@ -125,8 +126,8 @@ class Study:
     selected: tuple[int, ...] | None = None  #: indices of the points to run; all by default
     handed: tuple[Entry, ...] = field(default=(), compare=False)  #: methods that are not registered
     panels: tuple[AnySpec, ...] = ()  #: what its figure shows
-    #: whether its figure shows the signals of single realisations, not statistics
-    example: bool = False
+    #: what its figure shows of single realisations, where it shows no statistics
+    example: ExampleKind | None = None
 
     def __post_init__(self) -> None:
         """Check the number of realisations and the selection."""

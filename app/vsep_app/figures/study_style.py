@@ -46,7 +46,8 @@ _COLOURS = {
     "object estimate": "#0072B2",
     "true object": "#CC79A7",
     "estimated object": "#0072B2",
-    "false estimate": "#D55E00",
+    "detection": "#FF9F1C",
+    "false estimate": "#FF0022",
     "channel component": "#D55E00",
     "mitigated": "#009E73",
 }
