@@ -172,6 +172,7 @@ METRICS: dict[str, Metric] = {
     "within_two_std": _within(2.0),
     "separability_db": _middle("separability_db"),
     "separability_weakest_db": _middle("separability_weakest_db"),
+    "channel_components": _average("channel_components"),
     "iterations": _average("iterations"),
     "seconds": _middle("seconds"),
     "unconverged_rate": _share_of_rows(lambda row: row["termination"] != "converged"),

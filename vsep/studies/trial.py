@@ -17,6 +17,7 @@ from vsep.analysis.separability import separability
 from vsep.analysis.signal_metrics import signal_metrics
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.run import run
+from vsep.inference.core.state import SeparationState
 from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
@@ -191,6 +192,7 @@ def _result_entries(
         "evm": _short(evm),
         "nmse": _short(_relative_error(truth.object_signal, solution.state.object_signal)),
         "num_bursts": len(solution.state.interfered_ramps),
+        "channel_components": _short(_components_per_ramp(solution.state)),
         "iterations": solution.iterations,
         "termination": solution.termination.name.lower(),
         "seconds": round(solution.seconds, 6),
@@ -211,6 +213,12 @@ def _assigned_entries(errors: FrameErrors, solution: Solution, shape: tuple[int,
         entries["doppler_errors"] = _short_list(errors.doppler_errors)
         entries["doppler_stds"] = _short_list(std.dopplers[found])
     return entries
+
+
+def _components_per_ramp(state: SeparationState) -> float:
+    """Components of the interference channel in a ramp with bursts; none without bursts."""
+    found = sum(len(burst.active_bins) for burst in state.bursts)
+    return found / max(len(state.interfered_ramps), 1)
 
 
 def _relative_error(true: ComplexArray, found: ComplexArray) -> float:

@@ -44,6 +44,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "estimate the receiver's complex response from the bursts in frame files",
     ),
     "study": ("vsep_app.cli.study", "Monte-Carlo studies: the paper's figures with intervals"),
+    "reproduce": (
+        "vsep_app.cli.reproduce",
+        "make the figures and check the numbers of both papers",
+    ),
     "bench": ("vsep_app.cli.bench", "measure methods on frozen scenes, your own too"),
     "separability": (
         "vsep_app.cli.separability",
