@@ -45,6 +45,8 @@ def finished(point, realization):
         "separability_db": point.sir_db,
         "separability_weakest_db": point.sir_db - 30.0,
         "termination": "converged",
+        "iteration_ms": 1.0,
+        "operator_megabytes": 1.0,
     }
 
 

@@ -119,6 +119,23 @@ FIGURES: Final[dict[str, Figure]] = {
         ),
         _example("6", "Example signals of Simulation II"),
         _example("7", "Recorded frame with bursts, and one ramp of it (7 and 8)", 12, 2.0),
+        *(
+            Figure(
+                name=f"mru-{what}",
+                source=MRU,
+                title=title,
+                study=f"mru-{what}",
+                quick=quick,
+                full=20,
+                seconds=seconds,
+            )
+            for what, title, quick, seconds in (
+                ("share", "Compressive sensing over the share lost, and over levels", 3, 36.0),
+                ("prior", "The prior: number and source of its frames, a wrong one", 6, 9.0),
+                ("solver", "Thresholds, step width, samples drawn", 6, 5.0),
+                ("size", "Time and memory of masked updates and the explicit matrix", 5, 2.0),
+            )
+        ),
     )
 }
 """All of them by name, in the order of the papers."""

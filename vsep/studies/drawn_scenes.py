@@ -20,14 +20,16 @@ from vsep.inference.objects.object_only import ObjectOnlySeparator
 from vsep.presets.real_frame import PRESET as REAL_FRAME
 from vsep.presets.registry import simulated_preset
 from vsep.presets.scenes import Scenario, simulate_preset
-from vsep.signal.filters import RaisedCosineFilter
+from vsep.signal.filters import NoFilter, RaisedCosineFilter
 from vsep.signal.measured_filter import MeasuredFilter
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel, Interferer, Observation, Scene
 from vsep.signal.simulate import add_interference, simulate
 from vsep.signal.template import SignalModel
+from vsep.studies.gap_frames import gap_radar
+from vsep.studies.gap_trial import gap_frames
 from vsep.studies.scenario import TrialScenario
-from vsep.studies.study import Trial
+from vsep.studies.study import GAPS, GapPoint, Trial
 from vsep.units import from_db
 
 _COLOURED = "simulation-2-b"
@@ -213,9 +215,35 @@ def _found() -> SeparationState:
     return run(estimator, _recorded()).state
 
 
+def sequence_with_gaps(trial: Trial) -> TrialScenario:
+    """Return the last frame of a sequence with gaps; its chirps are no bursts of a model."""
+    frame = gap_frames(trial)[0][-1]
+    point = trial.point
+    assert isinstance(point, GapPoint)
+    radar = gap_radar(point.num_ramps, point.num_samples)
+    hit = replace(frame.truth, interference_signal=frozen(frame.received - frame.intact))
+    objects = Channel(
+        delays_s=radar.delay_from_beat(hit.beats),
+        dopplers_hz=hit.dopplers / radar.ramp_period_s,
+        weights=hit.amplitudes,
+    )
+    return TrialScenario(
+        preset=point.scene,
+        scenario=Scenario(
+            radar=radar,
+            scene=Scene(objects=objects, snr_db=point.snr_db, sir_db=point.sir_db),
+            anti_aliasing_filter=NoFilter(),
+        ),
+        model=SignalModel.of_radar(radar, NoFilter()),
+        interfered=Observation(received=frozen(frame.received), truth=hit),
+        clean=Observation(received=frame.intact, truth=frame.truth),
+    )
+
+
 DRAWN_SCENES: Final[dict[str, Callable[[Trial], TrialScenario]]] = {
     "coloured-noise": coloured_noise,
     "random-chirps": random_chirps,
     "semi-real": semi_real,
+    GAPS: sequence_with_gaps,
 }
 """All of them by name, those of `vsep.studies.study.DRAWN`."""

@@ -16,7 +16,7 @@ from vsep.errors import InputError
 from vsep.files.opening import read_bounded
 from vsep.files.results import as_json
 from vsep.studies.catalogue import make_study, require_study
-from vsep.studies.study import Point, Study, Trial, TrialSettings
+from vsep.studies.study import Study, Trial, TrialSettings, point_of
 from vsep.studies.trial import DONE, FAILED, Row
 
 RowKey: TypeAlias = tuple[str, int, int, str]
@@ -39,6 +39,7 @@ _RESULTS: dict[str, type | tuple[type, ...]] = {
 }
 _TEXTS = {"study", "method", "status", "schedule", "termination", "reason", "version", "preset"}
 _POINT_TEXTS = {"panel", "scene", "interference_model"}
+_POINT_TEXTS |= {"prior", "prior_source", "threshold", "mask", "domain"}
 _LISTS = ("errors", "beat_errors", "beat_stds")
 _LISTS_OF_SEVERAL_RAMPS = ("doppler_errors", "doppler_stds")
 
@@ -53,7 +54,7 @@ def trial_of_row(row: Row) -> Trial:
     return Trial(
         study=row["study"],
         point_index=row["point_index"],
-        point=Point(**row["point"]),
+        point=point_of(row["point"]),
         realization=row["realization"],
         methods=(row["method"],),
         settings=TrialSettings(**{field.name: row[field.name] for field in fields(TrialSettings)}),
@@ -158,7 +159,7 @@ def require_same_study(rows: Iterable[Row], study: Study, path: str | Path) -> N
                 )
         index = row["point_index"]
         # As points: a row of an older version has no entry for what a point has got since.
-        if index >= len(study.points) or Point(**row["point"]) != study.points[index]:
+        if index >= len(study.points) or point_of(row["point"]) != study.points[index]:
             raise InputError(
                 f"{path} holds rows of another point {index} of {study.name}; give another file."
             )

@@ -4,8 +4,9 @@ A trial is all that `vsep.studies.trial.run_trial` needs: its result depends on 
 can be repeated alone, on any machine and in any order.
 """
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -13,17 +14,29 @@ from vsep._validation import require_choice, require_range
 from vsep.analysis.gospa import DEFAULT_CUTOFF, DEFAULT_ORDER
 from vsep.errors import InputError
 from vsep.inference.core.schedule import schedule_by_name
+from vsep.mitigation.masks.detectors import DETECTORS
 from vsep.parameters import PARAMETERS
 from vsep.presets.registry import SCENES
 from vsep.registry import Entry
 from vsep.signal.simulate import INTERFERENCE_MODELS, InterferenceModel
 from vsep.studies.panel_specs import AnySpec, PanelSpec
 
+GapPrior: TypeAlias = Literal["own", "other"]
+GapSource: TypeAlias = Literal["recovered", "original"]
+GapThreshold: TypeAlias = Literal["own", "adaptive", "constant", "falling"]
+GapDomain: TypeAlias = Literal["masked-2d", "explicit-1d"]
 ExampleKind: TypeAlias = Literal["signals", "time-frequency", "maps"]
-DRAWN: Final = ("coloured-noise", "random-chirps", "semi-real")
+GAPS: Final = "sequence-with-gaps"
+"""Scene of the studies of compressive sensing, see `vsep.studies.gap_frames`."""
+DRAWN: Final = ("coloured-noise", "random-chirps", "semi-real", GAPS)
 """Scenes that are no preset, see `vsep.studies.drawn_scenes`."""
 CHANGEABLE: Final = ("object_threshold_db", "false_alarm_rate", "interference_threshold_db")
 """Parameters of points that are settings of estimators: a run may have others."""
+GAP_SETTINGS: Final = (
+    *("num_ramps", "num_samples", "share_lost", "snr_db", "sir_db", "num_prior_frames", "prior"),
+    *("prior_source", "threshold", "control", "step_width", "samples_per_ramp", "mask", "domain"),
+)
+"""The same of points of sequences with gaps."""
 _MAX_DIGITS = 9  # of an index; longer ones are not read
 
 
@@ -72,6 +85,46 @@ class Point:
     def parameters(self) -> dict[str, Any]:
         """Return the parameters by name, as they stand in a row."""
         return asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class GapPoint(Point):
+    """A point of compressive sensing on sequences with gaps; SNR and SIR are of a sample."""
+
+    #: size of the frames
+    num_ramps: int = 256
+    num_samples: int = 128
+    share_lost: float = 0.5  #: of every ramp
+    num_prior_frames: int = 3  #: Q: frames before the one that is judged
+    prior: GapPrior = (
+        "own"  #: whose frames a prior has seen: its own sequence's, or of other objects
+    )
+    prior_source: GapSource = "recovered"  #: whether it sees them recovered, or as received
+    threshold: GapThreshold = "own"  #: that of the method, or another
+    control: float | None = None  #: beta of (12), the method's if None
+    step_width: float = 1.0  #: theta of (11)
+    samples_per_ramp: int | None = None  #: p, drawn from the clean samples of a ramp; all if None
+    mask: str = "truth"  #: samples that are hit, or a detector that finds them
+    domain: GapDomain = "masked-2d"  #: two-dimensional masked updates, or the explicit matrix
+
+    def __post_init__(self) -> None:
+        """Check the choices."""
+        Point.__post_init__(self)
+        for name, kind in (
+            ("prior", GapPrior),
+            ("prior_source", GapSource),
+            ("threshold", GapThreshold),
+            ("domain", GapDomain),
+        ):
+            require_choice(name, getattr(self, name), get_args(kind))
+        require_choice("mask", self.mask, ("truth", *DETECTORS))
+        require_range("share_lost", self.share_lost, 0.01, 0.95)
+        require_range("num_prior_frames", self.num_prior_frames, 0, 100)
+
+
+def point_of(parameters: Mapping[str, Any]) -> Point:
+    """Return the point of parameters as they stand in a row."""
+    return (GapPoint if "share_lost" in parameters else Point)(**parameters)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -143,7 +196,8 @@ class Study:
     @property
     def changeable(self) -> tuple[str, ...]:
         """Parameters of its points that a run may have other values of."""
-        return CHANGEABLE
+        gaps = all(isinstance(point, GapPoint) for point in self.points)
+        return GAP_SETTINGS if gaps else CHANGEABLE
 
     @property
     def point_indices(self) -> tuple[int, ...]:

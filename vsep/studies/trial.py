@@ -22,9 +22,10 @@ from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.signal.scene import Observation
+from vsep.studies.gap_trial import gap_frames, gap_results
 from vsep.studies.methods import MASKED_BY_DETECTOR, NO_INTERFERENCE, repair_of, trial_estimator
 from vsep.studies.scenario import TrialScenario
-from vsep.studies.study import Trial
+from vsep.studies.study import GapPoint, Trial
 from vsep.studies.trial_scenario import simulate_trial
 
 Row: TypeAlias = dict[str, Any]
@@ -58,12 +59,34 @@ def run_trial(trial: Trial) -> list[Row]:
         One row per method, in their order; apart from ``seconds`` a function of the trial alone.
         A row of status "failed" has a ``reason``, and no results.
     """
+    if isinstance(trial.point, GapPoint):
+        return _gap_rows(trial)
     try:
         drawn = simulate_trial(trial)
         shared = _scene_entries(drawn)
     except Exception as error:  # whatever it is, the study goes on and the row tells
         return failed_rows(trial, reason_of(error))
     return [_run_method(trial, method, drawn, shared) for method in trial.methods]
+
+
+def _gap_rows(trial: Trial) -> list[Row]:
+    """Run all methods on a sequence with gaps."""
+    assert isinstance(trial.point, GapPoint)
+    shape = {"num_ramps": trial.point.num_ramps, "num_samples": trial.point.num_samples}
+    frames = gap_frames(trial)
+    rows = []
+    for method in trial.methods:
+        try:
+            results = gap_results(trial, method, frames)
+        except Exception as error:  # as below
+            rows.append(_failed_row(trial, method, reason_of(error)))
+            continue
+        short = {
+            name: _short(value) if isinstance(value, float) else value
+            for name, value in results.items()
+        }
+        rows.append({**_head(trial, method), "status": DONE, "reason": None, **shape, **short})
+    return rows
 
 
 def reason_of(error: BaseException) -> str:

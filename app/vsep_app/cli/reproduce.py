@@ -12,6 +12,7 @@ from vsep.reproduction.claims import judge
 from vsep.reproduction.figures import FIGURES, Extent, Figure, chosen_figures
 from vsep.reproduction.paper_claims import CLAIMS
 from vsep.reproduction.table import finding_lines, findings_markdown
+from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.engine import finished_keys, pending_trials, record_study
 from vsep.studies.rows import read_rows
 from vsep.studies.summary import summarise
@@ -132,8 +133,9 @@ def _make(figure: Figure, extent: Extent, out: Path, options: argparse.Namespace
 
 def _drawn(rows: list[Row]) -> list[Row]:
     """Return what a figure is drawn of: of examples the first realisation."""
-    example = rows and rows[0]["study"] in {"fig-1", "fig-2", "fig-4", "fig-6", "fig-7"}
-    return [row for row in rows if not example or row["realization"] == 0]
+    return [
+        row for row in rows if CATALOGUE[row["study"]].example is None or row["realization"] == 0
+    ]
 
 
 def _write_lines(path: Path, lines: list[dict[str, Any]]) -> None:
