@@ -8,7 +8,7 @@ realisations tell.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, nan
-from typing import Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -30,14 +30,19 @@ class Claim:
     section: str  #: where it stands
     says: str  #: what it says, in our words
     claimed: Limits  #: range that agrees with it
-    #: what is measured: method and metric, of the points whose parameters lie in these ranges
+    #: what is measured: method and metric, of the points whose parameters lie in these ranges, or
+    #: are these texts
     method: str
     metric: str
-    where: Mapping[str, Limits] = field(default_factory=dict)
+    where: Mapping[str, Limits | str] = field(default_factory=dict)
     #: of several points the one with the largest or smallest figure; or where over the parameter of
     #: `where` the figure crosses zero
     pick: Pick = "largest"
     remark: str = ""  #: for the reader, where the verdict needs a word
+
+    def is_about(self, point: Mapping[str, Any]) -> bool:
+        """Whether a point of its figure is one of those that it is about."""
+        return all(_within(point[name], limits) for name, limits in self.where.items())
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -75,7 +80,7 @@ def _finding(claim: Claim, measures: Sequence[Measure]) -> Finding:
         measure
         for measure in measures
         if (measure.method, measure.metric) == (claim.method, claim.metric)
-        and all(_within(measure.point[name], limits) for name, limits in claim.where.items())
+        and claim.is_about(measure.point)
     ]
     own = [measure for measure in own if np.isfinite(measure.interval.value)]
     interval = _picked(claim, own) if own else _NOTHING
@@ -109,7 +114,9 @@ def verdict_of(interval: Interval, claimed: Limits) -> Verdict:
     return "not reproduced" if max(known) < low or min(known) > high else "undecided"
 
 
-def _within(value: float | None, limits: Limits) -> bool:
+def _within(value: Any, limits: Limits | str) -> bool:
+    if isinstance(limits, str):
+        return bool(value == limits)
     return value is not None and limits[0] <= value <= limits[1]
 
 
