@@ -155,6 +155,7 @@ METRICS: dict[str, Metric] = {
     "paired_rmse_over_crlb": _paired_rmse,
     "root_crlb": lambda group: bootstrap_interval(group.column("root_crlb"), root_mean_square),
     "mean_assigned_error": lambda group: bootstrap_interval(mean_assigned_errors(group)),
+    "error_over_bound": _average("error_over_bound"),
     "misses": _count("misses"),
     "false_alarms": _count("false_alarms"),
     "false_alarm_ratio": _false_alarm_ratio,

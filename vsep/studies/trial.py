@@ -12,7 +12,13 @@ import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep._version import __version__
-from vsep.analysis.metrics import FrameErrors, error_vector_magnitude, frame_errors
+from vsep.analysis.crlb import DispersionBound
+from vsep.analysis.metrics import (
+    FrameErrors,
+    error_vector_magnitude,
+    expected_errors,
+    frame_errors,
+)
 from vsep.analysis.separability import separability
 from vsep.analysis.signal_metrics import signal_metrics
 from vsep.inference.core.progress import Solution
@@ -29,6 +35,7 @@ from vsep.studies.study import GapPoint, Trial
 from vsep.studies.trial_scenario import simulate_trial
 
 Row: TypeAlias = dict[str, Any]
+Bounds: TypeAlias = tuple[DispersionBound, DispersionBound]  # interference unknown, known
 
 DONE, FAILED = "done", "failed"
 ABRUPT_END: Final = "the worker process ended abruptly"
@@ -63,10 +70,11 @@ def run_trial(trial: Trial) -> list[Row]:
         return _gap_rows(trial)
     try:
         drawn = simulate_trial(trial)
-        shared = _scene_entries(drawn)
+        bounds = drawn.bounds()
+        shared = _scene_entries(drawn, bounds)
     except Exception as error:  # whatever it is, the study goes on and the row tells
         return failed_rows(trial, reason_of(error))
-    return [_run_method(trial, method, drawn, shared) for method in trial.methods]
+    return [_run_method(trial, method, drawn, bounds, shared) for method in trial.methods]
 
 
 def _gap_rows(trial: Trial) -> list[Row]:
@@ -140,10 +148,14 @@ def separate(trial: Trial, method: str, drawn: TrialScenario) -> tuple[Observati
     return observation, replace(solution, seconds=solution.seconds + seconds)
 
 
-def _run_method(trial: Trial, method: str, drawn: TrialScenario, shared: Row) -> Row:
+def _run_method(
+    trial: Trial, method: str, drawn: TrialScenario, bounds: Bounds, shared: Row
+) -> Row:
     try:
         observation, solution = separate(trial, method, drawn)
         results = _result_entries(trial, drawn, observation, solution)
+        unknown, known = bounds
+        results |= _bound_entries(results, known if method == NO_INTERFERENCE else unknown)
     except Exception as error:  # as above
         return _failed_row(trial, method, reason_of(error))
     return {**_head(trial, method), "status": DONE, "reason": None, **shared, **results}
@@ -166,11 +178,19 @@ def _head(trial: Trial, method: str) -> Row:
     }
 
 
-def _scene_entries(drawn: TrialScenario) -> Row:
+def _bound_entries(results: Row, bound: DispersionBound) -> Row:
+    """Compare the errors of the assigned objects, where there are any, with what a bound allows."""
+    if not results["assigned"]:
+        return {}
+    expected = expected_errors(bound)[results["assigned"]]
+    return {"error_over_bound": _short(float(np.mean(np.array(results["errors"]) / expected)))}
+
+
+def _scene_entries(drawn: TrialScenario, bounds: Bounds) -> Row:
     """Describe the scene, which all methods of a trial share."""
     truth = drawn.truth
     ratio = separability(truth.beats, truth.dopplers, truth.amplitudes, truth.interference_signal)
-    unknown, known = drawn.bounds()
+    unknown, known = bounds
     num_ramps, num_samples = drawn.model.shape
     return {
         "preset": drawn.preset,
