@@ -9,8 +9,8 @@ from vsep.studies.trial_scenario import simulate_trial
 
 def test_the_catalogue_has_the_promised_studies():
     names = ["fig-1", "fig-2", "fig-3", "fig-4", "fig-5", "fig-5-methods", "fig-6", "fig-7"]
-    names += ["baselines", "false-alarms"]
-    names += ["mru-prior", "mru-share", "mru-size", "mru-solver", "separability"]
+    names += ["baselines", "detectors", "false-alarms"]
+    names += ["mru-prior", "mru-share", "mru-size", "mru-solver", "repairs", "separability"]
     assert list(CATALOGUE) == names
 
 

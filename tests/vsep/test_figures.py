@@ -47,6 +47,7 @@ def finished(point, realization):
         "termination": "converged",
         "iteration_ms": 1.0,
         "operator_megabytes": 1.0,
+        "mask_missed": 0.1,
     }
 
 

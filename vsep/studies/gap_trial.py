@@ -123,7 +123,8 @@ class _Repair:
     def make(self, history: tuple[SeenFrame, ...]) -> Mitigation:
         """Return the method that knows a history, if it can."""
         point, entry = self._point, MITIGATIONS.require(self._method)
-        made = entry.make(**entry.accepted(history=history or None, domain=point.domain))
+        settings = {"history": history or None, "debias": point.debias or None}
+        made = entry.make(**entry.accepted(**settings, domain=point.domain))
         if not isinstance(made, SparseMitigation):
             raise InputError(f"method is {self._method}; sequences take compressive sensing only.")
         if isinstance(made.solver, IterativeThresholding):
@@ -176,7 +177,9 @@ def _iterations_to_plain(
     """Count iterations to within half a dB of where soft thresholding without a prior ends."""
     if not states:
         return float("nan")
-    plain = _Repair(replace(point, control=None, threshold="own", step_width=1.0), _PLAIN).make(())
+    plain = _Repair(
+        replace(point, control=None, threshold="own", step_width=1.0, debias=False), _PLAIN
+    ).make(())
     *_, end = iterate_mitigation(plain, frame.received, mask)
     objects = frame.truth.object_signal
     limit_db = gap_error_db(objects, np.asarray(end.cleaned), frame.mask) + _NEAR_DB

@@ -173,6 +173,8 @@ METRICS: dict[str, Metric] = {
     "within_two_std": _within(2.0),
     "separability_db": _middle("separability_db"),
     "separability_weakest_db": _middle("separability_weakest_db"),
+    "mask_missed": _average("mask_missed"),
+    "mask_false": _average("mask_false"),
     "channel_components": _average("channel_components"),
     "gap_error_db": _average("gap_error_db"),
     "iterations_to_plain": _average("iterations_to_plain"),

@@ -34,7 +34,16 @@ CHANGEABLE: Final = ("object_threshold_db", "false_alarm_rate", "interference_th
 """Parameters of points that are settings of estimators: a run may have others."""
 GAP_SETTINGS: Final = (
     *("num_ramps", "num_samples", "share_lost", "snr_db", "sir_db", "num_prior_frames", "prior"),
-    *("prior_source", "threshold", "control", "step_width", "samples_per_ramp", "mask", "domain"),
+    *(
+        "prior_source",
+        "threshold",
+        "control",
+        "step_width",
+        "samples_per_ramp",
+        "debias",
+        "mask",
+        "domain",
+    ),
 )
 """The same of points of sequences with gaps."""
 _MAX_DIGITS = 9  # of an index; longer ones are not read
@@ -72,6 +81,9 @@ class Point:
     filter_cutoff_hz: float | None = None
     #: by which share of it the estimators take the cut-off for larger than it is
     filter_mismatch: float = 0.0
+    cut_bursts: bool = False  #: whether bursts end where their frequency leaves the pass band
+    rolled_ramps: int = 0  #: by how many ramps bursts are moved, around the end of the frame
+    mask: str = "truth"  #: interfered samples that repairs get: those that are, or a detector's
 
     def __post_init__(self) -> None:
         """Check the names and the counts; the simulator and the estimators check the rest."""
@@ -80,6 +92,7 @@ class Point:
         require_range("num_interferers", self.num_interferers, 1, 2)
         require_range("num_second_crossings", self.num_second_crossings, 1, self.num_interferers)
         require_range("butterworth_order", self.butterworth_order, 0, 16)
+        require_choice("mask", self.mask, ("truth", *DETECTORS))
         require_range("filter_mismatch", self.filter_mismatch, -0.9, 9.0)
 
     def parameters(self) -> dict[str, Any]:
@@ -104,7 +117,7 @@ class GapPoint(Point):
     control: float | None = None  #: beta of (12), the method's if None
     step_width: float = 1.0  #: theta of (11)
     samples_per_ramp: int | None = None  #: p, drawn from the clean samples of a ramp; all if None
-    mask: str = "truth"  #: samples that are hit, or a detector that finds them
+    debias: bool = False  #: whether a least-squares fit of the cells found follows
     domain: GapDomain = "masked-2d"  #: two-dimensional masked updates, or the explicit matrix
 
     def __post_init__(self) -> None:
@@ -117,7 +130,6 @@ class GapPoint(Point):
             ("domain", GapDomain),
         ):
             require_choice(name, getattr(self, name), get_args(kind))
-        require_choice("mask", self.mask, ("truth", *DETECTORS))
         require_range("share_lost", self.share_lost, 0.01, 0.95)
         require_range("num_prior_frames", self.num_prior_frames, 0, 100)
 

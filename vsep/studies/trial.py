@@ -10,7 +10,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from vsep._typing import ComplexArray, FloatArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep._version import __version__
 from vsep.analysis.crlb import DispersionBound
 from vsep.analysis.metrics import (
@@ -19,6 +19,7 @@ from vsep.analysis.metrics import (
     expected_errors,
     frame_errors,
 )
+from vsep.analysis.repair import mask_errors
 from vsep.analysis.separability import separability
 from vsep.analysis.signal_metrics import signal_metrics
 from vsep.inference.core.progress import Solution
@@ -71,7 +72,7 @@ def run_trial(trial: Trial) -> list[Row]:
     try:
         drawn = simulate_trial(trial)
         bounds = drawn.bounds()
-        shared = _scene_entries(drawn, bounds)
+        shared = _scene_entries(drawn, bounds) | _mask_entries(trial, drawn)
     except Exception as error:  # whatever it is, the study goes on and the row tells
         return failed_rows(trial, reason_of(error))
     return [_run_method(trial, method, drawn, bounds, shared) for method in trial.methods]
@@ -125,10 +126,8 @@ def failed_rows(trial: Trial, reason: str) -> list[Row]:
 def separate(trial: Trial, method: str, drawn: TrialScenario) -> tuple[Observation, Solution]:
     """Run one method of a trial; return the frame its estimator saw and what that made of it."""
     observation = drawn.clean if method == NO_INTERFERENCE else drawn.interfered
-    mask = drawn.truth.perfect_mask()
     start = time.perf_counter()
-    if method in MASKED_BY_DETECTOR:
-        mask = detect_interference(MASKED_BY_DETECTOR[method], observation.received)
+    mask = _mask_of(drawn, MASKED_BY_DETECTOR.get(method, trial.point.mask))
     repair = repair_of(method, trial.handed)
     if repair is not None:
         cleaned = mitigate(repair.make(), observation.received, mask).cleaned
@@ -146,6 +145,28 @@ def separate(trial: Trial, method: str, drawn: TrialScenario) -> tuple[Observati
     )
     solution = run(estimator, observation.received)
     return observation, replace(solution, seconds=solution.seconds + seconds)
+
+
+def _mask_of(drawn: TrialScenario, name: str) -> BoolArray:
+    """Return the interfered samples, as the truth or a detector has them."""
+    if name == "truth":
+        return drawn.truth.perfect_mask()
+    return detect_interference(name, drawn.interfered.received)
+
+
+def _mask_entries(trial: Trial, drawn: TrialScenario) -> Row:
+    """Errors of a detector's mask: missed of what is 10 dB above the noise, false of 10 dB below.
+
+    What lies between no detector can be right about.
+    """
+    if trial.point.mask == "truth":
+        return {}
+    found = _mask_of(drawn, trial.point.mask)
+    above, below = (drawn.truth.perfect_mask(share) for share in (10.0, 0.1))
+    return {
+        "mask_missed": _short(mask_errors(above, found).missed),
+        "mask_false": _short(mask_errors(below, found).false),
+    }
 
 
 def _run_method(

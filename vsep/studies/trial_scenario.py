@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vsep._typing import frozen
 from vsep.presets.registry import NOISE_SCENES, SCENES, simulated_preset
 from vsep.presets.scenes import (
     PresetOptions,
@@ -66,6 +67,8 @@ def simulate_trial(trial: Trial) -> TrialScenario:
     )
     if point.num_interferers == 2:
         scenario, interfered = _with_second_interferer(name, scenario, trial)
+    if point.cut_bursts or point.rolled_ramps:
+        scenario, interfered = _with_other_bursts(scenario, interfered, point)
     return TrialScenario(
         preset=name,
         scenario=scenario,
@@ -156,3 +159,25 @@ def _with_second_interferer(
         rng=np.random.default_rng(noise_seed),
     )
     return moved, observation
+
+
+def _with_other_bursts(
+    scenario: Scenario, observation: Observation, point: Point
+) -> tuple[Scenario, Observation]:
+    """Cut bursts to the pass band of the filter, or move them by ramps; the model has none then."""
+    truth, radar = observation.truth, scenario.radar
+    assert truth is not None  # simulated
+    interference = truth.interference_signal
+    if point.cut_bursts:
+        inside = np.zeros(radar.shape, dtype=np.bool_)
+        filtered = scenario.anti_aliasing_filter
+        outer_hz = getattr(filtered, "outer_hz", filtered.cutoff_hz)
+        for burst in truth.bursts:
+            course_hz = burst.start_frequency_hz + burst.slope_hz_per_s * radar.sample_times_s
+            inside[burst.ramp] |= np.abs(course_hz) < outer_hz
+        interference = np.where(inside, interference, 0.0)
+    moved = frozen(np.roll(interference, point.rolled_ramps, axis=0))
+    received = observation.received - truth.interference_signal + moved
+    changed = replace(truth, interference_signal=moved, bursts=())
+    silent = replace(scenario, scene=replace(scenario.scene, interferers=()))
+    return silent, Observation(received=frozen(received), truth=changed)

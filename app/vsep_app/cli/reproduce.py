@@ -11,6 +11,7 @@ from vsep.files.writing import write_table, write_text
 from vsep.reproduction.claims import judge
 from vsep.reproduction.figures import FIGURES, Extent, Figure, chosen_figures
 from vsep.reproduction.paper_claims import CLAIMS
+from vsep.reproduction.recipe import record_recipe
 from vsep.reproduction.table import finding_lines, findings_markdown
 from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.engine import finished_keys, pending_trials, record_study
@@ -128,6 +129,7 @@ def _make(figure: Figure, extent: Extent, out: Path, options: argparse.Namespace
     measures = [measure.as_row() for measure in summarise(rows)]
     if measures:
         _write_lines(out / f"{figure.name}.csv", measures)
+        record_recipe(out, figure, extent)
     return not any(is_missing(row) for row in rows)
 
 

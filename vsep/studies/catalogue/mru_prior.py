@@ -14,6 +14,7 @@ STUDY = Study(
         *[gaps("frames", num_prior_frames=count) for count in _FRAMES],
         *[gaps("source", prior_source="original", num_prior_frames=count) for count in _FRAMES],
         *[gaps("wrong", prior="other", num_prior_frames=count) for count in _FRAMES],
+        *[gaps("debiased", num_prior_frames=count, debias=True) for count in _FRAMES],
         *[
             gaps("prior-share", share_lost=share, prior=prior)
             for prior in ("own", "other")
@@ -24,6 +25,7 @@ STUDY = Study(
     panels=(
         *gap_panels("frames", "num_prior_frames", "Frames recovered before"),
         *gap_panels("source", "num_prior_frames", "Frames as received before"),
+        *gap_panels("debiased", "num_prior_frames", "A least-squares fit of the cells found"),
         *gap_panels("wrong", "num_prior_frames", "Frames of other objects before"),
         *gap_panels(
             "prior-share", "share_lost", "Own and wrong prior over the share", variant="prior"
