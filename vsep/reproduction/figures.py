@@ -15,6 +15,7 @@ from vsep.studies.study import Study, TrialSettings
 Extent: TypeAlias = Literal["quick", "full"]
 VSEP: Final = "Variational signal separation"
 MRU: Final = "2-D masked residual updates"
+OWN: Final = "The document on mitigation"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -130,10 +131,26 @@ FIGURES: Final[dict[str, Figure]] = {
                 seconds=seconds,
             )
             for what, title, quick, seconds in (
+                # A table of `assets/docs/mitigation.md` each, too.
                 ("share", "Compressive sensing over the share lost, and over levels", 3, 36.0),
                 ("prior", "The prior: number and source of its frames, a wrong one", 6, 9.0),
                 ("solver", "Thresholds, step width, samples drawn", 6, 5.0),
                 ("size", "Time and memory of masked updates and the explicit matrix", 5, 2.0),
+            )
+        ),
+        *(
+            Figure(
+                name=what,
+                source=OWN,
+                title=title,
+                study=what,
+                quick=6,
+                full=30,
+                seconds=seconds,
+            )
+            for what, title, seconds in (
+                ("repairs", "Repairs of bursts as simulated, cut and moved", 3.0),
+                ("detectors", "Detectors of interfered samples", 2.5),
             )
         ),
     )

@@ -3,8 +3,10 @@
 import argparse
 import os
 import sys
+from pathlib import Path
 from typing import Final
 
+from vsep.bench.export import OPEN_SET, SHEET, export_frames
 from vsep.bench.methods import read_method
 from vsep.bench.scenes import DEFAULT_METHODS, FRAMES, SCENES, SEED, VERSION, bench_study
 from vsep.bench.table import bench_table
@@ -24,6 +26,7 @@ EXAMPLES = """\
 examples:
   vsep bench --list
   vsep bench --scenes simulation-2-b,semi-real --method factorised --method zeroing --out rows.jsonl
+  vsep bench --export open-set
   vsep bench --method my_module:MyMethod --out rows.jsonl
       a method from outside: a function of received and mask that returns the cleaned frame, or a
       class as in assets/docs/extending.md; the module lies here or on Python's path
@@ -50,12 +53,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="an estimator, a mitigation method or MODULE:OBJECT; may be given several times "
         f"(default: {', '.join(DEFAULT_METHODS)})",
     )
-    add_number(parser, "--frames", f"of every scene (default: {FRAMES})", kind=int, default=FRAMES)
+    add_number(parser, "--frames", f"of every scene (default: {FRAMES})", kind=int)
     add_workers_option(parser)
     parser.add_argument(
         "--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler"
     )
     add_file(parser, "--out", "the rows, one line of JSON each; appended to if it exists")
+    add_file(
+        parser,
+        "--export",
+        "write frames of the scenes as frame files with truth, mask and a data sheet instead "
+        f"(default of the scenes: {', '.join(OPEN_SET)}; one frame each)",
+        "DIR",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -63,6 +73,12 @@ def run(options: argparse.Namespace) -> int:
     if options.list:
         for scene in SCENES:
             sys.stdout.write(f"{scene.name:<24}{scene.help}\n")
+        return 0
+    if options.export is not None:
+        scenes = OPEN_SET if options.scenes == _ALL else options.scenes.split(",")
+        frames = 1 if options.frames is None else options.frames
+        paths = export_frames(Path(options.export), scenes=scenes, frames=frames)
+        say(f"{len(paths)} frames and {SHEET} are in {options.export}.")
         return 0
     if options.out is None:
         raise InputError("--out is missing; give the file for the rows, or --list.")
@@ -72,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
     study = bench_study(
         scenes=None if options.scenes == _ALL else options.scenes.split(","),
         methods=[read_method(text) for text in options.method or DEFAULT_METHODS],
-        frames=options.frames,
+        frames=FRAMES if options.frames is None else options.frames,
     )
     pending = pending_trials(study, finished_keys(study, options.out))
     missing = sum(len(trial.methods) for trial in pending)
