@@ -43,6 +43,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "vsep_app.cli.calibrate",
         "estimate the receiver's complex response from the bursts in frame files",
     ),
+    "add-bursts": (
+        "vsep_app.cli.add_bursts",
+        "put the bursts of one measurement into the frame of another",
+    ),
     "study": ("vsep_app.cli.study", "Monte-Carlo studies: the paper's figures with intervals"),
     "reproduce": (
         "vsep_app.cli.reproduce",
