@@ -1,12 +1,12 @@
 """Table of claims: claimed, measured, interval, verdict, as text and as lines of a file."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import Any, Final
 
 from vsep.analysis.intervals import Interval
 from vsep.reproduction.claims import Finding, limits_text
-from vsep.reproduction.figures import FIGURES
+from vsep.reproduction.figures import FIGURES, Extent
 
 HEADINGS: Final = ("section", "the paper says", "agrees if", "measured", "frames", "verdict")
 _SIGNIFICANT_DIGITS = 6
@@ -21,6 +21,21 @@ def command_of(figure: str) -> str:
     'vsep reproduce 3b --full --out reproduction'
     """
     return f"vsep reproduce {figure} --full --out reproduction"
+
+
+def commands_of(extents: Mapping[str, Extent]) -> str:
+    """Return what made figures, one line an extent.
+
+    Examples
+    --------
+    >>> commands_of({"3b": "full", "7": "full"})
+    'vsep reproduce 3b 7 --full --out reproduction'
+    """
+    lines = []
+    for extent in dict.fromkeys(extents.values()):
+        names = " ".join(name for name in FIGURES if extents.get(name) == extent)
+        lines.append(f"vsep reproduce {names} --{extent} --out reproduction")
+    return "\n".join(lines)
 
 
 def measured_text(interval: Interval) -> str:

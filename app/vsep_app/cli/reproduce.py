@@ -1,7 +1,6 @@
 """``vsep reproduce``: the figures and the numbers of both papers from one command."""
 
 import argparse
-import shlex
 import sys
 import time
 from pathlib import Path
@@ -11,8 +10,8 @@ from vsep.files.writing import write_table, write_text
 from vsep.reproduction.claims import judge
 from vsep.reproduction.figures import FIGURES, Extent, Figure, chosen_figures
 from vsep.reproduction.paper_claims import CLAIMS
-from vsep.reproduction.recipe import record_recipe
-from vsep.reproduction.table import finding_lines, findings_markdown
+from vsep.reproduction.recipe import read_recipes, record_recipe
+from vsep.reproduction.table import commands_of, finding_lines, findings_markdown
 from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.engine import finished_keys, pending_trials, record_study
 from vsep.studies.rows import read_rows
@@ -76,17 +75,17 @@ def run(options: argparse.Namespace) -> int:
     complete = True
     for figure in figures:
         complete &= _make(figure, extent, out, options)
+    recipes = read_recipes(out)
     rows = {
-        figure.name: read_rows(path)
-        for figure in FIGURES.values()
-        if (path := _rows_path(out, figure)).exists()
+        name: _rows(out, FIGURES[name], recipe["extent"])
+        for name, recipe in recipes.items()
+        if name in FIGURES
     }
     findings = judge([claim for claim in CLAIMS if claim.figure in rows], rows)
     lines = finding_lines(findings)
     if lines:
         _write_lines(out / "claims.csv", lines)
-    words = ["vsep", "reproduce", *options.figures, f"--{extent}", "--out", "reproduction"]
-    made = shlex.join(words)
+    made = commands_of({name: recipes[name]["extent"] for name in rows})
     machine = page.machine_text()
     write_text(out / "claims.md", findings_markdown(findings, made=made, machine=machine))
     pictures = {name: out / f"{name}.png" for name in rows}
@@ -122,7 +121,7 @@ def _make(figure: Figure, extent: Extent, out: Path, options: argparse.Namespace
             progress.update(len(rows))
             for row in (row for row in rows if row["status"] == FAILED):
                 say(f"{figure.name}, {row['method']}: {row['reason']}")
-    rows = read_rows(path)
+    rows = _rows(out, figure, extent)
     require_dashboard("vsep_app.figures.study_figure", "reproduce").write_study_figure(
         _drawn(rows), out / f"{figure.name}.png"
     )
@@ -131,6 +130,12 @@ def _make(figure: Figure, extent: Extent, out: Path, options: argparse.Namespace
         _write_lines(out / f"{figure.name}.csv", measures)
         record_recipe(out, figure, extent)
     return not any(is_missing(row) for row in rows)
+
+
+def _rows(out: Path, figure: Figure, extent: Extent) -> list[Row]:
+    """Return the rows of an extent; a file may hold those of a larger one."""
+    count = figure.study_of(extent).realizations
+    return [row for row in read_rows(_rows_path(out, figure)) if row["realization"] < count]
 
 
 def _drawn(rows: list[Row]) -> list[Row]:
