@@ -1,5 +1,6 @@
 from vsep._version import __version__ as __version__
 from vsep.analysis.crlb import dispersion_bound as dispersion_bound
+from vsep.bench.scenes import bench_study as bench_study
 from vsep.check import check_estimator as check_estimator
 from vsep.check import check_mitigation as check_mitigation
 from vsep.errors import InputError as InputError

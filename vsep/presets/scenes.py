@@ -277,15 +277,16 @@ def interferer_sequence(
     own, radar = record.interferer, record.radar
     slope = own.slope_hz_per_s if slope_hz_per_s is None else slope_hz_per_s
     carrier = own.start_frequency_hz - radar.start_frequency_hz
-    crossing_s = -carrier / (own.slope_hz_per_s - radar.slope_hz_per_s)
-    moved = (own.slope_hz_per_s - slope) * crossing_s
+    late = own.slope_hz_per_s * own.time_offset_s
+    crossing_s = (late - carrier) / (own.slope_hz_per_s - radar.slope_hz_per_s)
+    moved = (own.slope_hz_per_s - slope) * (crossing_s - own.time_offset_s)
     # The course is k_I (T_p p - offset) + (k_I - k) t' + const.
     shift_s = burst_shift_s * (slope - radar.slope_hz_per_s) / slope
     sequence = replace(
         own,
         start_frequency_hz=own.start_frequency_hz + moved,
         slope_hz_per_s=slope,
-        time_offset_s=time_offset_s + shift_s,
+        time_offset_s=own.time_offset_s + time_offset_s + shift_s,
     )
     if num_interfered_ramps is None:
         return sequence

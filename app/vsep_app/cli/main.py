@@ -46,7 +46,16 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "vsep_app.cli.calibrate",
         "estimate the receiver's complex response from the bursts in frame files",
     ),
+    "add-bursts": (
+        "vsep_app.cli.add_bursts",
+        "put the bursts of one measurement into the frame of another",
+    ),
     "study": ("vsep_app.cli.study", "Monte-Carlo studies: the paper's figures with intervals"),
+    "reproduce": (
+        "vsep_app.cli.reproduce",
+        "make the figures and check the numbers of both papers",
+    ),
+    "bench": ("vsep_app.cli.bench", "measure methods on frozen scenes, your own too"),
     "separability": (
         "vsep_app.cli.separability",
         "map when objects and interference can be told apart",

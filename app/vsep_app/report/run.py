@@ -13,6 +13,7 @@ import numpy as np
 from vsep._typing import ComplexArray
 from vsep._version import __version__
 from vsep.analysis.metrics import frame_metrics
+from vsep.analysis.signal_metrics import signal_metrics
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
@@ -158,6 +159,7 @@ def provenance(run: ReportRun) -> dict[str, Any]:
         "spec": spec_data(run.spec),
         "result": result,
         "metrics": frame_metrics(truth, objects.beats, objects.dopplers, cleaned)
+        | signal_metrics(truth, run.frame.received, cleaned)
         if truth is not None and known
         else None,
     }

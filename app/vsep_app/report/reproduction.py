@@ -1,0 +1,69 @@
+"""Page of a reproduction: claimed, measured, interval, verdict, and the figures."""
+
+import os
+import platform
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from vsep._version import __version__
+from vsep.reproduction.claims import Finding
+from vsep.reproduction.figures import FIGURES
+from vsep.reproduction.table import HEADINGS, cells_of, command_of
+from vsep_app.figures.document import page_html
+from vsep_app.report.run import versions
+
+_LOOKS = {"reproduced": "reproduced", "not reproduced": "contradicted"}
+
+
+def machine_text() -> str:
+    """Say with what and where, in one sentence."""
+    libraries = ", ".join(f"{name} {number}" for name, number in versions().items() if number)
+    return f"{libraries}; {platform.system()} {platform.machine()}, {os.cpu_count()} cores."
+
+
+def reproduction_html(
+    findings: Sequence[Finding], pictures: Mapping[str, Path], *, made: str, machine: str
+) -> str:
+    """Return one page that asks for nothing else.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        Claims with what was measured.
+    pictures : mapping
+        PNG files by figure; those that are there are put into the page.
+    made, machine : str
+        How and where.
+    """
+    sections = []
+    for name, figure in FIGURES.items():
+        own = [finding for finding in findings if finding.claim.figure == name]
+        picture = pictures.get(name)
+        if own or picture is not None:
+            sections.append(
+                {
+                    "heading": f"{figure.source}: {name}, {figure.title}",
+                    "command": command_of(name),
+                    "rows": [
+                        {"cells": cells_of(each), "look": _LOOKS.get(each.verdict, "")}
+                        for each in own
+                    ],
+                    "picture": _encoded(picture),
+                }
+            )
+    title = f"vsep {__version__}: what the papers claim and what is measured"
+    return page_html(
+        "reproduction.html",
+        title=title,
+        made=made,
+        machine=machine,
+        headings=HEADINGS,
+        sections=sections,
+    )
+
+
+def _encoded(picture: Path | None) -> str:
+    if picture is None or not picture.exists():
+        return ""
+    return b64encode(picture.read_bytes()).decode("ascii")
