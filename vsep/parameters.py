@@ -289,8 +289,8 @@ SCENE_PARAMETERS = (
         name="iq_gain",
         title="I/Q gain error",
         unit="dB",
-        help="By how many dB the Q branch of the receiver is louder than the I branch: every object "
-        "has an image at the negative distance and velocity.",
+        help="By how many dB the Q branch of the receiver is louder than the I branch: every "
+        "object has an image at the negative distance and velocity.",
         default=0.0,
         bounds=(-6.0, 6.0),
         span=(-3.0, 3.0),

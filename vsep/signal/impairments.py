@@ -10,7 +10,9 @@ by theta. The image factor epsilon of gain and phase between the I and Q branche
 of their converters are constants.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
@@ -61,7 +63,7 @@ class ReceiverImpairments:
 
     @property
     def image_factor(self) -> complex:
-        """epsilon of the gain g and the phase psi: (1 - g e^(j psi)) / (1 + g e^(j psi))."""
+        """Epsilon of the gain g and the phase psi: (1 - g e^(j psi)) / (1 + g e^(j psi))."""
         gain = 10.0 ** (self.iq_gain_db / 20.0) * np.exp(1j * np.deg2rad(self.iq_phase_deg))
         return complex((1.0 - gain) / (1.0 + gain))
 
@@ -96,6 +98,26 @@ class TrueReceiver:
     phase_noise_rad: float
     image_factor: complex
     offset: ComplexArray
+
+    def of_antenna(self, antenna: int) -> "TrueReceiver":
+        """Return what happened at one of several antennas."""
+        return replace(self, offset=self.offset[antenna])
+
+
+def impairments_of(options: Mapping[str, Any]) -> ReceiverImpairments | None:
+    """Return the impairments among keywords in SI units; None where there is none.
+
+    Examples
+    --------
+    >>> impairments_of({"phase_jitter_rad": 0.0, "num_objects": 3}) is None
+    True
+    >>> impairments_of({"phase_jitter_rad": 0.005}).phase_jitter_rad
+    0.005
+    """
+    own = {name: options[name] for name in _SETTINGS.values() if name in options}
+    width = "phase_noise_bandwidth_hz"
+    none = all(value == 0.0 for name, value in own.items() if name != width)
+    return None if none else ReceiverImpairments(**own)
 
 
 def iq_errors(image_factor: complex) -> tuple[float, float]:

@@ -1,5 +1,6 @@
 """Noise spectrum of a state, estimated anew as long as a run has not settled."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -80,7 +81,10 @@ def next_noise_spectrum(
         rows = rows / np.sqrt(share)
     last = state.noise_spectrum
     convincing = CONVINCING if last is None else STILL_CONVINCING
-    spectrum = estimate_noise_spectrum(rows, model, convincing=convincing)
+    weights = objects.amplitudes.reshape(objects.num_components, -1)
+    powers = np.mean(np.abs(weights) ** 2, axis=1) / math.prod(model.shape)
+    lines = objects.beats, powers
+    spectrum = estimate_noise_spectrum(rows, model, convincing=convincing, lines=lines)
     # A run cannot settle while its thresholds move.
     settled = last is not None and spectrum is not None and not spectrum.differs_from(last)
     return last if settled else spectrum

@@ -55,12 +55,6 @@ class ReceiverErrors:
         for name in ("ramp_phases", "image_factors", "offsets"):
             object.__setattr__(self, name, frozen(np.array(getattr(self, name))))
 
-    @property
-    def any(self) -> bool:
-        """Whether anything is evident."""
-        errors = self.phase_std, self.image_factors, self.offsets
-        return any(bool(np.any(error)) for error in errors)
-
     def corrected(self, received: ComplexArray) -> ComplexArray:
         """Return a frame (A P, N) or (P, N) without the errors."""
         num_ramps, num_samples = len(self.ramp_phases), received.shape[-1]

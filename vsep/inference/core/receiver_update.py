@@ -104,11 +104,11 @@ class _Evidence:
         strong = float(self.powers.max()) * self.noise_precision > EARLIEST_SNR
         phases, phase_std = self._phases() if strong else (self.last.ramp_phases, 0.0)
         factors = self._image_factors() if strong else np.zeros_like(self.last.image_factors)
+        if not (phase_std > 0.0 or factors.any() or offsets.any()):
+            return None
         found = ReceiverErrors(
             ramp_phases=phases, phase_std=phase_std, image_factors=factors, offsets=offsets
         )
-        if not found.any:
-            return None
         return self.last if self.found and self._settled(found) else found
 
     def _settled(self, found: ReceiverErrors) -> bool:
@@ -140,7 +140,7 @@ class _Evidence:
         return np.array([synthesize(own, beat, doppler) for own in weights.T])
 
     def _offsets(self) -> ComplexArray:
-        """d of every antenna: what an object at zero beat and zero Doppler is, and the mean of e.
+        """Offset d of every antenna: an object at zero beat and Doppler, and the mean of e.
 
         It has no delay and no velocity, so that it cannot be told from an offset and needs not be.
         """
@@ -153,22 +153,22 @@ class _Evidence:
         if not (at_zero.any() or np.any(self.last.offsets)):
             return self.last.offsets
         mean = self._turned(self._without(at_zero)[1]).mean(axis=(1, 2))
-        return self.last.offsets + mean + self.last.image_factors * mean.conj()
+        return np.asarray(self.last.offsets + mean + self.last.image_factors * mean.conj())
 
     def _turned(self, signal: ComplexArray) -> ComplexArray:
         """Return a signal as it is behind the mixer."""
         if self.last.phase_std == 0.0:
             return signal
-        return np.exp(1j * self.last.ramp_phases)[:, None] * signal
+        return np.asarray(np.exp(1j * self.last.ramp_phases)[:, None] * signal)
 
     def _image_factors(self) -> ComplexArray:
         """Epsilon of every antenna, zero where it is not evident."""
         suspects = np.zeros(self.objects.num_components, np.bool_)
-        if not np.any(self.last.image_factors):
-            if not self._is_evident_image(self.signal, self.residual):
-                suspects = self._possible_images()
-                if not suspects.any():
-                    return self.last.image_factors
+        unknown = not np.any(self.last.image_factors)
+        if unknown and not self._is_evident_image(self.signal, self.residual):
+            suspects = self._possible_images()
+            if not suspects.any():
+                return self.last.image_factors
         signal, residual = self._without(suspects)
         products, energy = self._image_products(signal, residual)
         change = products / energy
@@ -178,26 +178,24 @@ class _Evidence:
         evident = (evidence > IMAGE_EVIDENCE) & (np.abs(factors) < LARGEST_IMAGE)
         if not evident.any():
             return np.zeros_like(last)
-        strongest = self._signal_of(int(np.argmax(self.powers)))
-        own, own_energy = self._image_products(strongest, residual)
-        others = energy - own_energy
-        apart = np.abs((products - own) - (change * others)) ** 2 / np.maximum(others, 1e-300)
-        asked = self.noise_precision * others * np.abs(factors) ** 2 > OTHERS_ASKED
-        differ = self.noise_precision * apart > 0.25 * self.noise_precision * others * np.abs(
-            factors
-        ) ** 2
-        return np.where(evident & ~(asked & differ), factors, 0.0)
+        own, own_energy = self._image_products(
+            self._signal_of(int(np.argmax(self.powers))), residual
+        )
+        others = np.maximum(energy - own_energy, 1e-300)
+        expected = others * np.abs(factors) ** 2
+        apart = np.abs(products - own - change * others) ** 2 / others
+        differ = (self.noise_precision * expected > OTHERS_ASKED) & (apart > 0.25 * expected)
+        return np.where(evident & ~differ, factors, 0.0)
 
     def _image_products(
         self, signal: ComplexArray, residual: ComplexArray
     ) -> tuple[ComplexArray, FloatArray]:
         """<conj(x), e> behind the mixer and |x|^2, of every antenna."""
-        sums = np.einsum("apn,apn->ap", signal, residual)
+        sums = (signal * residual).sum(axis=2)
         if self.last.phase_std > 0.0:
             sums = sums * np.exp(2j * self.last.ramp_phases)
-        return sums.sum(axis=1), np.maximum(
-            np.array([np.vdot(own, own).real for own in signal]), 1e-300
-        )
+        energy = np.array([np.vdot(own, own).real for own in signal])
+        return sums.sum(axis=1), np.maximum(energy, 1e-300)
 
     def _is_evident_image(self, signal: ComplexArray, residual: ComplexArray) -> bool:
         products, energy = self._image_products(signal, residual)
@@ -239,23 +237,22 @@ class _Evidence:
     def _jitter(
         self, signal: ComplexArray, residual: ComplexArray
     ) -> tuple[FloatArray, float] | None:
-        """Most probable phases and the deviation of their prior; None where there is no evidence."""
-        num_ramps = self.shape[1]
-        products = np.einsum("apn,apn->p", signal.conj(), residual)
-        energy = np.einsum("apn,apn->p", signal.real, signal.real)
-        energy += np.einsum("apn,apn->p", signal.imag, signal.imag)
+        """Most probable phases and the deviation of their prior; None without evidence."""
+        products = (signal.conj() * residual).sum(axis=(0, 2))
+        energy = (signal.real**2 + signal.imag**2).sum(axis=(0, 2))
         energy = np.maximum(energy, 1e-12 * energy.max())
         phases = self.last.ramp_phases + np.angle(energy + products)
-        phases = _without_trend(phases, energy)
         information = 2.0 * self.noise_precision * energy
+        limit_chi, limit_f = _limits(self.shape[1] - 2)
+        if information @ phases**2 < limit_chi:  # the usual case; a trend makes it larger
+            return None
+        phases = _without_trend(phases, energy)
         turned = float(information @ phases**2)
         stretched = float(information @ _without_trend(products.real / energy, energy) ** 2)
-        free = num_ramps - 2
-        limit_chi, limit_f = _limits(free)
         if turned < limit_chi or turned < limit_f * stretched:
             return None
         variance = _prior_variance(phases, 1.0 / information)
-        if variance == 0.0 or not self._others_agree(phases, signal, residual, information):
+        if variance == 0.0 or not self._others_agree(phases, signal, residual):
             return None
         probable = phases * variance / (variance + 1.0 / information)
         return _without_trend(probable, energy), math.sqrt(variance)
@@ -265,17 +262,15 @@ class _Evidence:
         phases: FloatArray,
         signal: ComplexArray,
         residual: ComplexArray,
-        information: FloatArray,
     ) -> bool:
-        """Whether the phases suit the objects beside the strongest one, as far as these can tell."""
+        """Whether the phases suit the objects beside the strongest one, as far as they tell."""
         strongest = self._signal_of(int(np.argmax(self.powers)))
         others = signal - strongest
-        energy = np.einsum("apn,apn->p", others.real, others.real)
-        energy += np.einsum("apn,apn->p", others.imag, others.imag)
+        energy = (others.real**2 + others.imag**2).sum(axis=(0, 2))
         told = 2.0 * self.noise_precision * energy
         if float(told @ phases**2) < OTHERS_ASKED + 3.0 * math.sqrt(len(phases)):
             return True
-        products = np.einsum("apn,apn->p", others.conj(), residual).imag
+        products = (others.conj() * residual).imag.sum(axis=(0, 2))
         # likelihood ratio of the phases and none, of these objects alone
         whole = 2.0 * self.noise_precision * products + told * self.last.ramp_phases
         return float(2.0 * phases @ whole - told @ phases**2) > 0.0
