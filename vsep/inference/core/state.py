@@ -242,6 +242,11 @@ class SeparationState:
         """Return the frame without the errors of oscillator and receivers."""
         return received if self.receiver is None else self.receiver.corrected(received)
 
+    @property
+    def unexplained_share(self) -> float:
+        """Share of the noise that no phase of the oscillator has been fitted to."""
+        return 1.0 if self.receiver is None else 1.0 - self.receiver.explained
+
     def cleaned(self, received: ComplexArray) -> ComplexArray:
         """Return the frame without interference and errors of the receiver.
 

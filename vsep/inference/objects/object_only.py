@@ -254,7 +254,7 @@ def conclude_objects(
     num_used : int
         Samples that count.
     """
-    noise_precision = num_used / error  # (65)
+    noise_precision = num_used * state.unexplained_share / error  # (65)
     active = objects.active
     bound = weights_bound(
         active.amplitudes,
