@@ -120,19 +120,6 @@ def impairments_of(options: Mapping[str, Any]) -> ReceiverImpairments | None:
     return None if none else ReceiverImpairments(**own)
 
 
-def iq_errors(image_factor: complex) -> tuple[float, float]:
-    """Gain in dB and phase in degrees between the branches that make an image.
-
-    Examples
-    --------
-    >>> factor = ReceiverImpairments(iq_gain_db=0.5, iq_phase_deg=3.0).image_factor
-    >>> [round(error, 6) for error in iq_errors(factor)]
-    [0.5, 3.0]
-    """
-    gain = (1.0 - image_factor) / (1.0 + image_factor)
-    return float(20.0 * np.log10(abs(gain))), float(np.rad2deg(np.angle(gain)))
-
-
 def impaired(
     signal: ComplexArray,
     impairments: ReceiverImpairments,

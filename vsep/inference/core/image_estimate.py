@@ -39,7 +39,7 @@ def possible_images(
     near = np.abs(beats - np.rint(beats)) * shape[1] < CELLS
     near &= np.abs(dopplers - np.rint(dopplers)) * shape[0] < CELLS
     near &= powers[:, None] < LARGEST**2 * powers
-    suspects = near.any(axis=1)
+    suspects = np.asarray(near.any(axis=1))
     count = np.count_nonzero(suspects)
     if count == 0:
         return suspects

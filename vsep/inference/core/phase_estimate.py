@@ -149,8 +149,9 @@ class PhaseProducts:
         """Effective number of phases: the sum of the shares by which data tell of them."""
         num_ramps, num_samples = self.products.shape
         precision = 2.0 * self.noise_precision * float(self.energy.mean())
-        variances = prior.spectrum(np.fft.fftfreq(num_samples), num_samples)
-        return num_ramps * float(np.sum(variances * precision / (1.0 + variances * precision)))
+        beats = np.asarray(np.fft.fftfreq(num_samples), np.float64)
+        told = prior.spectrum(beats, num_samples) * precision
+        return float(num_ramps * np.sum(told / (1.0 + told)))
 
     def _probable(self, prior: PhasePrior) -> FloatArray:
         """(P, N) posterior mean of theta."""

@@ -12,11 +12,12 @@ Doppler and beat frequencies are as well; they stay there.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray, frozen
-from vsep.units import wrap_frequency
+from vsep.units import to_db, wrap_frequency
 
 FINER = 8  # places of a spectrum in a cell
 
@@ -70,8 +71,9 @@ class PhasePrior:
         covariance = self.jitter_std**2 + self.noise_std**2 * self.decay**lags
         tapered = (1.0 - lags / num_samples) * covariance
         grid = FINER * num_samples
-        level = 2.0 * np.fft.fft(tapered, grid).real - tapered[0]
-        return np.interp(np.abs(wrap_frequency(apart)) * grid, np.arange(grid), level)
+        level = np.maximum(2.0 * np.fft.fft(tapered, grid).real - tapered[0], 0.0)
+        places = np.abs(wrap_frequency(apart)) * grid
+        return np.asarray(np.interp(places, np.arange(grid), level), np.float64)
 
     def _variance_of(self, weights: FloatArray) -> float:
         """Variance of a weighted sum of the process."""
@@ -161,10 +163,46 @@ class ReceiverErrors:
         spread = num_ramps * (num_ramps**2 - 1.0) / 12.0
         return self.prior.mean_variance(num_samples) / (4.0 * np.pi**2 * spread)
 
+    def figures(self, sample_rate_hz: float, noise_precision: float) -> dict[str, Any]:
+        """Return what is evident by name, in the units of the names; of several antennas as lists.
+
+        Parameters
+        ----------
+        sample_rate_hz : float
+            f_s.
+        noise_precision : float
+            lambda: ``dc_offset`` is in standard deviations of a sample's noise.
+
+        Examples
+        --------
+        >>> replace(no_errors(8, 1), image_factors=np.array([-0.02j])).figures(1e6, 1.0)
+        {'iq_gain_db': [0.0], 'iq_phase_deg': [2.292]}
+        """
+        prior = self.prior
+        found: dict[str, Any] = {}
+        if prior.jitter_std > 0.0:
+            found["phase_jitter_rad"] = _short(prior.jitter_std)
+        if prior.noise_std > 0.0:
+            found["phase_noise_rad"] = _short(prior.noise_std)
+            found["phase_noise_bandwidth_hz"] = _short(prior.half_width * sample_rate_hz)
+        if np.any(self.image_factors):
+            # epsilon = (1 - g e^(j psi)) / (1 + g e^(j psi))
+            gains = (1.0 - self.image_factors) / (1.0 + self.image_factors)
+            found["iq_gain_db"] = [_short(2.0 * float(to_db(abs(gain)))) for gain in gains]
+            found["iq_phase_deg"] = [_short(float(np.rad2deg(np.angle(gain)))) for gain in gains]
+        if np.any(self.offsets):
+            size = np.abs(self.offsets) * np.sqrt(noise_precision)
+            found["dc_offset"] = [_short(float(offset)) for offset in size]
+        return found
+
     def of_antenna(self, antenna: int) -> "ReceiverErrors":
         """Return the errors at one of several antennas."""
         one = slice(antenna, antenna + 1)
         return replace(self, image_factors=self.image_factors[one], offsets=self.offsets[one])
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.4g}")
 
 
 def no_errors(num_ramps: int, num_antennas: int) -> ReceiverErrors:

@@ -71,8 +71,8 @@ def estimate_skirt(
     >>> beats, powers = np.array([0.1, -0.3]), np.array([1e4, 10.0])
     >>> terms = skirt_terms(beats, powers, 64)
     >>> found = estimate_skirt(1.0 + 1e-4 * terms[4], 24.0, beats, powers)
-    >>> round(found.phase_std, 4)
-    0.01
+    >>> abs(found.phase_std - 0.01) < 0.002
+    True
     >>> estimate_skirt(np.ones(64), 24.0, beats, powers) is None
     True
     """
