@@ -36,8 +36,7 @@ def state_deviations(state: SeparationState, shape: tuple[int, int]) -> Dispersi
     if objects.num_components == 0 or not (turns or skirt):
         return std
     beats, dopplers = std.beats**2, std.dopplers**2
-    weights = objects.amplitudes.reshape(objects.num_components, -1)
-    powers = np.mean(np.abs(weights) ** 2, axis=1) / (shape[0] * shape[1])
+    powers = objects.powers / (shape[0] * shape[1])
     if spectrum is not None and skirt:
         own = spectrum.own_skirt * powers / spectrum.level(objects.beats)
         beats = beats * (1.0 + own)

@@ -81,9 +81,7 @@ def next_noise_spectrum(
         rows = rows / np.sqrt(share)
     last = state.noise_spectrum
     convincing = CONVINCING if last is None else STILL_CONVINCING
-    weights = objects.amplitudes.reshape(objects.num_components, -1)
-    powers = np.mean(np.abs(weights) ** 2, axis=1) / math.prod(model.shape)
-    lines = objects.beats, powers
+    lines = objects.beats, objects.powers / math.prod(model.shape)
     spectrum = estimate_noise_spectrum(rows, model, convincing=convincing, lines=lines)
     # A run cannot settle while its thresholds move.
     settled = last is not None and spectrum is not None and not spectrum.differs_from(last)

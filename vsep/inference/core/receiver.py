@@ -12,6 +12,7 @@ Doppler and beat frequencies are as well; they stay there.
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -205,6 +206,7 @@ def _short(value: float) -> float:
     return float(f"{value:.4g}")
 
 
+@lru_cache(maxsize=16)
 def no_errors(num_ramps: int, num_antennas: int) -> ReceiverErrors:
     """Return the errors of a perfect receiver."""
     nothing = np.zeros(num_antennas, dtype=np.complex128)

@@ -87,8 +87,7 @@ class _Evidence:
         self.residual = noise_residual.reshape(self.shape)
         self.found = state.receiver is not None
         self.last = state.receiver or no_errors(model.num_ramps, model.num_antennas)
-        weights = objects.amplitudes.reshape(objects.num_components, -1)
-        self.powers = np.sum(weights.real**2 + weights.imag**2, axis=1)
+        self.powers = objects.powers * model.num_antennas
 
     def errors(self) -> ReceiverErrors | None:
         """Return the next estimate; the last one itself where the change does not matter."""

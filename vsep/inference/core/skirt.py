@@ -18,7 +18,8 @@ from vsep._typing import FloatArray, frozen
 from vsep.signal.atoms import line_factors
 
 WIDTHS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in cells at half power, and white
-STRONGEST = 16  # objects that make a skirt
+STRONGEST = 12  # objects that make a skirt ...
+STRONG = 200.0  # ... and about the SNR that the strongest must have to make one that matters
 EVIDENT = 20.0  # score statistic, chi-square with one degree of freedom where there is no skirt
 CLIPPED = 8.0  # deviations over the fitted level: a cell that is more is an object
 SCALING_STEPS = 60
@@ -76,16 +77,17 @@ def estimate_skirt(
     >>> estimate_skirt(np.ones(64), 24.0, beats, powers) is None
     True
     """
-    level = periodogram.mean()
-    excess = np.minimum(periodogram / level, 1.0 + CLIPPED / np.sqrt(looks)) - 1.0
-    if len(beats) == 0:
+    level = float(periodogram.mean())
+    if len(beats) == 0 or float(powers.max()) * len(periodogram) * looks < STRONG * level:
         return None
+    excess = np.minimum(periodogram / level, 1.0 + CLIPPED / np.sqrt(looks))
+    excess -= excess.mean()
     terms = skirt_terms(beats, powers, len(periodogram))
-    centred = terms - terms.mean(axis=1, keepdims=True)
-    score = centred @ excess
-    norms = np.einsum("jn,jn->j", centred, centred)
-    convincing = looks * score * np.abs(score) > EVIDENT * norms
-    if not convincing[:-1].any():  # a white skirt is white noise for the most part
+    score = terms @ excess
+    mean = terms.mean(axis=1)
+    norms = np.einsum("jn,jn->j", terms, terms) - len(excess) * mean * mean
+    # a white skirt is white noise for the most part
+    if not np.any((looks * score * np.abs(score) > EVIDENT * norms)[:-1]):
         return None
     weights = _weights(periodogram, terms, looks)
     skirt = weights[1:] @ terms

@@ -63,6 +63,12 @@ class ObjectComponents:
         return len(self.component_ids)
 
     @property
+    def powers(self) -> FloatArray:
+        """(L,) squared magnitudes of the weights; the antennas' mean."""
+        powers = self.amplitudes.real**2 + self.amplitudes.imag**2
+        return np.asarray(powers if powers.ndim == 1 else powers.mean(axis=1))
+
+    @property
     def component_snr(self) -> FloatArray:
         """(L,) component SNR omega^2/rho - 1 in white noise, linear; the antennas' mean."""
         variance = np.real(np.diagonal(self.covariance))  # C_ll
