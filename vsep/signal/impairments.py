@@ -63,8 +63,11 @@ class ReceiverImpairments:
 
     @property
     def image_factor(self) -> complex:
-        """Epsilon of the gain g and the phase psi: (1 - g e^(j psi)) / (1 + g e^(j psi))."""
-        gain = 10.0 ** (self.iq_gain_db / 20.0) * np.exp(1j * np.deg2rad(self.iq_phase_deg))
+        """Epsilon of the gain g and the phase psi: (1 - g e^(-j psi)) / (1 + g e^(-j psi)).
+
+        With the branches I = Re s and Q = g Im(s e^(j psi)); the gain of s is left out.
+        """
+        gain = 10.0 ** (self.iq_gain_db / 20.0) * np.exp(-1j * np.deg2rad(self.iq_phase_deg))
         return complex((1.0 - gain) / (1.0 + gain))
 
 

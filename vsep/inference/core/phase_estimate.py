@@ -27,6 +27,8 @@ FEWEST_RAMPS = 8
 BLOCK = 8  # samples over which products are summed to look for phase noise
 EVIDENT_NOISE = 6.0  # of its statistic, standard normal without phase noise
 NUM_WIDTHS, NARROWEST = 24, 0.25  # widths of the spectrum that are tried, the first in cells
+LINE = 20.0  # times its expected power: one in 5e8 cells of the phases' spectrum is more
+MOST_LINES = 8
 CERTAIN_JITTER = 2.5  # deviations: less is what the process does to the ramps' means
 LARGEST_STD = 0.5  # rad: phases beyond are no small errors
 PRIOR_STEPS = 30
@@ -77,7 +79,8 @@ class PhaseProducts:
         if within_ramps and num_samples >= 4 * BLOCK and self._noise_statistic() > EVIDENT_NOISE:
             prior = self._fitted_prior()
             if 0.0 < prior.noise_std < LARGEST_STD:
-                return PhaseEstimate(self._probable(prior), prior, self._num_effective(prior))
+                phases = _without_lines(self._probable(prior), prior)
+                return PhaseEstimate(phases, prior, self._num_effective(prior))
         return self._jitter()
 
     def _jitter(self) -> PhaseEstimate | None:
@@ -104,13 +107,18 @@ class PhaseProducts:
         return PhaseEstimate(probable[:, None], prior, float(share.sum()))
 
     def _noise_statistic(self) -> float:
-        """Excess of turning over stretching in blocks of samples, without the mean of a ramp."""
+        """Excess of turning over stretching in blocks of samples, without the mean of a ramp.
+
+        Of differences from ramp to ramp: the process begins anew with each, what is left of an
+        object beside the modelled ones hardly changes. Neighbouring differences share a ramp, which
+        makes the variance of their squares' sum 1.5 times that of independent ones.
+        """
         mean = self.products.sum(axis=1) / np.maximum(self.energy.sum(axis=1), 1e-300)
         products = self.products - mean[:, None] * self.energy
         num_ramps, num_samples = products.shape
         whole = products[:, : num_samples // BLOCK * BLOCK].reshape(num_ramps, -1, BLOCK)
-        squares = whole.sum(axis=2) ** 2
-        magnitude = math.sqrt(0.5 * float(np.vdot(squares, squares).real))
+        squares = np.diff(whole.sum(axis=2), axis=0) ** 2
+        magnitude = math.sqrt(0.75 * float(np.vdot(squares, squares).real))
         return -float(squares.real.sum()) / max(magnitude, 1e-300)
 
     def _fitted_prior(self) -> PhasePrior:
@@ -140,9 +148,9 @@ class PhaseProducts:
             misfit = float(weights @ left**2)
             if misfit < cost:
                 cost = misfit
-                best = PhasePrior(
-                    jitter_std=math.sqrt(jitter), noise_std=math.sqrt(noise), half_width=width
-                )
+                # Objects have taken mean and trend of the constants.
+                constant = math.sqrt(jitter * num_ramps / (num_ramps - 2))
+                best = PhasePrior(jitter_std=constant, noise_std=math.sqrt(noise), half_width=width)
         return best
 
     def _num_effective(self, prior: PhasePrior) -> float:
@@ -187,6 +195,35 @@ class _MarkovPosterior:
         weighted = (self._precision * noisy).ravel()
         solved = solveh_banded(self._banded, weighted, check_finite=False)
         return np.asarray(solved.reshape(noisy.shape))
+
+
+def _without_lines(phases: FloatArray, prior: PhasePrior) -> FloatArray:
+    """Phases without lines that stand out of their spectrum over ramps and samples.
+
+    From ramp to ramp they are independent: a line is an object beside a strong one that is not, or
+    not fully, modelled yet.
+    """
+    num_ramps, num_samples = phases.shape
+    grid = 2 * num_ramps, 2 * num_samples
+    beats = np.asarray(np.fft.fftfreq(grid[1]), np.float64)
+    expected = num_ramps * num_samples * prior.spectrum(beats, num_samples)
+    for _ in range(MOST_LINES):
+        spectrum = fft.fft2(phases, grid)
+        ratio = np.abs(spectrum) ** 2 / expected
+        ratio[[-1, 0, 1], :3] = 0.0  # what is nearly constant over the frame
+        ratio[[-1, 0, 1], -2:] = 0.0
+        place = divmod(int(np.argmax(ratio)), grid[1])
+        if ratio[place] < LINE:
+            break
+        factors = [
+            np.exp(2j * np.pi * index * np.arange(size) / (2 * size))
+            for index, size in zip(place, phases.shape, strict=True)
+        ]
+        line = factors[0][:, None] * factors[1]
+        basis = np.stack([line.real.ravel(), line.imag.ravel()], axis=1)
+        fitted = basis @ np.linalg.lstsq(basis, phases.ravel(), rcond=None)[0]
+        phases = phases - fitted.reshape(phases.shape)
+    return phases
 
 
 def _two_terms(

@@ -176,7 +176,7 @@ class ReceiverErrors:
 
         Examples
         --------
-        >>> replace(no_errors(8, 1), image_factors=np.array([-0.02j])).figures(1e6, 1.0)
+        >>> replace(no_errors(8, 1), image_factors=np.array([0.02j])).figures(1e6, 1.0)
         {'iq_gain_db': [0.0], 'iq_phase_deg': [2.292]}
         """
         prior = self.prior
@@ -187,10 +187,10 @@ class ReceiverErrors:
             found["phase_noise_rad"] = _short(prior.noise_std)
             found["phase_noise_bandwidth_hz"] = _short(prior.half_width * sample_rate_hz)
         if np.any(self.image_factors):
-            # epsilon = (1 - g e^(j psi)) / (1 + g e^(j psi))
+            # epsilon = (1 - g e^(-j psi)) / (1 + g e^(-j psi))
             gains = (1.0 - self.image_factors) / (1.0 + self.image_factors)
             found["iq_gain_db"] = [_short(2.0 * float(to_db(abs(gain)))) for gain in gains]
-            found["iq_phase_deg"] = [_short(float(np.rad2deg(np.angle(gain)))) for gain in gains]
+            found["iq_phase_deg"] = [_short(-float(np.rad2deg(np.angle(gain)))) for gain in gains]
         if np.any(self.offsets):
             size = np.abs(self.offsets) * np.sqrt(noise_precision)
             found["dc_offset"] = [_short(float(offset)) for offset in size]
