@@ -215,15 +215,23 @@ def _without_lines(phases: FloatArray, prior: PhasePrior) -> FloatArray:
         place = divmod(int(np.argmax(ratio)), grid[1])
         if ratio[place] < LINE:
             break
+        power = np.log(np.maximum(np.abs(spectrum) ** 2, 1e-300))
+        along = power[:, place[1]], power[place[0]]
         factors = [
-            np.exp(2j * np.pi * index * np.arange(size) / (2 * size))
-            for index, size in zip(place, phases.shape, strict=True)
+            np.exp(2j * np.pi * (index + _vertex(row, index)) * np.arange(size) / (2 * size))
+            for row, index, size in zip(along, place, phases.shape, strict=True)
         ]
         line = factors[0][:, None] * factors[1]
         basis = np.stack([line.real.ravel(), line.imag.ravel()], axis=1)
         fitted = basis @ np.linalg.lstsq(basis, phases.ravel(), rcond=None)[0]
         phases = phases - fitted.reshape(phases.shape)
     return phases
+
+
+def _vertex(row: FloatArray, index: int) -> float:
+    """Place of the vertex of the parabola through a peak and its neighbours, from the peak."""
+    left, peak, right = row[index - 1], row[index], row[(index + 1) % len(row)]
+    return float(0.5 * (left - right) / min(left - 2.0 * peak + right, -1e-12))
 
 
 def _two_terms(
