@@ -61,7 +61,9 @@ def test_phases_of_jitter_reach_their_bound():
     for seed in range(60):
         phases = np.random.default_rng([3, seed]).normal(0.0, 0.1, SHAPE[0])
         phases -= np.polyval(np.polyfit(ramps, phases, 1), ramps)
-        found = products(level_db, phases[:, None], [4, seed]).estimate(within_ramps=False)
+        found = products(level_db, phases[:, None], [4, seed]).estimate(
+            within_ramps=False, last=None
+        )
         errors.append(found.phases[:, 0] - phases)
     variance = np.sum(np.square(errors)) / (60 * (SHAPE[0] - 2))
     # chi-square with 840 degrees of freedom: 4 deviations
@@ -72,7 +74,7 @@ def test_the_variance_of_jitter_is_that_of_its_ramps():
     variances = []
     for seed in range(60):
         phases = np.random.default_rng([5, seed]).normal(0.0, 0.005, SHAPE[0])
-        found = products(75.0, phases[:, None], [6, seed]).estimate(within_ramps=False)
+        found = products(75.0, phases[:, None], [6, seed]).estimate(within_ramps=False, last=None)
         variances.append(found.prior.jitter_std**2)
     assert np.mean(variances) == pytest.approx(25e-6, rel=4.0 * np.sqrt(2.0 / 840.0))
 
@@ -85,7 +87,7 @@ def test_nothing_is_found_in_noise_or_beside_an_unmodelled_object(within):
         beside = ONE + rng.uniform(-1.0, 1.0, (1, 2)) / np.array(SHAPE[::-1])
         other = bench.lines(beside, [rng.uniform(0.0, 50.0)], SHAPE, rng)
         made = products(60.0, 0.0, [8, seed], extra=other if seed % 2 else 0.0)
-        found += made.estimate(within_ramps=within) is not None
+        found += made.estimate(within_ramps=within, last=None) is not None
     # an F test of 1e-5, and 6 deviations of a normal statistic
     assert found <= 1
 
@@ -97,7 +99,7 @@ def test_phase_noise_is_found_with_its_deviation_and_width(cells):
     root = np.linalg.cholesky(toeplitz(autocovariance(prior, 128)))
     rng = np.random.default_rng(9)
     theta = rng.standard_normal(shape) @ root.T
-    found = products(75.0, theta, 10, shape).estimate(within_ramps=True)
+    found = products(75.0, theta, 10, shape).estimate(within_ramps=True, last=None)
     assert found.prior.noise_std == pytest.approx(0.01, rel=0.2)
     assert 0.6 < found.prior.half_width / prior.half_width < 1.6
     # per-sample noise of 8 mrad (75 dB over 4096 samples), smoothed over the process
@@ -134,7 +136,7 @@ def test_an_object_beside_a_strong_one_is_no_phase():
     theta = np.random.default_rng(12).standard_normal(shape) @ root.T
     beside = ONE + np.array([[3.4 / 128, 5.3 / 32]])
     line = bench.lines(beside, [35.0], shape, np.random.default_rng(13))
-    alone = products(75.0, theta, 14, shape).estimate(within_ramps=True)
-    found = products(75.0, theta, 14, shape, extra=line).estimate(within_ramps=True)
+    alone = products(75.0, theta, 14, shape).estimate(within_ramps=True, last=None)
+    found = products(75.0, theta, 14, shape, extra=line).estimate(within_ramps=True, last=None)
     # The half of the line that turns would make phases of 7 mrad; it stays out.
     assert np.std(found.phases - alone.phases) < 1.5e-3

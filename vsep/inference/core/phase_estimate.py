@@ -22,10 +22,12 @@ from scipy.linalg import solveh_banded
 from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.receiver import PhasePrior
 
-FALSE_JITTER = 1e-5  # how often the F test of a single estimate finds jitter where there is none
+FALSE_JITTER = 1e-4  # how often the F test of a single estimate finds jitter where there is none
+STILL_JITTER = 1e-2  # likewise, where jitter has been found before
 FEWEST_RAMPS = 8
 BLOCK = 8  # samples over which products are summed to look for phase noise
-EVIDENT_NOISE = 6.0  # of its statistic, standard normal without phase noise
+EVIDENT_NOISE = 6.0  # of its statistic, standard normal without phase noise ...
+STILL_EVIDENT = 2.0  # ... and where it has been found before
 NUM_WIDTHS, NARROWEST = 24, 0.25  # widths of the spectrum that are tried, the first in cells
 LINE = 20.0  # times its expected power: one in 5e8 cells of the phases' spectrum is more
 MOST_LINES = 8
@@ -71,26 +73,35 @@ class PhaseProducts:
             self.products = turned * self.products + (turned - 1.0) * self.energy
         self.noise_precision = noise_precision
 
-    def estimate(self, *, within_ramps: bool) -> PhaseEstimate | None:
-        """Phases that are evident, None where there are none."""
+    def estimate(self, *, within_ramps: bool, last: PhasePrior | None) -> PhaseEstimate | None:
+        """Phases that are evident, None where there are none.
+
+        Parameters
+        ----------
+        within_ramps : bool
+            Whether phase noise is looked for, beside jitter.
+        last : PhasePrior or None
+            Of what was evident before, which needs less to stay so.
+        """
         num_ramps, num_samples = self.products.shape
         if num_ramps < FEWEST_RAMPS:
             return None
-        if within_ramps and num_samples >= 4 * BLOCK and self._noise_statistic() > EVIDENT_NOISE:
+        needed = STILL_EVIDENT if last is not None and last.noise_std > 0.0 else EVIDENT_NOISE
+        if within_ramps and num_samples >= 4 * BLOCK and self._noise_statistic() > needed:
             prior = self._fitted_prior()
             if 0.0 < prior.noise_std < LARGEST_STD:
                 phases = _without_lines(self._probable(prior), prior)
                 return PhaseEstimate(phases, prior, self._num_effective(prior))
-        return self._jitter()
+        return self._jitter(FALSE_JITTER if last is None else STILL_JITTER)
 
-    def _jitter(self) -> PhaseEstimate | None:
+    def _jitter(self, rate: float) -> PhaseEstimate | None:
         """One phase a ramp, if the ramps turn by more than noise and by more than they stretch."""
         energy = self.energy.sum(axis=1)
         energy = np.maximum(energy, 1e-12 * energy.max())
         sums = self.products.sum(axis=1)
         phases = np.angle(energy + sums)
         information = 2.0 * self.noise_precision * energy
-        limit_chi, limit_f = _limits(len(phases) - 2)
+        limit_chi, limit_f = _limits(len(phases) - 2, rate)
         if information @ phases**2 < limit_chi:  # the usual case; without its trend it is less
             return None
         phases = _without_trend(phases, energy)
@@ -271,6 +282,6 @@ def _prior_variance(phases: FloatArray, variances: FloatArray) -> float:
 
 
 @lru_cache(maxsize=64)
-def _limits(free: int) -> tuple[float, float]:
+def _limits(free: int, rate: float) -> tuple[float, float]:
     """Limits of the chi-square and of the F statistic with so many degrees of freedom."""
-    return float(stats.chi2.isf(FALSE_JITTER, free)), float(stats.f.isf(FALSE_JITTER, free, free))
+    return float(stats.chi2.isf(rate, free)), float(stats.f.isf(rate, free, free))

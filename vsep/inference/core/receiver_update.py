@@ -22,21 +22,30 @@ from vsep.inference.core.receiver import PhasePrior, ReceiverErrors, no_errors
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.template import SignalModel
+from vsep.units import wrap_frequency
 
-FIRST, EVERY = 2, 4  # iterations in which errors are looked for, as long as none is evident
+FIRST, EVERY = 2, 2  # iterations in which jitter is looked for, as long as no error is evident ...
+OTHERS_EVERY = 4  # ... and images and offsets
 FIRST_WITHIN = 6  # from which phase noise is looked for: the strongest objects have been found
 OTHERS_ASKED = 10.0  # evidence that an error should make in the other objects, to ask them
 EARLIEST_SNR = 300.0  # of the strongest object: a weaker one shows no error that matters
 AT_ZERO_DEVIATIONS = 5.0  # of beat and Doppler frequency: an object nearer to zero is an offset
 AT_ZERO_CELLS = 0.003
 CELL_STD = math.sqrt(6.0) / (2.0 * math.pi)  # deviation in cells times the root of the SNR
+SAME_BEAT, CROWDED, CROWD = (
+    0.7,
+    100.0,
+    3,
+)  # cells, ratio of powers, objects of a stronger one's beat
 ABOVE_JITTER = 20.0  # times the level that jitter makes: a stronger object is none of its making
 SETTLED = 0.02  # of the noise that an error explains, by the expected energy of one parameter
 
 
 def receiver_errors_due(state: SeparationState) -> bool:
     """Whether errors are looked at in a step that looks at the noise as well."""
-    return state.receiver is not None or state.iteration % EVERY == FIRST
+    return state.receiver is not None or (
+        state.iteration >= FIRST and state.iteration % EVERY == FIRST % EVERY
+    )
 
 
 def next_receiver_errors(
@@ -87,14 +96,17 @@ class _Evidence:
         self.residual = noise_residual.reshape(self.shape)
         self.found = state.receiver is not None
         self.last = state.receiver or no_errors(model.num_ramps, model.num_antennas)
+        self._nothing = np.zeros(objects.num_components, np.bool_)
         self.powers = objects.powers * model.num_antennas
 
     def errors(self) -> ReceiverErrors | None:
         """Return the next estimate; the last one itself where the change does not matter."""
-        offsets = self._offsets()
         strong = float(self.powers.max()) * self.noise_precision > EARLIEST_SNR
         turning = self._phases() if strong else None
-        factors = self._image_factors() if strong else np.zeros_like(self.last.image_factors)
+        offsets, factors = self.last.offsets, self.last.image_factors
+        if self.found or turning or self.iteration % OTHERS_EVERY == FIRST:
+            offsets = self._offsets()
+            factors = self._image_factors() if strong else np.zeros_like(factors)
         if turning is None and not (factors.any() or offsets.any()):
             return None
         none = no_errors(self.shape[1], self.shape[0])
@@ -173,18 +185,35 @@ class _Evidence:
 
     def _phases(self) -> PhaseEstimate | None:
         """Phases of the oscillator, None where none are evident."""
-        within = self.iteration >= FIRST_WITHIN
-        last = self.last.phases
-        found = PhaseProducts(self.signal, self.residual, last, self.noise_precision).estimate(
-            within_ramps=within
+        if self.last.turns:
+            return self._estimate(self._nothing)
+        found = self._estimate(self._nothing)
+        if found is None:
+            crowd = self._beside_stronger()
+            if np.count_nonzero(crowd) < CROWD:
+                return None
+            found = self._estimate(crowd)
+        suspects = self._nothing
+        while found is not None:
+            more = suspects | self._made_by_phases(found.prior)
+            if np.array_equal(more, suspects):
+                break
+            suspects = more
+            found = self._estimate(suspects) or found
+        return found if found is not None and self._others_agree(found.phases) else None
+
+    def _estimate(self, suspects: BoolArray) -> PhaseEstimate | None:
+        signals = self._without(suspects)
+        return PhaseProducts(*signals, self.last.phases, self.noise_precision).estimate(
+            within_ramps=self.iteration >= FIRST_WITHIN,
+            last=self.last.prior if self.last.turns else None,
         )
-        if found is None or self.last.turns:
-            return found
-        suspects = self._made_by_phases(found.prior)
-        if suspects.any():
-            again = PhaseProducts(*self._without(suspects), last, self.noise_precision)
-            found = again.estimate(within_ramps=within) or found
-        return found if self._others_agree(found.phases) else None
+
+    def _beside_stronger(self) -> BoolArray:
+        """(L,) which objects have the beat of a much stronger one, as what jitter makes has."""
+        apart = wrap_frequency(self.objects.beats[:, None] - self.objects.beats)
+        same = np.abs(apart) * self.shape[2] < SAME_BEAT
+        return np.asarray((same & (CROWDED * self.powers[:, None] < self.powers)).any(axis=1))
 
     def _made_by_phases(self, prior: PhasePrior) -> BoolArray:
         """(L,) which objects may be what the phases make of stronger ones at the same beat."""
