@@ -37,7 +37,7 @@ SAME_BEAT, CROWDED, CROWD = (
     100.0,
     3,
 )  # cells, ratio of powers, objects of a stronger one's beat
-ABOVE_JITTER = 20.0  # times the level that jitter makes: a stronger object is none of its making
+ABOVE_SKIRT = 20.0  # times the level that phases make: a stronger object is none of their making
 SETTLED = 0.02  # of the noise that an error explains, by the expected energy of one parameter
 
 
@@ -185,9 +185,9 @@ class _Evidence:
 
     def _phases(self) -> PhaseEstimate | None:
         """Phases of the oscillator, None where none are evident."""
-        if self.last.turns:
-            return self._estimate(self._nothing)
-        found = self._estimate(self._nothing)
+        found, last = self._estimate(self._nothing), self.last.prior
+        if self.last.turns and (found is None or last.noise_std > 0.0 or not found.prior.noise_std):
+            return found
         if found is None:
             crowd = self._beside_stronger()
             if np.count_nonzero(crowd) < CROWD:
@@ -216,13 +216,11 @@ class _Evidence:
         return np.asarray((same & (CROWDED * self.powers[:, None] < self.powers)).any(axis=1))
 
     def _made_by_phases(self, prior: PhasePrior) -> BoolArray:
-        """(L,) which objects may be what the phases make of stronger ones at the same beat."""
+        """(L,) which objects may be what the phases make of stronger ones."""
         apart = self.objects.beats[:, None] - self.objects.beats
-        kernel = np.sinc(apart * self.shape[2]) ** 2
         stronger = np.where(self.powers > self.powers[:, None], self.powers, 0.0)
-        variance = prior.mean_variance(self.shape[2])
-        level = variance / self.shape[1] * np.sum(kernel * stronger, axis=1)
-        return np.asarray(self.powers < ABOVE_JITTER * level)
+        skirts = np.sum(prior.spectrum(apart, self.shape[2]) * stronger, axis=1)
+        return np.asarray(self.powers < ABOVE_SKIRT * skirts / self.signal[0].size)
 
     def _others_agree(self, phases: FloatArray) -> bool:
         """Whether phases suit the objects beside the strongest one, as far as these tell."""
