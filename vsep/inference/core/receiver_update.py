@@ -24,8 +24,8 @@ from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.template import SignalModel
 from vsep.units import wrap_frequency
 
-FIRST, EVERY = 2, 2  # iterations in which jitter is looked for, as long as no error is evident ...
-OTHERS_EVERY = 4  # ... and images and offsets
+FIRST, EVERY = 2, 4  # iterations in which errors are looked for, as long as none is evident
+JITTER_ALSO = 8, 12  # in which jitter alone is: it makes objects as soon as the true ones are found
 FIRST_WITHIN = 6  # from which phase noise is looked for: the strongest objects have been found
 OTHERS_ASKED = 10.0  # evidence that an error should make in the other objects, to ask them
 EARLIEST_SNR = 300.0  # of the strongest object: a weaker one shows no error that matters
@@ -43,9 +43,8 @@ SETTLED = 0.02  # of the noise that an error explains, by the expected energy of
 
 def receiver_errors_due(state: SeparationState) -> bool:
     """Whether errors are looked at in a step that looks at the noise as well."""
-    return state.receiver is not None or (
-        state.iteration >= FIRST and state.iteration % EVERY == FIRST % EVERY
-    )
+    due = state.iteration % EVERY == FIRST or state.iteration in JITTER_ALSO
+    return due or state.receiver is not None
 
 
 def next_receiver_errors(
@@ -74,6 +73,8 @@ def next_receiver_errors(
     last = state.receiver
     if not receiver_errors_due(state) or objects.num_components == 0:
         return last
+    if float(objects.powers.max()) * model.num_antennas * noise_precision < EARLIEST_SNR:
+        return None
     return _Evidence(state, objects, object_signal, noise_residual, noise_precision, model).errors()
 
 
@@ -96,17 +97,16 @@ class _Evidence:
         self.residual = noise_residual.reshape(self.shape)
         self.found = state.receiver is not None
         self.last = state.receiver or no_errors(model.num_ramps, model.num_antennas)
+        self.thoroughly = self.found or state.iteration % EVERY == FIRST
         self._nothing = np.zeros(objects.num_components, np.bool_)
         self.powers = objects.powers * model.num_antennas
 
     def errors(self) -> ReceiverErrors | None:
         """Return the next estimate; the last one itself where the change does not matter."""
-        strong = float(self.powers.max()) * self.noise_precision > EARLIEST_SNR
-        turning = self._phases() if strong else None
+        turning = self._phases()
         offsets, factors = self.last.offsets, self.last.image_factors
-        if self.found or turning or self.iteration % OTHERS_EVERY == FIRST:
-            offsets = self._offsets()
-            factors = self._image_factors() if strong else np.zeros_like(factors)
+        if turning is not None or self.thoroughly:
+            offsets, factors = self._offsets(), self._image_factors()
         if turning is None and not (factors.any() or offsets.any()):
             return None
         none = no_errors(self.shape[1], self.shape[0])
@@ -156,9 +156,8 @@ class _Evidence:
         objects = self.objects
         snr = self.powers * self.noise_precision
         reach = AT_ZERO_DEVIATIONS * CELL_STD / np.sqrt(np.maximum(snr, 1.0)) + AT_ZERO_CELLS
-        at_zero = (np.abs(objects.beats) * self.shape[2] < reach) & (
-            np.abs(objects.dopplers) * self.shape[1] < reach
-        )
+        cells = np.abs(objects.beats) * self.shape[2], np.abs(objects.dopplers) * self.shape[1]
+        at_zero = (np.maximum(*cells) < reach) & (snr > EARLIEST_SNR)
         if not (at_zero.any() or np.any(self.last.offsets)):
             return self.last.offsets
         mean = self._turned(self._without(at_zero)[1]).mean(axis=(1, 2))
@@ -188,11 +187,10 @@ class _Evidence:
         found, last = self._estimate(self._nothing), self.last.prior
         if self.last.turns and (found is None or last.noise_std > 0.0 or not found.prior.noise_std):
             return found
-        if found is None:
+        if found is None and self.thoroughly:
             crowd = self._beside_stronger()
-            if np.count_nonzero(crowd) < CROWD:
-                return None
-            found = self._estimate(crowd)
+            if np.count_nonzero(crowd) >= CROWD:
+                found = self._estimate(crowd)
         suspects = self._nothing
         while found is not None:
             more = suspects | self._made_by_phases(found.prior)
@@ -205,7 +203,7 @@ class _Evidence:
     def _estimate(self, suspects: BoolArray) -> PhaseEstimate | None:
         signals = self._without(suspects)
         return PhaseProducts(*signals, self.last.phases, self.noise_precision).estimate(
-            within_ramps=self.iteration >= FIRST_WITHIN,
+            within_ramps=self.iteration >= FIRST_WITHIN and self.thoroughly,
             last=self.last.prior if self.last.turns else None,
         )
 

@@ -20,6 +20,7 @@ from vsep.signal.atoms import line_factors
 WIDTHS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in cells at half power, and white
 STRONGEST = 12  # objects that make a skirt ...
 STRONG = 200.0  # ... and about the SNR that the strongest must have to make one that matters
+RAISED = 2.0  # deviations by which the level at this object must be higher than elsewhere
 EVIDENT = 20.0  # score statistic, chi-square with one degree of freedom where there is no skirt
 CLIPPED = 8.0  # deviations over the fitted level: a cell that is more is an object
 SCALING_STEPS = 60
@@ -77,8 +78,15 @@ def estimate_skirt(
     >>> estimate_skirt(np.ones(64), 24.0, beats, powers) is None
     True
     """
-    level = float(periodogram.mean())
-    if len(beats) == 0 or float(powers.max()) * len(periodogram) * looks < STRONG * level:
+    if len(beats) == 0:
+        return None
+    level, size = float(periodogram.mean()), len(periodogram)
+    strongest = int(np.argmax(powers))
+    if powers[strongest] * size * looks < STRONG * level:
+        return None
+    cell = round(float(beats[strongest]) * size)
+    raised = sum(float(periodogram[(cell + near) % size]) for near in (-1, 0, 1)) / 3.0
+    if raised < level * (1.0 + RAISED / np.sqrt(3.0 * looks)):
         return None
     excess = np.minimum(periodogram / level, 1.0 + CLIPPED / np.sqrt(looks))
     excess -= excess.mean()
