@@ -58,6 +58,7 @@ class Outcome:
         self.iterations, self.termination = len(steps), steps[-1].termination
         self.objects, self.bursts = steps[-1].state.objects, steps[-1].state.bursts
         self.radar, self.truth = prepared.static_picture.radar, prepared.observation.truth
+        self.receiver = steps[-1].state.receiver
         self.threshold_db = prepared.estimator.threshold_db
         power = 1.0 / (steps[-1].state.noise_precision * prepared.static_picture.reference_power)
         self.noise_db = 10.0 * math.log10(power)
@@ -83,8 +84,8 @@ def run(name, **changes):
     return Outcome(prepared, steps)
 
 
-def test_there_are_six_in_their_order():
-    names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope"]
+def test_there_are_seven_in_their_order():
+    names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope", "oscillator"]
     assert [one.name for one in shipped_experiments()] == names
     assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
 
@@ -191,6 +192,22 @@ def test_the_same_slope_cannot_be_separated():
     for slope in (9.8, 9.2):
         apart = run("same-slope", interferer_slope=slope)
         assert (apart.misses, apart.false_alarms, len(apart.bursts)) == (0, 0, 1)
+
+
+def test_an_oscillator_and_a_receiver_are_corrected():
+    bad = run("oscillator")
+    assert (bad.misses, bad.false_alarms, len(bad.objects.beats)) == (0, 0, 10)
+    truth, receiver = bad.truth.receiver, bad.receiver
+    assert 20.0 * math.log10(abs(truth.image_factor)) == pytest.approx(-28.0, abs=0.5)
+    assert receiver.image_factors[0] == pytest.approx(truth.image_factor, abs=1e-3)
+    assert 1e3 * receiver.prior.jitter_std == pytest.approx(5.0, abs=2.0)
+    perfect = run("oscillator", phase_jitter=0.0, iq_gain=0.0, iq_phase=0.0)
+    assert perfect.receiver is None
+    both = run("oscillator", phase_noise=10.0, dc_offset=5.0)
+    assert (both.misses, both.false_alarms) == (0, 0)
+    assert abs(both.receiver.offsets[0] - both.truth.receiver.offset) < 0.1 * abs(
+        both.truth.receiver.offset
+    )
 
 
 def test_a_folder_of_ones_own_is_read_in_order(write, tmp_path):

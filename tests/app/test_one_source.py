@@ -21,7 +21,7 @@ from vsep.signal.simulate import INTERFERENCE_MODELS
 from vsep.studies.axes import X_LABELS
 
 ROOT = Path(__file__).parents[2]
-HOME = ROOT / "vsep" / "parameters.py"
+HOME = ROOT / "vsep" / "parameters" / "__init__.py"
 SOURCES = [*ROOT.glob("vsep/**/*.py"), *ROOT.glob("app/vsep_app/**/*.py")]
 SIR = PARAMETERS["sir_db"]
 

@@ -16,7 +16,7 @@ from vsep.analysis.angles import object_angles
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
-from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.inference.deviations import state_deviations
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
@@ -41,7 +41,8 @@ def result_line(
     -------
     dict
         ``file``; ``radar``; ``objects``; ``interference``, one entry per burst of all antennas;
-        ``noise_precision`` in 1/power; ``iterations``; ``termination``; ``seconds``; ``version`` of
+        ``noise_precision`` in 1/power; ``receiver``, the errors of oscillator and receivers where
+        any are evident; ``iterations``; ``termination``; ``seconds``; ``version`` of
         this package.
     """
     state = solution.state
@@ -51,6 +52,7 @@ def result_line(
         "objects": _object_entries(solution, radar, spacing_wavelengths),
         "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
         "noise_precision": state.noise_precision,
+        **_receiver_entry(solution, radar),
         "iterations": solution.iterations,
         "termination": solution.termination.name.lower(),
         "seconds": round(solution.seconds, 6),
@@ -108,7 +110,7 @@ def _object_entries(
 ) -> list[dict[str, Any]]:
     objects = solution.objects
     state = solution.state
-    std = dispersion_std(objects, state.effective_precision, radar.shape, state.relative_noise)
+    std = state_deviations(state, radar.shape)
     columns = {
         "beat": objects.beats,
         "doppler": objects.dopplers,
@@ -129,6 +131,13 @@ def _object_entries(
         {key: column[index].tolist() for key, column in columns.items()}
         for index in range(objects.num_components)
     ]
+
+
+def _receiver_entry(solution: Solution, radar: ChirpSequence) -> dict[str, Any]:
+    state = solution.state
+    if state.receiver is None:
+        return {}
+    return {"receiver": state.receiver.figures(radar.sample_rate_hz, state.noise_precision)}
 
 
 def _of_antennas(bursts: Iterable[BurstComponents]) -> list[list[BurstComponents]]:

@@ -16,8 +16,9 @@ from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
+from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
-from vsep.inference.core.noise_update import next_noise_spectrum, noise_spectrum_due
+from vsep.inference.core.noise_update import noise_spectrum_due
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.schedule import Schedule, schedule_by_name
 from vsep.inference.core.state import SeparationState
@@ -84,6 +85,7 @@ class FactorisedSeparator(ObjectSettings):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
+        received = state.corrected(received)
         interference, searched, weights = self.prepare(received, state)
         frame = WeighedFrame(received, state, weights)
         residual = frame.used - state.object_signal  # r_beta = r - Phi alpha
@@ -288,22 +290,6 @@ class FactorisedSeparator(ObjectSettings):
             searched=searched,
             separability_ratio_db=separability_ratio_db(objects, signal),
         )
-        spectrum = state.noise_spectrum
-        if interference.schedule.noise_spectrum and noise_spectrum_due(state):
-            # A burst that is hardly more than noise is looked at as noise.
-            strong = interference.strong_bursts(noise_precision)
-            noise_residual, table = used - object_signal - signal, interference.table
-            np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
-            spectrum = next_noise_spectrum(
-                state,
-                objects.events,
-                noise_residual,
-                # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
-                state.noise_precision if 2 * np.sum(~strong) > len(used) else noise_precision,
-                self.model,
-                interfered=self._rows_with_gaps(table.rows[strong]),
-                share=share,
-            )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
         calm = calm_iterations(interference.schedule, state, info, components, self.model.shape)
@@ -319,13 +305,28 @@ class FactorisedSeparator(ObjectSettings):
             next_component_id=objects.next_id,
             search_pending=search_again and (is_quiet(info) or calm >= CALM_ITERATIONS),
             search_cache=interference.search_cache,
-            noise_spectrum=spectrum,
             quiet_iterations=state.quiet_iterations + 1
             if self._is_quiet(interference, objects)
             else 0,
             calm_iterations=calm,
         )
-        return new_state, info
+        if not interference.schedule.noise_spectrum or not noise_spectrum_due(state):
+            return new_state, info
+        # A burst that is hardly more than noise is looked at as noise.
+        strong = interference.strong_bursts(noise_precision)
+        noise_residual, table = used - object_signal - signal, interference.table
+        np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
+        return with_environment(
+            state,
+            new_state,
+            info,
+            noise_residual,
+            self.model,
+            # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
+            noise_precision=state.noise_precision if 2 * np.sum(~strong) > len(used) else None,
+            interfered=self._rows_with_gaps(table.rows[strong]),
+            share=share,
+        )
 
     def _rows_with_gaps(self, interfered: IntArray) -> IntArray:
         """Return rows with bursts or missing samples."""

@@ -37,6 +37,7 @@ class JointSeparator(FactorisedSeparator):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration: interference, lambda, objects, lambda, all on one posterior."""
+        received = state.corrected(received)
         interference, searched, weights = self.prepare(received, state)
         used, num_used = received, received.size
         if weights is not None:  # one posterior has no step of its own for the objects: all or none

@@ -17,6 +17,7 @@ from vsep.presets.channels import with_first_delay
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.registry import simulated_preset
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
+from vsep.signal.impairments import impairments_of
 from vsep.signal.motion import CYCLE_S, moved_paths
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, Observation, Scene
@@ -47,6 +48,12 @@ class PresetOptions(TypedDict, total=False):
     num_objects: int | None
     object_delay_s: float | None
     second_interferer: bool
+    phase_jitter_rad: float
+    phase_noise_rad: float
+    phase_noise_bandwidth_hz: float
+    iq_gain_db: float
+    iq_phase_deg: float
+    dc_offset: float
 
 
 def preset(
@@ -88,6 +95,8 @@ def preset(
         delay zero, as far as the cut-off frequency over the victim's slope.
     second_interferer : bool
         Whether there is another interferer, see `more_interferers`.
+    phase_jitter_rad, phase_noise_rad, phase_noise_bandwidth_hz, iq_gain_db, iq_phase_deg, dc_offset
+        No part of the scene: `simulate_preset` makes `ReceiverImpairments` of them.
 
     Raises
     ------
@@ -191,6 +200,7 @@ def simulate_preset(
         scenario.scene,
         anti_aliasing_filter=used,
         interference_model=interference_model,
+        impairments=impairments_of(options),
         rng=np.random.default_rng(noise_seeds[-1]),
     )
     return scenario, observation

@@ -12,6 +12,7 @@ from vsep.errors import InputError
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
 from vsep.signal.filters import AntiAliasingFilter
+from vsep.signal.impairments import ReceiverImpairments, TrueReceiver, impaired
 from vsep.signal.linear_array import AntennaScene
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth, Interferer, Observation, Scene, TrueBurst
@@ -27,6 +28,7 @@ def simulate(
     *,
     anti_aliasing_filter: AntiAliasingFilter,
     interference_model: InterferenceModel = "multiplicative",
+    impairments: ReceiverImpairments | None = None,
     rng: np.random.Generator,
 ) -> Observation:
     """Simulate one frame, (1).
@@ -44,8 +46,10 @@ def simulate(
         of Simulation II's have beat frequencies where its filter already falls off.
     interference_model : str
         One of `INTERFERENCE_MODELS`.
+    impairments : ReceiverImpairments, optional
+        What is wrong with oscillator and receiver; the truth's signals are without it.
     rng : numpy.random.Generator
-        Draws the noise and nothing else.
+        Draws the noise and, after it, what the impairments need.
 
     Returns
     -------
@@ -74,6 +78,9 @@ def simulate(
     noise_precision = float(from_db(scene.snr_db)) / energy
     draws = rng.standard_normal((2, *radar.shape))
     noise = (draws[0] + 1j * draws[1]) * np.sqrt(0.5 / noise_precision)
+    received, receiver = _received(
+        object_signal + interference + noise, impairments, noise_precision, radar, rng
+    )
     truth = GroundTruth(
         beats=frozen(beats),
         dopplers=frozen(dopplers),
@@ -82,8 +89,9 @@ def simulate(
         interference_signal=frozen(interference),
         bursts=_true_bursts(radar, scene.interferers, anti_aliasing_filter),
         noise_precision=noise_precision,
+        receiver=receiver,
     )
-    return Observation(received=frozen(object_signal + interference + noise), truth=truth)
+    return Observation(received=frozen(received), truth=truth)
 
 
 def simulate_antennas(
@@ -92,6 +100,7 @@ def simulate_antennas(
     *,
     anti_aliasing_filter: AntiAliasingFilter,
     interference_model: InterferenceModel = "multiplicative",
+    impairments: ReceiverImpairments | None = None,
     rng: np.random.Generator,
 ) -> Observation:
     """Simulate what several antennas receive; one antenna receives what `simulate` makes.
@@ -102,8 +111,8 @@ def simulate_antennas(
         The victim.
     antenna_scene : AntennaScene
         What is there and where, and the antennas.
-    anti_aliasing_filter, interference_model, rng
-        As for `simulate`; the antennas have the same filter and independent noise.
+    anti_aliasing_filter, interference_model, impairments, rng
+        As for `simulate`; the antennas have the same filter and oscillator and independent noise.
 
     Returns
     -------
@@ -135,6 +144,9 @@ def simulate_antennas(
     interference = _with_energy(interference, energy / float(from_db(scene.sir_db)))
     draws = rng.standard_normal((2, *shape))
     noise = (draws[0] + 1j * draws[1]) * np.sqrt(0.5 / first.noise_precision)
+    received, receiver = _received(
+        object_signal + interference + noise, impairments, first.noise_precision, radar, rng
+    )
     truth = replace(
         first,
         amplitudes=frozen(amplitudes),
@@ -142,8 +154,9 @@ def simulate_antennas(
         interference_signal=frozen(interference),
         angles_deg=antenna_scene.object_angles_deg,
         interferer_angles_deg=antenna_scene.interferer_angles_deg,
+        receiver=receiver,
     )
-    return Observation(received=frozen(object_signal + interference + noise), truth=truth)
+    return Observation(received=frozen(received), truth=truth)
 
 
 def add_interference(
@@ -200,6 +213,25 @@ def add_interference(
         noise_precision=float("nan"),
     )
     return Observation(received=frozen(frame + interference), truth=truth)
+
+
+def _received(
+    signal: ComplexArray,
+    impairments: ReceiverImpairments | None,
+    noise_precision: float,
+    radar: ChirpSequence,
+    rng: np.random.Generator,
+) -> tuple[ComplexArray, TrueReceiver | None]:
+    """Return what the receiver delivers of a signal, and what it did to it."""
+    if impairments is None:
+        return signal, None
+    return impaired(
+        signal,
+        impairments,
+        noise_power=1.0 / noise_precision,
+        sample_rate_hz=radar.sample_rate_hz,
+        rng=rng,
+    )
 
 
 def _interference(

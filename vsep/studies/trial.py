@@ -25,7 +25,7 @@ from vsep.analysis.signal_metrics import signal_metrics
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.run import run
 from vsep.inference.core.state import SeparationState
-from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.inference.deviations import state_deviations
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.signal.scene import Observation
@@ -266,8 +266,7 @@ def _result_entries(
 def _assigned_entries(errors: FrameErrors, solution: Solution, shape: tuple[int, int]) -> Row:
     """Signed errors and reported standard deviations of the assigned objects, truth by truth."""
     found = errors.found_indices
-    state = solution.state
-    std = dispersion_std(solution.objects, state.effective_precision, shape, state.relative_noise)
+    std = state_deviations(solution.state, shape)
     entries = {
         "assigned": errors.gospa.true_indices.tolist(),
         "beat_errors": _short_list(errors.beat_errors),

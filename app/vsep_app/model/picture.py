@@ -13,7 +13,7 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.analysis.angles import object_angles
 from vsep.inference.core.progress import Step, Termination
 from vsep.inference.core.state import ObjectComponents, SeparationState
-from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.inference.deviations import state_deviations
 from vsep.units import to_db
 from vsep_app.model import markers, text
 from vsep_app.model.score import Score, score_of
@@ -21,6 +21,7 @@ from vsep_app.model.static_picture import ByteArray, StaticPicture
 
 FLASH_ITERATIONS = 3
 FADE_ITERATIONS = 6
+NOTHING_CANCELLED = "No burst is modelled yet"
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +78,7 @@ class Picture(RunPicture):
     score: Score | None  #: How many objects are found; None where the true ones are not known.
     headline: str  #: What happened in this iteration, in plain words.
     is_cleaned: bool  #: Whether a burst is modelled in any ramp.
+    is_corrected: bool  #: Whether errors of oscillator or receiver are taken off.
     map_after: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map after cancellation.
     #: (P,) float: Mean level of the estimated burst of each ramp; NaN where none is modelled.
     burst_level_db: FloatArray
@@ -84,6 +86,17 @@ class Picture(RunPicture):
     log: tuple[text.LogLine, ...]  #: Oldest first.
     table: tuple[text.TableRow, ...]  #: Sorted by distance.
     progress: Progress  #: Diagnostics up to here.
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the map after cancellation is another than the one before."""
+        return self.is_cleaned or self.is_corrected
+
+    @property
+    def title_after(self) -> str:
+        """Title of the map after cancellation."""
+        done = ["bursts cancelled"] * self.is_cleaned + ["receiver corrected"] * self.is_corrected
+        return ", ".join(["Range-Doppler", *done]) if done else NOTHING_CANCELLED
 
 
 def make_picture(
@@ -144,6 +157,7 @@ def make_picture(
             score=score,
         ),
         is_cleaned=bool(state.interfered_ramps),
+        is_corrected=state.receiver is not None,
         map_after=static_picture.map_of(state.cleaned(static_picture.observation.received)),
         burst_level_db=_burst_levels(static_picture, state),
         true_ramps=static_picture.true_ramps,
@@ -164,8 +178,9 @@ def _ramp_signals(static_picture: StaticPicture, state: SeparationState, ramp: i
     true_object = unknown if truth is None else truth.object_signal[ramp]
     modelled = ramp in state.interfered_ramps
     interference = state.interference_signal[ramp] if modelled else unknown
+    corrected = state.corrected(static_picture.observation.received)[ramp]
     return np.stack(
-        [received, true_object, state.object_signal[ramp], interference, received - interference]
+        [received, true_object, state.object_signal[ramp], interference, corrected - interference]
     )
 
 
@@ -185,7 +200,7 @@ def _table(
 ) -> tuple[text.TableRow, ...]:
     """Rows of all objects, as all antennas together tell them."""
     radar, objects = static_picture.radar, state.objects
-    std = dispersion_std(objects, state.effective_precision, radar.shape, state.relative_noise)
+    std = state_deviations(state, radar.shape)
     cell_m, cell_mps = text.resolution_cells(radar)
     found = text.Located(
         ids=tuple(int(number) for number in objects.component_ids),

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import param
 
 from vsep.inference.registry import ESTIMATORS
-from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, SCENE_PARAMETERS, Parameter
+from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, SCENE_PARAMETERS
+from vsep.parameters.record import Parameter
 from vsep.presets.registry import DEFAULT_PRESET, PRESETS
 
 LOADED_FRAME = "loaded-frame"

@@ -14,7 +14,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from vsep_app.model.markers import Markers
-from vsep_app.model.picture import Picture
+from vsep_app.model.picture import NOTHING_CANCELLED, Picture
 from vsep_app.model.score import Score
 from vsep_app.model.text import resolution_cells
 from vsep_app.views.style import (
@@ -34,8 +34,6 @@ MAX_MARK_DB = 50.0
 _PLACE = ("range", "velocity")
 _COLUMNS = ("range", "velocity", "snr", "size", "opacity", "shape", "colour", "width", "height")
 _MISSES = ("range", "velocity", "nearest_range", "nearest_velocity")
-_NOT_YET = "No burst is modelled yet"
-_CANCELLED = "Range-Doppler, bursts cancelled"
 
 
 def mark_sizes(snr_db: "np.ndarray[Any, np.dtype[np.float64]]") -> Any:
@@ -171,7 +169,7 @@ class RangeDopplerView:
         self._crosshair = crosshair
         self._drawn_before: Any = None
         self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
-        self.after = self._figure("after", _NOT_YET, "")
+        self.after = self._figure("after", NOTHING_CANCELLED, "")
         add_colour_bar(self.after, self._scale)
         for plot in (self.before, self.after):
             self._mark(plot)
@@ -214,12 +212,12 @@ class RangeDopplerView:
         limits = static_picture.shown_velocities_mps or full
         places = picture.objects.velocities_mps
         self._y.hold(limits, places, run_number=picture.run_number)
-        if not picture.is_cleaned:
+        if not picture.is_changed:
             # Dark until there is something to show: it would be a copy of the first map.
             self._images["after"].data = {"image": [np.zeros_like(picture.map_after)], **box}
         elif with_image:
             self._images["after"].data = {"image": [picture.map_after], **box}
-        self.after.title.text = _CANCELLED if picture.is_cleaned else _NOT_YET
+        self.after.title.text = picture.title_after
         found = None if picture.score is None else picture.score.found
         for name, source in self._marks.items():
             seen = found if name == "objects" else None

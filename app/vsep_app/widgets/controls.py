@@ -12,6 +12,7 @@ from vsep.parameters import (
     FILTER_PARAMETERS,
     FILTER_PARTS,
     PARAMETERS,
+    RECEIVER_PARAMETERS,
     SCENE_PARAMETERS,
 )
 from vsep.presets.record import RecordedPreset
@@ -50,11 +51,14 @@ class SceneControls:
     def layout(self) -> list[Any]:
         """Return the group; seed and interference share the last line."""
         last = ("seed", "interference")
-        lines = [widget for name, widget in self.widgets.items() if name not in last]
+        receiver = [each.name for each in RECEIVER_PARAMETERS]
+        lines = [widget for name, widget in self.widgets.items() if name not in (*last, *receiver)]
         lines.insert(lines.index(self.widgets["sir_db"]) + 1, self.levels)
         lines.insert(lines.index(self.widgets["interferer_slope"]) + 1, self.slope_note)
         pair = [self.widgets[name] for name in last]
-        return [heading("Scene"), *lines, pn.Row(*pair, sizing_mode="stretch_width")]
+        errors = [self.widgets[name] for name in receiver]
+        row = pn.Row(*pair, sizing_mode="stretch_width")
+        return [heading("Scene"), *lines, row, heading("Oscillator and receiver"), *errors]
 
     def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show what has a meaning for the preset, with its ranges."""

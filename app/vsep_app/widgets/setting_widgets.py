@@ -10,7 +10,7 @@ from typing import Any
 import panel_material_ui as pmu
 import param
 
-from vsep.parameters import Parameter
+from vsep.parameters.record import Parameter
 from vsep.presets.registry import DEFAULT_PRESET, PRESETS
 from vsep_app.model.settings import Settings
 from vsep_app.widgets.fields import field

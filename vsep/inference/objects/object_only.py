@@ -7,9 +7,9 @@ import numpy as np
 from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
 from vsep.errors import InputError
 from vsep.inference.core.elbo import noise_bound, weights_bound
+from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
-from vsep.inference.core.noise_update import next_noise_spectrum
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
@@ -126,6 +126,7 @@ class ObjectOnlySeparator(ObjectSettings):
         """One iteration of Algorithm 3 on the received signal itself."""
         if self.missing is not None:
             return step_on_used(self, received, state, ~self.missing)
+        received = state.corrected(received)
         with part(OBJECTS):
             objects = update_objects(  # Algorithm 3 with r_alpha = r
                 received,
@@ -140,10 +141,7 @@ class ObjectOnlySeparator(ObjectSettings):
         # denominator of (65)
         error = expected_error(noise_residual, objects.active.trace())
         new_state, info = conclude_objects(state, objects, object_signal, error, received.size)
-        spectrum = next_noise_spectrum(
-            state, objects.events, noise_residual, new_state.noise_precision, self.model
-        )
-        return replace(new_state, noise_spectrum=spectrum), info
+        return with_environment(state, new_state, info, noise_residual, self.model)
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""
@@ -162,6 +160,7 @@ def step_on_used(
     share = num_used / used.size
     steps = settings.row_steps(used)  # w
     length = float(steps.mean())
+    received = state.corrected(received)
     used_residual = np.where(used, received - state.object_signal, 0.0)  # M (r - Phi alpha)
     with part(OBJECTS):
         objects = update_objects(
@@ -177,16 +176,15 @@ def step_on_used(
     # (65) over the used samples, which see their share of tr(Phi C Phi^H)
     error = expected_error(difference[used], share * objects.active.trace())
     new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
-    spectrum = next_noise_spectrum(
+    return with_environment(
         state,
-        objects.events,
+        new_state,
+        info,
         np.where(used, difference, 0.0),
-        new_state.noise_precision,
         model,
         interfered=np.flatnonzero(~used.all(axis=1)),
         share=share,
     )
-    return replace(new_state, noise_spectrum=spectrum), info
 
 
 def update_objects(
@@ -256,7 +254,7 @@ def conclude_objects(
     num_used : int
         Samples that count.
     """
-    noise_precision = num_used / error  # (65)
+    noise_precision = num_used * state.unexplained_share / error  # (65)
     active = objects.active
     bound = weights_bound(
         active.amplitudes,
