@@ -3,7 +3,10 @@ const PROJECTOR = {size: "20px", width: 1.6, scale: 1.5}
 const WRITES = "input:not([type=checkbox]):not([type=range]), textarea, [contenteditable=true]"
 const MOVES = `${WRITES}, [role=slider], input[type=range], [role=combobox], [role=option],
   [role=menuitem], [role=tab]`
-const KEYS = {ArrowRight: "step", ArrowLeft: "step_back", r: "reset", R: "reset"}
+const KEYS = {
+  ArrowRight: "step", ArrowLeft: "step_back", r: "reset", R: "reset",
+  ",": "ramp_back", ".": "ramp_next",
+}
 const SIZES = [
   "axis_label_text_font_size", "major_label_text_font_size", "title_text_font_size",
   "text_font_size",
@@ -94,6 +97,11 @@ function open_help() {
 
 if (!window.vsep_keys) {
   window.vsep_keys = true
+  window.addEventListener("click", (event) => {
+    const at = event.composedPath()[0]
+    const named = at instanceof Element ? at.closest("[data-iteration]") : null
+    if (named) press(`iteration ${named.dataset.iteration}`)
+  })
   window.addEventListener("keydown", (event) => {
     if (taken(event)) event.preventDefault()
   })

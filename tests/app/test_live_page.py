@@ -114,7 +114,7 @@ def test_the_keys_name_a_truth_where_one_is_known(opened, preset, named):
     page = opened(preset=preset)
     page.page()
     prepared = prepare(page.settings.plan())
-    page._show_keys(make_picture(prepared.static_picture, prepared.initial_state, ()))
-    fast_time, delay = (pane.object for pane in page._keys)
+    page.views._show_keys(make_picture(prepared.static_picture, prepared.initial_state, ()))
+    fast_time, delay = (pane.object for pane in page.views._keys)
     assert named in fast_time
     assert ("true object" in delay) == (preset == "simulation-1")

@@ -96,7 +96,14 @@ def links(here: str) -> Any:
 
 
 def page_frame(
-    here: str, description: str, status: Any, *, sidebar: Any, main: Any, tools: Sequence[Any] = ()
+    here: str,
+    description: str,
+    status: Any,
+    *,
+    sidebar: Any,
+    main: Any,
+    tools: Sequence[Any] = (),
+    folded: Sequence[Any] = (),
 ) -> Any:
     """Return a page with header, side bar and main part.
 
@@ -114,10 +121,12 @@ def page_frame(
         Everything else, from top to bottom.
     tools : sequence of Viewable
         Buttons of the header, left of the status.
+    folded : sequence of Viewable
+        Controls that are shown on demand, for the help.
     """
     title = PAGES[here].title
     main = main_part(title, *main)
-    guidance = Help([*sidebar, main])
+    guidance = Help([*sidebar, *folded, main])
     status.param.update(align="center", stylesheets=[stylesheet("header")])
     document = pn.state.curdoc
     if document is not None:

@@ -216,7 +216,7 @@ class RangeDopplerView:
         self._y.hold(limits, places, run_number=picture.run_number)
         if not picture.is_cleaned:
             # Dark until there is something to show: it would be a copy of the first map.
-            self._images["after"].data = {"image": [np.zeros_like(picture.map_after)], **box}
+            put(self._images["after"], {"image": [np.zeros_like(picture.map_after)], **box})
         elif with_image:
             self._images["after"].data = {"image": [picture.map_after], **box}
         self.after.title.text = _CANCELLED if picture.is_cleaned else _NOT_YET

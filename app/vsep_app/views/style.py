@@ -130,7 +130,11 @@ def short(column: Any) -> list[float]:
 def _same(held: Any, column: Any) -> bool:
     if isinstance(column, np.ndarray) and isinstance(held, np.ndarray):
         return np.array_equal(held, column, equal_nan=column.dtype.kind == "f")
-    return isinstance(column, list) and bool(held == column)
+    if not isinstance(column, list) or not isinstance(held, list) or len(held) != len(column):
+        return False
+    if any(isinstance(each, np.ndarray) for each in (*held, *column)):
+        return all(_same(*each) for each in zip(held, column, strict=True))
+    return held == column
 
 
 def plain_figure(

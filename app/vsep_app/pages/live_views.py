@@ -1,0 +1,82 @@
+"""Views of the live page: chirps, fast time, delay and maps, with the tables beside them."""
+
+from collections.abc import Callable
+from typing import Any
+
+from vsep_app.model.crossing import Crossing
+from vsep_app.model.picture import Picture
+from vsep_app.views.crossing import CrossingView, Drag
+from vsep_app.views.progress import ProgressView
+from vsep_app.views.range_doppler import RangeDopplerView
+from vsep_app.views.signals import DelayView, FastTimeView
+from vsep_app.views.style import Axis, crosshair
+from vsep_app.widgets.exports import RunTables
+from vsep_app.widgets.fold import Fold
+from vsep_app.widgets.layout import card, progress_card, stack
+
+
+class LiveViews:
+    """All figures and tables of a run.
+
+    `select` is called with a ramp that is clicked, `drag` with what is dragged in the chirps.
+    """
+
+    def __init__(
+        self, select: Callable[[int], None], drag: Callable[[Drag, Crossing], None]
+    ) -> None:
+        range_axis, line = Axis(), crosshair()
+        self.crossing = CrossingView(select, drag)
+        self.fast_time = FastTimeView()
+        self.delay = DelayView(range_axis, line)
+        self.maps = RangeDopplerView(range_axis, line)
+        self.progress = ProgressView()
+        self.tables = RunTables()
+
+    def layout(self) -> Any:
+        """Return figures at the left, tables at the right."""
+        maps = (card(plot, weight=1, look="strip") for plot in (self.maps.before, self.maps.after))
+        self._map_row = stack(*maps, weight=13, row=True, sheet="maps")
+        signals = [
+            card(view.figure, weight=weight, key=view.key)
+            for view, weight in ((self.crossing, 9), (self.fast_time, 9), (self.delay, 10))
+        ]
+        self._keys = [each[-1] for each in signals[1:]]
+        views = stack(*signals, self._map_row, weight=17)
+        curves = Fold(
+            "Progress",
+            "Progress: evidence lower bound, noise power and separability over the iterations.",
+            lambda: [progress_card(self.progress)],
+            stretch=True,
+        )
+        side = stack(*self.tables.panels("Objects", log_weight=6), *curves.layout(), weight=10.5)
+        return stack(views, side, row=True, sheet="body")
+
+    def show_before(self, picture: Picture, *, can_drag: bool, with_map: bool = True) -> None:
+        """Draw what needs no estimator, and what it has found, if anything.
+
+        The signal over fast time comes last: the page takes it for the sign that all is drawn.
+        """
+        several = picture.static_picture.radar.num_ramps > 1
+        self._map_row.visible = several
+        self._show_keys(picture)
+        self.crossing.update(picture, can_drag=can_drag)
+        self.delay.update(picture)
+        if several:
+            self.maps.update(picture, with_image=with_map)
+        self.fast_time.update(picture)
+
+    def show_side(self, picture: Picture) -> None:
+        """Draw tables and curves."""
+        self.progress.update(picture)
+        self.tables.show(picture)
+
+    def _show_keys(self, picture: Picture) -> None:
+        """Let the keys beside the views name a truth only where one is known."""
+        keys = self.fast_time.key, self.delay.key
+        if picture.score is None:
+            known = picture.static_picture.observation.truth is not None
+            first = self.fast_time.recorded_key if known else self.fast_time.untrue_key
+            keys = first, self.delay.untrue_key
+        for pane, key in zip(self._keys, keys, strict=True):
+            if pane.object != key:
+                pane.object = key
