@@ -71,6 +71,8 @@ function taken(event) {
     press(KEYS[event.key])
   } else if (event.key in KEYS) {
     press(KEYS[event.key])
+  } else if (/^[1-9]$/.test(event.key)) {
+    press(`experiment ${event.key}`)
   } else if (event.key === "f" || event.key === "F") {
     project()
   } else if (event.key === "?") {
@@ -99,8 +101,8 @@ if (!window.vsep_keys) {
   window.vsep_keys = true
   window.addEventListener("click", (event) => {
     const at = event.composedPath()[0]
-    const named = at instanceof Element ? at.closest("[data-iteration]") : null
-    if (named) press(`iteration ${named.dataset.iteration}`)
+    const named = at instanceof Element ? at.closest("[data-press]") : null
+    if (named && !named.disabled) press(named.dataset.press)
   })
   window.addEventListener("keydown", (event) => {
     if (taken(event)) event.preventDefault()

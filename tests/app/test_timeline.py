@@ -19,7 +19,7 @@ def test_beads_stand_at_their_iterations_and_name_what_happened() -> None:
     ]
     html = timeline_html(lines, shown=10, num_iterations=40)
     assert html.count("<button") == 2
-    assert 'data-iteration="5" style="left:12.50%"' in html
+    assert 'data-press="iteration 5" style="left:12.50%"' in html
     assert "object added at 3.0 m; object added at &lt;4&gt; m" in html
     assert '<span class="here" style="left:25.00%">' in html
 
@@ -42,6 +42,14 @@ def test_beads_of_later_iterations_stay_when_an_earlier_one_is_shown(
 def test_only_what_the_page_knows_is_pressed() -> None:
     pressed: list[str] = []
     keys = Keys(FastTimeView().source, pressed.append)
-    for name in ("toggle", "iteration 12", "iteration -1", "iteration 1e9", "close", "__init__"):
+    for name in (
+        "toggle",
+        "iteration 12",
+        "predict 1",
+        "iteration -1",
+        "predict 99",
+        "close",
+        "__init__",
+    ):
         keys._pressed.data = {"name": [name], "number": [len(pressed)]}
-    assert pressed == ["toggle", "iteration 12"]
+    assert pressed == ["toggle", "iteration 12", "predict 1"]

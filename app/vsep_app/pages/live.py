@@ -9,7 +9,7 @@ from typing import Any
 import panel as pn
 
 from vsep.files.frame import Frame
-from vsep.inference.core.progress import Step
+from vsep.inference.core.progress import Step, Termination
 from vsep_app.jobs.frame_store import FRAME_KEY, StoredFrame, frame_of_query
 from vsep_app.jobs.preview import Preview
 from vsep_app.jobs.run_loop import RunCallbacks
@@ -28,14 +28,16 @@ from vsep_app.model.crossing import Crossing
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
 from vsep_app.model.trial_link import TRIAL_KEY, OpenedTrial, trial_of_query
-from vsep_app.model.url import ITERATION_KEY, QUERY_NAMES, parse_iteration, parse_query
+from vsep_app.model.url import parse_iteration, parse_query
 from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.live_address import with_start
 from vsep_app.pages.live_views import LiveViews
 from vsep_app.pages.run_page import ScenePage
 from vsep_app.report.snapshot import SnapshotFile, make_snapshot, snapshot_spec
 from vsep_app.report.spec import KeptFrame, ReportSpec
-from vsep_app.teaching.experiment import EXPERIMENT_KEY, LIVE, Experiment, open_experiment
-from vsep_app.teaching.guide import Guide
+from vsep_app.teaching.experiment import LIVE, Experiment, open_experiment
+from vsep_app.teaching.guide import Guide, cards_html
+from vsep_app.teaching.staging import Staging
 from vsep_app.views.crossing import Drag
 from vsep_app.widgets.chirp_drag import ChirpDrag
 from vsep_app.widgets.controls import Controls, slope_remark
@@ -45,7 +47,6 @@ from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
 
-START_QUERY = {"preset": "simulation-2-b", ITERATION_KEY: "0"}  # of an address that names nothing
 OPENING_SHARE = 0.25  # of the speed, for the first iterations after a run was begun by hand
 PREVIEW_HEADLINE = "This is what the radar would receive. Let go, and it is separated."
 SIDE_PERIOD_S = 0.3
@@ -58,10 +59,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     address = "./"
 
     def __init__(self, context: PageContext) -> None:
-        named = {*QUERY_NAMES.values(), ITERATION_KEY, TRIAL_KEY, FRAME_KEY, EXPERIMENT_KEY}
-        start = {} if named & context.query.keys() else START_QUERY
         self._stored, query, handover_errors = frame_of_query(
-            {**start, **context.query}, context.shared_resources.frames
+            with_start(context.query), context.shared_resources.frames
         )
         self._trial, query, trial_errors = trial_of_query(query)
         query, opened, unknown = open_experiment(query, context.experiments, LIVE)
@@ -75,7 +74,9 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self._kept: KeptFrame | None = None
         self._side_drawn = 0.0
         self._shown_run = 0
-        self.views = LiveViews(self._ramp_selected, self._dragged)
+        self.views = LiveViews(
+            self._ramp_selected, self._dragged, cards=cards_html(context.experiments)
+        )
         self.headline = Headline()
         self._acknowledge(self.views.fast_time.source)
         self.controls = Controls(self.settings, self.load, self._moved)
@@ -87,7 +88,14 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             post=context.post,
             background=context.background,
         )
-        self.guide = Guide(context.experiments, here=LIVE, take=self.take_experiment, opened=opened)
+        self.guide = Guide(
+            context.experiments,
+            here=LIVE,
+            take=self.take_experiment,
+            opened=opened,
+            run=lambda: self._pressed("run"),
+            widgets=self.controls.widgets,
+        )
         if self._trial is not None:
             self._take_trial(self._trial)
         self._make_loop(
@@ -118,7 +126,14 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     def page(self) -> Any:
         """Return the whole page."""
         body = self.views.layout()
+        first = self._context.shared_resources.first_pictures.get(self.settings.plan())
+        if first is not None and self.settings.ramp == 0:
+            # What the browser has from the beginning need not be drawn a second time.
+            self.views.show_before(first.picture, can_drag=self.chirps.can_drag)
+            self.headline.show(first.picture, is_first=self._stop_at == 0)
         self.fault.cover(body)
+        self._stage(self.guide.experiment)
+        self.guide.choice.param.watch(lambda _: self._stage(self.guide.experiment), "value")
         self.headline.play.on_click(lambda _: self.transport.command("run"))
         self.keys = Keys(self.views.fast_time.source, self._pressed)
         return page_frame(
@@ -136,6 +151,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         ramp_step = {"ramp_back": -1, "ramp_next": 1}.get(name)
         if ramp_step is not None:
             self._ramp_selected(self.settings.ramp + ramp_step)
+        elif self.guide.press(name):
+            return
         elif name.startswith(ITERATION_PREFIX):
             self.session.scrub(int(name.removeprefix(ITERATION_PREFIX)))
             self.loop.wake()
@@ -177,6 +194,9 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         super()._was_drawn(attr, old, new)
         self.preview.drawn()
 
+    def _waits(self) -> bool:
+        return self.guide.awaits_prediction
+
     def _speed(self) -> float:
         return super()._speed() * (OPENING_SHARE if self.transport.is_opening else 1.0)
 
@@ -212,6 +232,13 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     def _set(self, experiment: Experiment) -> None:
         self._leave_trial()
         super()._set(experiment)
+        self._stage(experiment)
+
+    def _stage(self, experiment: Experiment | None) -> None:
+        """Show the page as an experiment wants it; without one as usual."""
+        staging = experiment.staging if experiment is not None else Staging()
+        self.controls.lock(staging.lock)
+        self.views.stage(staging)
 
     def _take_frame(self, frame: Frame) -> None:
         super()._take_frame(frame)
@@ -276,6 +303,10 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
                 self.transport.show(picture, self.loop.rate)
             elif picture.run_number != self._shown_run:
                 self.transport.refresh(self.loop.rate, picture)
+            begins = not running and picture.iteration == picture.num_iterations == 0
+            self.views.show_cards(begins and self.guide.experiment is None)
+            if picture.termination is not Termination.RUNNING:
+                self.guide.finished(picture.score)
             self._shown_run = picture.run_number
             self.views.show_before(
                 picture,

@@ -5,6 +5,7 @@ from typing import Any
 
 from vsep_app.model.crossing import Crossing
 from vsep_app.model.picture import Picture
+from vsep_app.teaching.staging import Staging
 from vsep_app.views.crossing import CrossingView, Drag
 from vsep_app.views.progress import ProgressView
 from vsep_app.views.range_doppler import RangeDopplerView
@@ -12,18 +13,24 @@ from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import Axis, crosshair
 from vsep_app.widgets.exports import RunTables
 from vsep_app.widgets.fold import Fold
-from vsep_app.widgets.layout import card, progress_card, stack
+from vsep_app.widgets.layout import card, html_pane, progress_card, stack
 
 
 class LiveViews:
     """All figures and tables of a run.
 
-    `select` is called with a ramp that is clicked, `drag` with what is dragged in the chirps.
+    `select` is called with a ramp that is clicked, `drag` with what is dragged in the chirps;
+    `cards` are HTML that stands in the place of the tables while these are empty.
     """
 
     def __init__(
-        self, select: Callable[[int], None], drag: Callable[[Drag, Crossing], None]
+        self,
+        select: Callable[[int], None],
+        drag: Callable[[Drag, Crossing], None],
+        *,
+        cards: str = "",
     ) -> None:
+        self._cards_html = cards
         range_axis, line = Axis(), crosshair()
         self.crossing = CrossingView(select, drag)
         self.fast_time = FastTimeView()
@@ -31,6 +38,8 @@ class LiveViews:
         self.maps = RangeDopplerView(range_axis, line)
         self.progress = ProgressView()
         self.tables = RunTables()
+        self._hidden: frozenset[str] = frozenset()
+        self._parts: dict[str, Any] = {}
 
     def layout(self) -> Any:
         """Return figures at the left, tables at the right."""
@@ -41,6 +50,8 @@ class LiveViews:
             for view, weight in ((self.crossing, 9), (self.fast_time, 9), (self.delay, 10))
         ]
         self._keys = [each[-1] for each in signals[1:]]
+        names = "chirps", "fast_time", "delay"
+        self._parts |= {**dict(zip(names, signals, strict=True)), "maps": self._map_row}
         views = stack(*signals, self._map_row, weight=17)
         curves = Fold(
             "Progress",
@@ -48,8 +59,25 @@ class LiveViews:
             lambda: [progress_card(self.progress)],
             stretch=True,
         )
-        side = stack(*self.tables.panels("Objects", log_weight=6), *curves.layout(), weight=10.5)
+        self._tables = stack(
+            *self.tables.panels("Objects", log_weight=6), *curves.layout(), sheet="column"
+        )
+        self._cards = stack(html_pane("teaching", self._cards_html, margin=(4, 10)), sheet="card")
+        self._cards.visible = False
+        side = stack(self._tables, self._cards, weight=10.5)
+        self._parts["tables"] = side
         return stack(views, side, row=True, sheet="body")
+
+    def stage(self, staging: Staging) -> None:
+        """Hide and zoom as an experiment wants it."""
+        self._hidden = frozenset(staging.hide)
+        for name, part in self._parts.items():
+            part.visible = name not in self._hidden
+        self.maps.zoom(staging.zoom)
+
+    def show_cards(self, wanted: bool) -> None:
+        """Show cards in the place of the tables."""
+        self._cards.visible, self._tables.visible = wanted, not wanted
 
     def show_before(self, picture: Picture, *, can_drag: bool, with_map: bool = True) -> None:
         """Draw what needs no estimator, and what it has found, if anything.
@@ -57,7 +85,7 @@ class LiveViews:
         The signal over fast time comes last: the page takes it for the sign that all is drawn.
         """
         several = picture.static_picture.radar.num_ramps > 1
-        self._map_row.visible = several
+        self._map_row.visible = several and "maps" not in self._hidden
         self._show_keys(picture)
         self.crossing.update(picture, can_drag=can_drag)
         self.delay.update(picture)

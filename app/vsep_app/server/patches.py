@@ -131,6 +131,33 @@ class OwnSessionHandler(DocHandler):
         self.set_header("Referrer-Policy", "same-origin")
         self.set_header("X-Content-Type-Options", "nosniff")
 
+    async def get(self, *arguments: Any, **named: Any) -> None:
+        """Answer with the beginning of the page at once, and with the rest once it is built."""
+        opening, registry = self.settings["opening"], self.settings["registry"]
+        route = self.request.path.removeprefix(self.application.prefix) or "/"
+        query = {
+            key: each[-1].decode(errors="replace")
+            for key, each in self.request.query_arguments.items()
+        }
+        first = registry.first_picture(route, query)
+        self.set_header("Content-Type", "text/html")
+        self.set_header("Cache-Control", "no-store")
+        self.write(opening.beginning(route, query.get("theme", ""), first))
+        await self.flush()
+        self._has_begun = True
+        answer = super().get(*arguments, **named)
+        if answer is not None:
+            await answer
+
+    _has_begun = False
+
+    def write(self, chunk: Any) -> None:
+        """Write a part of the answer; of a whole page what follows its beginning."""
+        if self._has_begun and isinstance(chunk, str):
+            route = self.request.path.removeprefix(self.application.prefix) or "/"
+            chunk = self.settings["opening"].rest(route, chunk)
+        super().write(chunk)
+
     async def prepare(self) -> None:
         """Refuse a request that names a session, or whose query Panel cannot read (1.9: `x=²`)."""
         named = [name for name in _FOREIGN if name in self.request.arguments]

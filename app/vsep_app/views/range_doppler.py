@@ -8,6 +8,7 @@ from bokeh.models import (
     ColorBar,
     ColumnDataSource,
     CrosshairTool,
+    Label,
     LinearColorMapper,
     Span,
 )
@@ -17,6 +18,7 @@ from vsep_app.model.markers import Markers
 from vsep_app.model.picture import Picture
 from vsep_app.model.score import Score
 from vsep_app.model.text import resolution_cells
+from vsep_app.teaching.staging import Zoom
 from vsep_app.views.style import (
     COLOURS,
     LABEL_SIZE,
@@ -34,6 +36,16 @@ MAX_MARK_DB = 50.0
 _PLACE = ("range", "velocity")
 _COLUMNS = ("range", "velocity", "snr", "size", "opacity", "shape", "colour", "width", "height")
 _MISSES = ("range", "velocity", "nearest_range", "nearest_velocity")
+_POINTER: dict[str, Any] = {
+    "x_offset": 9,
+    "y_offset": 9,
+    "text_color": "black",
+    "text_font_size": "12px",
+    "text_font_style": "bold",
+    "background_fill_color": "white",
+    "background_fill_alpha": 0.85,
+    "padding": 3,
+}
 _NOT_YET = "No burst is modelled yet"
 _CANCELLED = "Range-Doppler, bursts cancelled"
 
@@ -173,9 +185,21 @@ class RangeDopplerView:
         self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
         self.after = self._figure("after", _NOT_YET, "")
         add_colour_bar(self.after, self._scale)
-        for plot in (self.before, self.after):
+        self._pointers = [Label(x=0.0, y=0.0, text="", visible=False, **_POINTER) for _ in range(2)]
+        for plot, pointer in zip((self.before, self.after), self._pointers, strict=True):
             self._mark(plot)
             self._mark_changes(plot)
+            plot.add_layout(pointer)
+
+    def zoom(self, zoom: Zoom | None) -> None:
+        """Show a part of the maps, with an arrow at a place of it; None shows all."""
+        for axis, ends in ((self._x, zoom and zoom.range), (self._y, zoom and zoom.velocity)):
+            axis.zoom(ends or None)
+        place = zoom.arrow if zoom is not None else None
+        for label in self._pointers:
+            label.visible = place is not None
+            if zoom is not None and place is not None:
+                label.update(x=place[0], y=place[1], text=f"\u2199 {zoom.label}")
 
     def companion(self, source: ColumnDataSource, *, name: str, title: str) -> figure:
         """Return a map of another frame with the same axes and marks."""

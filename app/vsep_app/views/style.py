@@ -64,16 +64,26 @@ class Axis:
         self.range = Range1d(start=0.0, end=1.0)
         self._limits: Limits | None = None
         self._held: tuple[Limits, int] | None = None
+        self._zoomed: Limits | None = None
 
     def set(self, limits: Limits) -> None:
         """Take new limits, to which a reset returns; a range the user has zoomed keeps its zoom."""
         if limits == self._limits:
             return
-        untouched = self._limits is None or (self.range.start, self.range.end) == self._limits
+        untouched = self._zoomed is None and (
+            self._limits is None or (self.range.start, self.range.end) == self._limits
+        )
         self._limits = limits
         self.range.update(reset_start=limits[0], reset_end=limits[1])
         if untouched:
             self.range.update(start=limits[0], end=limits[1])
+
+    def zoom(self, ends: Limits | None) -> None:
+        """Show a part, as a user does who zooms; None shows all again where a part was shown."""
+        shown = ends or (self._limits if self._zoomed is not None else None)
+        self._zoomed = ends
+        if shown is not None:
+            self.range.update(start=shown[0], end=shown[1])
 
     def grow(self, limits: Limits, *, fresh: bool) -> None:
         """Widen the limits so that they hold `limits`; `fresh` forgets what was held before."""

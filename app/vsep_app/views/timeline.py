@@ -26,7 +26,7 @@ def timeline_html(lines: Sequence[LogLine], *, shown: int, num_iterations: int) 
         if line.kind in KINDS:
             told.setdefault((line.iteration, line.kind), []).append(line.text)
     beads = "".join(
-        f'<button class="bead {kind}" tabindex="-1" data-iteration="{iteration}" '
+        f'<button class="bead {kind}" tabindex="-1" data-press="iteration {iteration}" '
         f'style="left:{100.0 * iteration / span:.2f}%" '
         f'title="{escape(_told(iteration, texts), quote=True)}" '
         f'aria-label="{escape(_told(iteration, texts), quote=True)}"></button>'

@@ -1,6 +1,6 @@
 """The controls of the side bar: groups of widgets, one for each record of a setting."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -179,6 +179,7 @@ class Controls:
         self.settings = settings
         #: Whether the settings of the scene are those of the frame that is loaded.
         self.keeps_scene = False
+        self._locked: frozenset[str] = frozenset()
         self._load = load
         self._scene = SceneControls(settings)
         self._filters = FilterControls(settings)
@@ -240,6 +241,13 @@ class Controls:
         """Return what decides on objects and when to stop."""
         return self._estimator.thresholds()
 
+    def lock(self, names: Iterable[str]) -> None:
+        """Let the controls of these settings stand still, and those of no others."""
+        for name in self._locked:
+            self.widgets[name].disabled = False
+        self._locked = frozenset(name for name in names if name in self.widgets)
+        self._arrange()
+
     def show_levels(self, text: str) -> None:
         """Show SNR and SIR in both conventions."""
         self._scene.levels.object = small_text(text)
@@ -267,6 +275,8 @@ class Controls:
         loaded = self.settings.preset == LOADED_FRAME and not self.keeps_scene
         for group in self._groups:
             group.arrange(self.settings, loaded=loaded)
+        for name in self._locked:
+            self.widgets[name].disabled = True
         preset = PRESETS.get(self.settings.preset)
         for name, (start, end) in ({} if preset is None else preset.ranges()).items():
             value = getattr(self.settings, name)

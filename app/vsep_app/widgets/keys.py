@@ -10,18 +10,18 @@ from vsep_app.assets import path
 
 NAMES = ("toggle", "step", "step_back", "reset", "ramp_back", "ramp_next")
 ITERATION_PREFIX = "iteration "
-_ITERATION = re.compile(ITERATION_PREFIX + r"\d{1,6}")
+_CLICKED = re.compile(r"iteration \d{1,6}|predict \d|experiment [a-z0-9-]{1,64}")
 
 
 class Keys:
-    """Hands the keys that the page is pressed to the program; `source` is drawn with all pictures.
+    """Hands keys and clicks to the program; `source` is drawn with all pictures.
 
-    `press` is called with one of `NAMES`, or with `ITERATION_PREFIX` and a number where something
-    that names an iteration was clicked. The keys ``?``, which opens the help, and ``F``, the
-    projector mode, never leave the browser.
+    `press` is called with one of `NAMES`, or with a prefix and what was clicked: a bead of the
+    timeline, a card of an experiment, a prediction. The keys ``?``, which opens the help, and
+    ``F``, the projector mode, never leave the browser.
     """
 
-    def __init__(self, source: ColumnDataSource, press: Callable[[str], None]) -> None:
+    def __init__(self, source: ColumnDataSource, press: Callable[[str], object]) -> None:
         self._press = press
         self._pressed = ColumnDataSource({"name": [""], "number": [0]}, name="pressed")
         self._pressed.on_change("data", self._taken)
@@ -31,5 +31,5 @@ class Keys:
     def _taken(self, attr: str, old: Any, new: Any) -> None:
         del attr, old
         name = str(new["name"][0])
-        if name in NAMES or _ITERATION.fullmatch(name):
+        if name in NAMES or _CLICKED.fullmatch(name):
             self._press(name)
