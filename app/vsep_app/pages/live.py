@@ -24,6 +24,7 @@ from vsep_app.jobs.tasks import (
     run_key,
     strip,
 )
+from vsep_app.model.alternatives import alternatives
 from vsep_app.model.crossing import Crossing
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
@@ -297,6 +298,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             )
             if self._is_time_for_the_side(picture):
                 self.views.show_side(picture)
+                self.headline.describe(alternatives(picture))
                 self.controls.show_levels(picture.static_picture.levels_text)
                 if self.session.prepared_run is not None:
                     self.controls.show_threshold(self.session.prepared_run.estimator.threshold_db)

@@ -8,6 +8,8 @@ from bokeh.models import (
     ColorBar,
     ColumnDataSource,
     CrosshairTool,
+    CustomJSHover,
+    HoverTool,
     Label,
     LinearColorMapper,
     Span,
@@ -34,6 +36,7 @@ from vsep_app.views.style import (
 MIN_MARK, MAX_MARK = 6.0, 18.0
 MAX_MARK_DB = 50.0
 _PLACE = ("range", "velocity")
+_LEVEL = "return `${(scale.low + value / 255 * (scale.high - scale.low)).toFixed(0)} dB`"
 _COLUMNS = ("range", "velocity", "snr", "size", "opacity", "shape", "colour", "width", "height")
 _MISSES = ("range", "velocity", "nearest_range", "nearest_velocity")
 _POINTER: dict[str, Any] = {
@@ -113,13 +116,22 @@ def empty_misses() -> ColumnDataSource:
 
 
 def map_figure(
-    source: ColumnDataSource, *, title: str, y_label: str, axes: tuple[Axis, Axis], name: str
+    source: ColumnDataSource,
+    *,
+    title: str,
+    y_label: str,
+    axes: tuple[Axis, Axis],
+    name: str,
+    scale: LinearColorMapper,
 ) -> figure:
-    """Return a figure of a range-Doppler map."""
+    """Return a figure of a range-Doppler map; the ends of the scale are those of its levels."""
     plot = plain_figure(f"range-doppler-{name}", title, ("range [m]", y_label), axes)
     place = {each: each for each in ("image", "x", "y", "dw", "dh")}
     colours = LinearColorMapper(palette=MAP_PALETTE, low=0, high=255)
-    plot.image(**place, source=source, color_mapper=colours)
+    image = plot.image(**place, source=source, color_mapper=colours)
+    level = CustomJSHover(args={"scale": scale}, code=_LEVEL)
+    place_tips = [("range", "$x{0.0} m"), ("velocity", "$y{+0.0} m/s"), ("level", "@image{custom}")]
+    plot.add_tools(HoverTool(renderers=[image], tooltips=place_tips, formatters={"@image": level}))
     plot.grid.visible = False
     return plot
 
@@ -203,7 +215,9 @@ class RangeDopplerView:
 
     def companion(self, source: ColumnDataSource, *, name: str, title: str) -> figure:
         """Return a map of another frame with the same axes and marks."""
-        plot = map_figure(source, title=title, y_label="", axes=(self._x, self._y), name=name)
+        plot = map_figure(
+            source, title=title, y_label="", axes=(self._x, self._y), name=name, scale=self._scale
+        )
         add_colour_bar(plot, self._scale)
         self._mark(plot)
         return plot
@@ -213,8 +227,9 @@ class RangeDopplerView:
         plot.add_tools(CrosshairTool(overlay=self._crosshair))
 
     def _figure(self, name: str, title: str, y_label: str) -> figure:
+        axes, scale = (self._x, self._y), self._scale
         return map_figure(
-            self._images[name], title=title, y_label=y_label, axes=(self._x, self._y), name=name
+            self._images[name], title=title, y_label=y_label, axes=axes, name=name, scale=scale
         )
 
     def _mark_changes(self, plot: figure) -> None:

@@ -1,5 +1,6 @@
 """The headline above the views: what the iteration brought, a timeline, a button to begin."""
 
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
@@ -16,7 +17,7 @@ class Headline:
     """A sentence that changes with every iteration; at the first one a button beside it."""
 
     def __init__(self) -> None:
-        self._sentence = self._scene = self._timeline = ""
+        self._sentence = self._scene = self._timeline = self._figures = ""
         self._run_number = -1
         self._lines: tuple[LogLine, ...] = ()
         self.text = html_pane("headline", margin=(0, 4), sizing_mode="stretch_width")
@@ -41,7 +42,7 @@ class Headline:
 
     def tell(self, sentence: str, remark: str = "") -> None:
         """Show a sentence of what is no iteration, and a remark below it."""
-        self._sentence, self._timeline = _sentences(sentence, remark), ""
+        self._sentence, self._timeline, self._figures = _sentences(sentence, remark), "", ""
         self._write()
         self.play.visible = False
 
@@ -57,8 +58,14 @@ class Headline:
         self._write()
         self.play.visible = is_first
 
+    def describe(self, lines: Mapping[str, str]) -> None:
+        """Say in words what the figures show; nobody sees it."""
+        items = "".join(f"<li>{name}: {escape(text)}</li>" for name, text in lines.items())
+        self._figures = f'<ul class="unseen" aria-label="Figures in words">{items}</ul>'
+        self._write()
+
     def _write(self) -> None:
-        self.text.object = f"{self._sentence}{self._scene}{self._timeline}"
+        self.text.object = f"{self._sentence}{self._scene}{self._timeline}{self._figures}"
 
 
 def _sentences(sentence: str, remark: str) -> str:
