@@ -14,7 +14,7 @@ from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.pages import PAGES
-from vsep_app.server.patches import leave_busy_state, write_styles_once
+from vsep_app.server.patches import leave_busy_state
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.layout import html_pane, main_part, stylesheet, theme
@@ -131,7 +131,6 @@ def page_frame(
     document = pn.state.curdoc
     if document is not None:
         document.js_on_event("document_ready", CustomJS(code=_CLOSE_SIDE_BAR))
-        write_styles_once(document)
     page = pmu.Page(
         title=title,
         sidebar_width=292,

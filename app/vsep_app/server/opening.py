@@ -21,6 +21,7 @@ class Opening:
 
     def __init__(self) -> None:
         self._scripts: dict[str, tuple[str, ...]] = {}
+        self._patches = path("page/opening.js").read_text(encoding="utf-8")
         self._template = Template(path("entry/opening.html").read_text(encoding="utf-8"))
 
     def beginning(self, route: str, theme: str, first: str) -> str:
@@ -51,7 +52,8 @@ class Opening:
     def rest(self, route: str, html: str) -> str:
         """Return what follows of a whole page once its beginning is sent."""
         self._scripts[route] = tuple(_SCRIPT.findall(html))
-        return _OUTER_TAGS.sub("", html) + "</body></html>"
+        patched = html.replace("</head>", f"<script>{self._patches}</script>", 1)
+        return _OUTER_TAGS.sub("", patched) + "</body></html>"
 
 
 def page_at(route: str) -> PageEntry:

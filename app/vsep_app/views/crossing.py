@@ -15,6 +15,7 @@ from vsep_app.views.style import (
     MAP_PALETTE,
     Axis,
     key_html,
+    lighten,
     mark_looks,
     plain_figure,
     put,
@@ -74,6 +75,7 @@ class CrossingView:
         self._found = _segments("ramp", "slope", "x", "y", "shape", "colour")
         self._image = ColumnDataSource({name: [] for name in ("image", "x", "y", "dw", "dh")})
         self._draw()
+        lighten(self.figure)
         self._listen()
 
     def _draw(self) -> None:

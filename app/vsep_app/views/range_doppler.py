@@ -26,6 +26,7 @@ from vsep_app.views.style import (
     LABEL_SIZE,
     MAP_PALETTE,
     Axis,
+    lighten,
     mark_looks,
     plain_figure,
     put,
@@ -202,6 +203,7 @@ class RangeDopplerView:
             self._mark(plot)
             self._mark_changes(plot)
             plot.add_layout(pointer)
+            lighten(plot)
 
     def zoom(self, zoom: Zoom | None) -> None:
         """Show a part of the maps, with an arrow at a place of it; None shows all."""

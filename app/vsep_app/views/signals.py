@@ -13,6 +13,7 @@ from vsep_app.views.style import (
     Axis,
     key_html,
     legend_of,
+    lighten,
     mark_looks,
     plain_figure,
     put,
@@ -76,6 +77,7 @@ class FastTimeView:
         entries = _draw(self.figure, self.source, ("time", "$x{0.00} µs"))
         if legend:
             legend_of(self.figure, entries)
+        lighten(self.figure)
 
     def update(self, picture: Picture) -> None:
         """Draw another picture."""
@@ -156,6 +158,7 @@ class DelayView:
         if legend:
             legend_of(self.figure, entries[len(_LINES) :])
         self.figure.add_tools(CrosshairTool(overlay=crosshair))
+        lighten(self.figure)
 
     def _stem(self, name: str, role: str, marker: str, size: int) -> list[Any]:
         source = self._stems[name]

@@ -13,6 +13,7 @@ import numpy as np
 from bokeh.events import DoubleTap
 from bokeh.models import (
     BoxZoomTool,
+    CDSView,
     ColumnDataSource,
     CustomJS,
     HoverTool,
@@ -215,6 +216,16 @@ def dress(plot: Any) -> None:
     plot.grid.grid_line_alpha = 0.35
     plot.min_border = 4
     plot.min_border_right = 14
+
+
+def lighten(plot: figure) -> None:
+    """Take out what a figure has for selecting and muting, which nobody does here.
+
+    That is half of its models; each of them costs time when the page is opened.
+    """
+    view = CDSView()
+    for renderer in plot.renderers:
+        renderer.update(nonselection_glyph=None, muted_glyph=None, view=view)
 
 
 def tell_of_components(plot: figure, marks: Any, label: str, place: str) -> None:

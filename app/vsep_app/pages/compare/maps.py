@@ -24,7 +24,7 @@ from vsep_app.views.range_doppler import (
     miss_columns,
 )
 from vsep_app.views.signals import mark_peaks
-from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, crosshair, plain_figure, put
+from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, crosshair, lighten, plain_figure, put
 from vsep_app.widgets.layout import stack
 
 
@@ -52,6 +52,7 @@ class CompareMaps:
             mark_peaks(card.profile, source, label, colour=COLOURS[role], marker=marker)
         for plot in (card.map, card.profile):
             plot.add_tools(CrosshairTool(overlay=line))
+            lighten(plot)
         return card
 
     def show(self, picture: ComparePicture) -> None:
