@@ -18,7 +18,7 @@ def test_beads_stand_at_their_iterations_and_name_what_happened() -> None:
         LogLine(iteration=12, text="paths", kind="quiet"),
     ]
     html = timeline_html(lines, shown=10, num_iterations=40)
-    assert html.count("<button") == 2
+    assert html.count("<i ") == 2
     assert 'data-press="iteration 5" style="left:12.50%"' in html
     assert "object added at 3.0 m; object added at &lt;4&gt; m" in html
     assert '<span class="here" style="left:25.00%">' in html
@@ -31,12 +31,12 @@ def test_beads_of_later_iterations_stay_when_an_earlier_one_is_shown(
 
     def beads(num_steps: int | None) -> int:
         headline.show(compose(many_ramps.snapshot(num_steps), 0, "level"), is_first=False)
-        return len(re.findall("<button", headline.text.object))
+        return len(re.findall("<i ", headline.text.object))
 
     last = beads(None)
     assert beads(3) == last > 3
     headline.tell("Let go.")
-    assert "<button" not in headline.text.object
+    assert "<i " not in headline.text.object
 
 
 def test_only_what_the_page_knows_is_pressed() -> None:

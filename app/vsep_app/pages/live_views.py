@@ -44,15 +44,15 @@ class LiveViews:
     def layout(self) -> Any:
         """Return figures at the left, tables at the right."""
         maps = (card(plot, weight=1, look="strip") for plot in (self.maps.before, self.maps.after))
-        self._map_row = stack(*maps, weight=13, row=True, sheet="maps")
+        self._map_row = stack(*maps, weight=13, row=True, sheet="stage-maps")
         signals = [
-            card(view.figure, weight=weight, key=view.key)
+            card(view.figure, weight=weight, key=view.key, look="view")
             for view, weight in ((self.crossing, 9), (self.fast_time, 9), (self.delay, 10))
         ]
         self._keys = [each[-1] for each in signals[1:]]
         names = "chirps", "fast_time", "delay"
         self._parts |= {**dict(zip(names, signals, strict=True)), "maps": self._map_row}
-        views = stack(*signals, self._map_row, weight=17)
+        views = stack(*signals, self._map_row, weight=17, sheet="stage")
         curves = Fold(
             "Progress",
             "Progress: evidence lower bound, noise power and separability over the iterations.",

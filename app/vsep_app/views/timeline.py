@@ -26,14 +26,15 @@ def timeline_html(lines: Sequence[LogLine], *, shown: int, num_iterations: int) 
         if line.kind in KINDS:
             told.setdefault((line.iteration, line.kind), []).append(line.text)
     beads = "".join(
-        f'<button class="bead {kind}" tabindex="-1" data-press="iteration {iteration}" '
+        f'<i class="bead {kind}" data-press="iteration {iteration}" '
         f'style="left:{100.0 * iteration / span:.2f}%" '
-        f'title="{escape(_told(iteration, texts), quote=True)}" '
-        f'aria-label="{escape(_told(iteration, texts), quote=True)}"></button>'
+        f'title="{escape(_told(iteration, texts), quote=True)}"></i>'
         for (iteration, kind), texts in told.items()
     )
     here = f'<span class="here" style="left:{100.0 * shown / span:.2f}%"></span>'
-    return f'<div class="timeline" aria-label="Timeline" role="group">{here}{beads}</div>'
+    # The events beside the views say the same, and the slider goes there by the keyboard.
+    label = f"Timeline: iteration {shown} of {num_iterations}"
+    return f'<div class="timeline" role="img" aria-label="{label}">{here}{beads}</div>'
 
 
 def _told(iteration: int, texts: Sequence[str]) -> str:
