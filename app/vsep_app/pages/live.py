@@ -154,6 +154,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             self._ramp_selected(self.settings.ramp + ramp_step)
         elif self.guide.press(name):
             return
+        elif name == "swipe":
+            self.views.map.swipe()
         elif name.startswith(ITERATION_PREFIX):
             self.session.scrub(int(name.removeprefix(ITERATION_PREFIX)))
             self.loop.wake()

@@ -8,9 +8,9 @@ from vsep_app.model.picture import Picture
 from vsep_app.teaching.staging import Staging
 from vsep_app.views.crossing import CrossingView, Drag
 from vsep_app.views.progress import ProgressView
-from vsep_app.views.range_doppler import RangeDopplerView
 from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import Axis, crosshair
+from vsep_app.views.swiped_map import SwipedMap
 from vsep_app.widgets.exports import RunTables
 from vsep_app.widgets.fold import Fold
 from vsep_app.widgets.layout import card, html_pane, progress_card, stack
@@ -35,7 +35,7 @@ class LiveViews:
         self.crossing = CrossingView(select, drag)
         self.fast_time = FastTimeView()
         self.delay = DelayView(range_axis, line)
-        self.maps = RangeDopplerView(range_axis, line)
+        self.map = SwipedMap(range_axis, line)
         self.progress = ProgressView()
         self.tables = RunTables()
         self._hidden: frozenset[str] = frozenset()
@@ -43,8 +43,7 @@ class LiveViews:
 
     def layout(self) -> Any:
         """Return figures at the left, tables at the right."""
-        maps = (card(plot, weight=1, look="strip") for plot in (self.maps.before, self.maps.after))
-        self._map_row = stack(*maps, weight=13, row=True, sheet="stage-maps")
+        self._map_row = card(self.map.after, weight=13, look="view")
         signals = [
             card(view.figure, weight=weight, key=view.key, look="view")
             for view, weight in ((self.crossing, 9), (self.fast_time, 9), (self.delay, 10))
@@ -73,7 +72,7 @@ class LiveViews:
         self._hidden = frozenset(staging.hide)
         for name, part in self._parts.items():
             part.visible = name not in self._hidden
-        self.maps.zoom(staging.zoom)
+        self.map.zoom(staging.zoom)
 
     def show_cards(self, wanted: bool) -> None:
         """Show cards in the place of the tables."""
@@ -90,7 +89,7 @@ class LiveViews:
         self.crossing.update(picture, can_drag=can_drag)
         self.delay.update(picture)
         if several:
-            self.maps.update(picture, with_image=with_map)
+            self.map.update(picture, with_image=with_map)
         self.fast_time.update(picture)
 
     def show_side(self, picture: Picture) -> None:

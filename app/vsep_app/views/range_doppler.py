@@ -50,7 +50,7 @@ _POINTER: dict[str, Any] = {
     "background_fill_alpha": 0.85,
     "padding": 3,
 }
-_NOT_YET = "No burst is modelled yet"
+NOT_YET = "No burst is modelled yet"
 _CANCELLED = "Range-Doppler, bursts cancelled"
 
 
@@ -195,15 +195,26 @@ class RangeDopplerView:
         self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
         self._crosshair = crosshair
         self._drawn_before: Any = None
-        self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
-        self.after = self._figure("after", _NOT_YET, "")
-        add_colour_bar(self.after, self._scale)
-        self._pointers = [Label(x=0.0, y=0.0, text="", visible=False, **_POINTER) for _ in range(2)]
-        for plot, pointer in zip((self.before, self.after), self._pointers, strict=True):
+        self.figures = self._make()
+        self._pointers = []
+        for plot in self.figures:
             self._mark(plot)
             self._mark_changes(plot)
+            pointer = Label(x=0.0, y=0.0, text="", visible=False, **_POINTER)
+            self._pointers.append(pointer)
             plot.add_layout(pointer)
             lighten(plot)
+
+    def _make(self) -> tuple[figure, ...]:
+        """Make the figures, without marks."""
+        self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
+        self.after = self._figure("after", NOT_YET, "")
+        add_colour_bar(self.after, self._scale)
+        return self.before, self.after
+
+    def _say(self, *, is_cleaned: bool) -> None:
+        """Say what is shown."""
+        self.after.title.text = _CANCELLED if is_cleaned else NOT_YET
 
     def zoom(self, zoom: Zoom | None) -> None:
         """Show a part of the maps, with an arrow at a place of it; None shows all."""
@@ -260,7 +271,7 @@ class RangeDopplerView:
             put(self._images["after"], {"image": [np.zeros_like(picture.map_after)], **box})
         elif with_image:
             self._images["after"].data = {"image": [picture.map_after], **box}
-        self.after.title.text = _CANCELLED if picture.is_cleaned else _NOT_YET
+        self._say(is_cleaned=picture.is_cleaned)
         found = None if picture.score is None else picture.score.found
         for name, source in self._marks.items():
             seen = found if name == "objects" else None

@@ -83,12 +83,12 @@ def test_a_style_sheet_is_not_written_again(at_rest):
 
 def test_all_views_are_inside_of_the_screen_and_can_be_saved(dashboard):
     dashboard.show("?preset=simulation-2-b").until_status("converged")
-    dashboard.assert_figures_are_on_the_screen(number=5, least_size=40)
+    dashboard.assert_figures_are_on_the_screen(number=4, least_size=40)
     saved = dashboard.page.evaluate(
         """() => [...Bokeh.documents[0].all_models].filter((m) => m.type === "Figure")
             .map((m) => m.toolbar.tools.some((t) => t.type === "SaveTool"))"""
     )
-    assert len(saved) == 5
+    assert len(saved) == 4
     assert all(saved)
 
 
@@ -202,7 +202,7 @@ def test_another_preset_brings_its_views(dashboard):
     dashboard.choose("Preset", "b: 4 bursts", exact=False)
     dashboard.until(lambda: "10 of 10 found, 0 false" in dashboard.header, "all are found")
     assert "preset=simulation-2-b" in dashboard.page.url
-    dashboard.assert_figures_are_on_the_screen(number=5, least_size=40)
+    dashboard.assert_figures_are_on_the_screen(number=4, least_size=40)
     assert "range-doppler-after" in dashboard.figures()
 
 
