@@ -188,6 +188,8 @@ def serve(
     )
     shared_pool()
     server.start()
+    # The first visitor is to see the first picture, too.
+    server.io_loop.add_callback(server.registry.first_picture, "/", {})
     access, prefix = server.access, server.prefix
     sys.stderr.write(announcement(access, address=address, prefix=prefix))
     if show:

@@ -52,7 +52,7 @@ class CrossingView:
         self._select, self._drag = select, drag
         self._x, self._y = Axis(), Axis()
         self._crossing: Crossing | None = None
-        self.figure = plain_figure("crossing", "Chirps", ("ramp", ""), (self._x, self._y))
+        self.figure = plain_figure("crossing", "Chirps", ("", "frequency"), (self._x, self._y))
         self.figure.grid.visible = False
         self._bands = ColumnDataSource({"xs": [], "ys": []})
         self._sweeps, self._lit = _segments(), _segments()
@@ -145,7 +145,7 @@ class CrossingView:
         ends = [*plane.place(ramps, zero, zero), *plane.place(ramps, end, zero)]
         self._sweeps.data = dict(zip(_ENDS, map(short, ends), strict=True))
         alone = plane.ramp is not None
-        self.figure.xaxis.axis_label = "fast time [µs]" if alone else "ramp"
+        self.figure.xaxis.axis_label = "fast time [µs]" if alone else ""
         self.figure.yaxis.axis_label = "intermediate frequency [MHz]" if alone else "frequency"
         # Of all ramps the rise is drawn shortened, so that numbers would be wrong.
         self.figure.yaxis.major_label_text_alpha = 1.0 if alone else 0.0
