@@ -201,7 +201,7 @@ class StreetPage(PageBase):
             self.maps.show(picture)
             if picture.number % TABLE_EVERY == 0 or not self.loop.is_playing:
                 self.table.object = tracks_html(picture.tracks)
-                self.headline.show(sentence_of(picture), is_first=False)
+                self.headline.tell(sentence_of(picture))
                 self._count.object = f'<span class="status">{punctuality_text(punctuality)}</span>'
                 self._show_status(picture)
             self.times.show(picture)
