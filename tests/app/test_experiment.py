@@ -169,8 +169,8 @@ def test_zeroing_leaves_ghosts():
         step = advance_all(comparison, step.state)
     assert came("zeroing", step.views[0].score) == "Zeroing finds dozens of objects that are not"
     zeroing, masked, factorised = (view.metrics for view in step.views)
-    # "about 55 false ones", "and it has not ended"
-    assert 50 <= zeroing.false_alarms <= 60
+    # "about 90 false ones", "and it has not ended"
+    assert 85 <= zeroing.false_alarms <= 95
     assert zeroing.num_detections == plan.scene.max_iterations
     assert (masked.misses, masked.false_alarms) == (0, 0)
     assert (factorised.misses, factorised.false_alarms) == (0, 0)
@@ -194,7 +194,7 @@ def test_the_letter_loses_objects_under_strong_bursts():
     assert run("dip", sir_db=15.0, max_iterations=60).false_alarms == 0
     assert {burst.ramp for burst in robust.bursts} == true_ramps
     assert (robust.misses, robust.false_alarms, len(robust.objects.beats)) == (0, 0, 10)
-    assert robust.iterations == pytest.approx(26, abs=2)
+    assert robust.iterations == pytest.approx(12, abs=2)
 
 
 def test_nine_decibels_are_many_false_alarms():
@@ -212,7 +212,7 @@ def test_nine_decibels_are_many_false_alarms():
 
 def test_a_wrong_filter_makes_false_objects():
     wrong, right = run("filter"), run("filter", assume_true_filter=True)
-    assert (wrong.misses, wrong.false_alarms, len(wrong.bursts)) == (0, 19, 1)
+    assert (wrong.misses, wrong.false_alarms, len(wrong.bursts)) == (0, 20, 1)
     assert (right.misses, right.false_alarms) == (0, 0)
     assert run("filter", sir_db=-10.0).false_alarms == 0
     assert run("filter", estimator="factorised").false_alarms == 0

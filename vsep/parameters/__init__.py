@@ -106,7 +106,7 @@ RECEIVER_PARAMETERS = (
         title="DC offset",
         convention="noise deviations",
         help="A constant in all samples, as converters and leakage of the own carrier make it, in "
-        "standard deviations of a sample's noise.",
+        "standard deviations of a sample's noise; it has no unit.",
         default=0.0,
         bounds=(0.0, 1e6),
         span=(0.0, 20.0),

@@ -50,6 +50,8 @@ class Schedule:
         Whether a step of all objects together ends Algorithm 3.
     refinement_steps : int
         Newton steps of theta per call.
+    least_gain : float
+        Nats of log evidence that such a step must promise to be tried.
     correct_filter : tuple of two int, or None
         First and last iteration (from 0) in which the correction of the assumed filter is
         estimated; afterwards it stands still, because it and the channels trade slowly what makes
@@ -79,6 +81,7 @@ class Schedule:
     recompute_amplitudes: bool
     joint_object_step: bool
     refinement_steps: int = 1
+    least_gain: float = 1e-4
     correct_filter: tuple[int, int] | None = None
     weigh_from: int | None = None
     noise_spectrum: bool = False
@@ -140,6 +143,7 @@ ROBUST: Final = Schedule(
     search_before_convergence=True,
     recompute_amplitudes=True,
     joint_object_step=True,
+    least_gain=1e-2,
     correct_filter=(4, 14),
     weigh_from=6,
     noise_spectrum=True,
