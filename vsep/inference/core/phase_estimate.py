@@ -24,7 +24,6 @@ from vsep.inference.core.receiver import PhasePrior
 
 FALSE_JITTER = 1e-4  # how often the F test of a single estimate finds jitter where there is none
 STILL_JITTER = 1e-2  # likewise, where jitter has been found before
-FEWEST_RAMPS = 8
 BLOCK = 8  # samples over which products are summed to look for phase noise
 EVIDENT_NOISE = 6.0  # of its statistic, standard normal without phase noise ...
 STILL_EVIDENT = 2.0  # ... and where it has been found before
@@ -83,9 +82,7 @@ class PhaseProducts:
         last : PhasePrior or None
             Of what was evident before, which needs less to stay so.
         """
-        num_ramps, num_samples = self.products.shape
-        if num_ramps < FEWEST_RAMPS:
-            return None
+        num_samples = self.products.shape[1]
         needed = STILL_EVIDENT if last is not None and last.noise_std > 0.0 else EVIDENT_NOISE
         if within_ramps and num_samples >= 4 * BLOCK and self._noise_statistic() > needed:
             prior = self._fitted_prior()

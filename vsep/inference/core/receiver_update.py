@@ -24,6 +24,7 @@ from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.template import SignalModel
 from vsep.units import wrap_frequency
 
+FEWEST_RAMPS = 8  # in fewer, phases, images and offsets are too easily something else
 FIRST, EVERY = 2, 4  # iterations in which errors are looked for, as long as none is evident
 JITTER_ALSO = 8, 12  # in which jitter alone is: it makes objects as soon as the true ones are found
 FIRST_WITHIN = 6  # from which phase noise is looked for: the strongest objects have been found
@@ -73,6 +74,8 @@ def next_receiver_errors(
     last = state.receiver
     if not receiver_errors_due(state) or objects.num_components == 0:
         return last
+    if model.num_ramps < FEWEST_RAMPS:
+        return None
     if float(objects.powers.max()) * model.num_antennas * noise_precision < EARLIEST_SNR:
         return None
     return _Evidence(state, objects, object_signal, noise_residual, noise_precision, model).errors()
