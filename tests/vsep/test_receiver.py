@@ -17,6 +17,9 @@ from vsep.inference.deviations import state_deviations
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.masked import MaskedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.presets.antennas import simulate_preset_antennas
+from vsep.signal.linear_array import UniformLinearArray
+from vsep.signal.template import SignalModel
 
 SEPARATOR = ObjectOnlySeparator(model=bench.MODEL)
 ALL = bench.IMPAIRED["all"]
@@ -171,3 +174,34 @@ def test_deviations_are_those_of_the_objects_without_any_error():
         trend, rel=0.05
     )
     assert np.all(more.dopplers**2 <= 2.0 * usual.dopplers**2 + trend + 1e-18)
+
+
+def test_antennas_share_the_phases_and_have_offsets_of_their_own():
+    scenario, seen = simulate_preset_antennas(
+        "simulation-2-a",
+        UniformLinearArray(num_antennas=3),
+        snr_db=75.0,
+        sir_db=0.0,
+        seed=5,
+        interference=False,
+        phase_jitter_rad=5e-3,
+        iq_gain_db=0.5,
+        iq_phase_deg=3.0,
+        dc_offset=5.0,
+    )
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter, 3)
+    state = run(ObjectOnlySeparator(model=model), seen.received).state
+    truth, receiver = seen.truth.receiver, state.receiver
+    assert state.objects.num_components == len(seen.truth.beats)
+    np.testing.assert_allclose(receiver.image_factors, truth.image_factor, atol=1e-3)
+    # of 3 * 2048 samples: 5 deviations of the mean of an antenna's
+    limit = 5.0 / np.sqrt(2048 * seen.truth.noise_precision)
+    assert np.abs(receiver.offsets - truth.offset).max() < limit
+    ramps = np.arange(16)
+    left = receiver.phases[:, 0] - truth.ramp_phases_rad
+    left -= np.polyval(np.polyfit(ramps, left, 1), ramps)
+    assert np.std(left) < 1e-3
+    cleaned = state.cleaned(seen.received.reshape(48, 128)).reshape(3, 16, 128)
+    error = cleaned - seen.truth.object_signal
+    # what is left is noise, but for what a mean and a trend of the phases do
+    assert np.median(np.abs(error) ** 2) * seen.truth.noise_precision < 2.0

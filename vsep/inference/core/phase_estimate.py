@@ -24,9 +24,9 @@ from vsep.inference.core.receiver import PhasePrior
 
 FALSE_JITTER = 1e-4  # how often the F test of a single estimate finds jitter where there is none
 STILL_JITTER = 1e-2  # likewise, where jitter has been found before
-FEWEST_RAMPS = 8
 BLOCK = 8  # samples over which products are summed to look for phase noise
 EVIDENT_NOISE = 6.0  # of its statistic, standard normal without phase noise ...
+LEAST_TURNING = 1.5  # ... of all that turns, jitter too, without which it is not looked at ...
 STILL_EVIDENT = 2.0  # ... and where it has been found before
 NUM_WIDTHS, NARROWEST = 24, 0.25  # widths of the spectrum that are tried, the first in cells
 LINE = 20.0  # times its expected power: one in 5e8 cells of the phases' spectrum is more
@@ -83,9 +83,7 @@ class PhaseProducts:
         last : PhasePrior or None
             Of what was evident before, which needs less to stay so.
         """
-        num_ramps, num_samples = self.products.shape
-        if num_ramps < FEWEST_RAMPS:
-            return None
+        num_samples = self.products.shape[1]
         needed = STILL_EVIDENT if last is not None and last.noise_std > 0.0 else EVIDENT_NOISE
         if within_ramps and num_samples >= 4 * BLOCK and self._noise_statistic() > needed:
             prior = self._fitted_prior()
@@ -124,13 +122,18 @@ class PhaseProducts:
         object beside the modelled ones hardly changes. Neighbouring differences share a ramp, which
         makes the variance of their squares' sum 1.5 times that of independent ones.
         """
+        if _turning(self._blocks(self.products)) < LEAST_TURNING:
+            return 0.0
         mean = self.products.sum(axis=1) / np.maximum(self.energy.sum(axis=1), 1e-300)
-        products = self.products - mean[:, None] * self.energy
+        blocks = self._blocks(self.products - mean[:, None] * self.energy)
+        return _turning(np.diff(blocks, axis=0)) / math.sqrt(1.5)
+
+    @staticmethod
+    def _blocks(products: ComplexArray) -> ComplexArray:
+        """(P, N / BLOCK) sums over so many samples."""
         num_ramps, num_samples = products.shape
         whole = products[:, : num_samples // BLOCK * BLOCK].reshape(num_ramps, -1, BLOCK)
-        squares = np.diff(whole.sum(axis=2), axis=0) ** 2
-        magnitude = math.sqrt(0.75 * float(np.vdot(squares, squares).real))
-        return -float(squares.real.sum()) / max(magnitude, 1e-300)
+        return np.asarray(whole.sum(axis=2))
 
     def _fitted_prior(self) -> PhasePrior:
         """Prior whose autocovariance is nearest to the estimated one."""
@@ -206,6 +209,13 @@ class _MarkovPosterior:
         weighted = (self._precision * noisy).ravel()
         solved = solveh_banded(self._banded, weighted, check_finite=False)
         return np.asarray(solved.reshape(noisy.shape))
+
+
+def _turning(values: ComplexArray) -> float:
+    """Excess of the imaginary parts over the real ones, standard normal where there is none."""
+    squares = values * values
+    magnitude = math.sqrt(0.5 * float(np.vdot(squares, squares).real))
+    return -float(squares.real.sum()) / max(magnitude, 1e-300)
 
 
 def _without_lines(phases: FloatArray, prior: PhasePrior) -> FloatArray:

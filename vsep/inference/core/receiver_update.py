@@ -24,8 +24,13 @@ from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.template import SignalModel
 from vsep.units import wrap_frequency
 
-FIRST, EVERY = 2, 4  # iterations in which errors are looked for, as long as none is evident
-JITTER_ALSO = 8, 12  # in which jitter alone is: it makes objects as soon as the true ones are found
+FEWEST_RAMPS = 8  # in fewer, phases, images and offsets are too easily something else
+THOROUGHLY = 2, 8, 14, 20  # iterations in which errors are looked for, as long as none is evident
+JITTER_ALSO = (
+    6,
+    10,
+    12,
+)  # in which jitter alone is: it makes objects as soon as the true ones are found
 FIRST_WITHIN = 6  # from which phase noise is looked for: the strongest objects have been found
 OTHERS_ASKED = 10.0  # evidence that an error should make in the other objects, to ask them
 EARLIEST_SNR = 300.0  # of the strongest object: a weaker one shows no error that matters
@@ -43,8 +48,10 @@ SETTLED = 0.02  # of the noise that an error explains, by the expected energy of
 
 def receiver_errors_due(state: SeparationState) -> bool:
     """Whether errors are looked at in a step that looks at the noise as well."""
-    due = state.iteration % EVERY == FIRST or state.iteration in JITTER_ALSO
-    return due or state.receiver is not None
+    due = state.receiver is not None or state.iteration in (*THOROUGHLY, *JITTER_ALSO)
+    # The step after a change is an odd one, which begins with no search for bursts: images of
+    # bursts are modelled as bursts, and have to go before others are looked for in their place.
+    return due and state.iteration % 2 == 0
 
 
 def next_receiver_errors(
@@ -73,6 +80,8 @@ def next_receiver_errors(
     last = state.receiver
     if not receiver_errors_due(state) or objects.num_components == 0:
         return last
+    if model.num_ramps < FEWEST_RAMPS:
+        return None
     if float(objects.powers.max()) * model.num_antennas * noise_precision < EARLIEST_SNR:
         return None
     return _Evidence(state, objects, object_signal, noise_residual, noise_precision, model).errors()
@@ -97,7 +106,7 @@ class _Evidence:
         self.residual = noise_residual.reshape(self.shape)
         self.found = state.receiver is not None
         self.last = state.receiver or no_errors(model.num_ramps, model.num_antennas)
-        self.thoroughly = self.found or state.iteration % EVERY == FIRST
+        self.thoroughly = self.found or state.iteration in THOROUGHLY
         self._nothing = np.zeros(objects.num_components, np.bool_)
         self.powers = objects.powers * model.num_antennas
 
@@ -155,7 +164,8 @@ class _Evidence:
         In a single ramp nothing has a velocity, and the other radar's tone may have no delay.
         """
         objects = self.objects
-        if self.shape[1] == 1:
+        far = np.abs(objects.beats).min() * self.shape[2] > 1.0
+        if self.shape[1] == 1 or (far and not self.last.offsets.any()):
             return self.last.offsets
         snr = self.powers * self.noise_precision
         reach = AT_ZERO_DEVIATIONS * CELL_STD / np.sqrt(np.maximum(snr, 1.0)) + AT_ZERO_CELLS
