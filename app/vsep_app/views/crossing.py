@@ -172,7 +172,7 @@ def _put_courses(
     handles: bool = False,
     more: dict[str, Any] | None = None,
 ) -> None:
-    """Show the part of courses that lies within +-limit; the handle is at its later end."""
+    """Show the part of courses that lies within +-limit."""
     first, last = courses.within(limit_mhz, plane.ramp_us)
     last = np.maximum(first, last)
     finite = np.isfinite(first)
@@ -181,7 +181,9 @@ def _put_courses(
     end = plane.place(courses.ramps, last, courses.at(last))
     columns = dict(zip(_ENDS, map(short, (*begin, *end)), strict=True))
     if handles:
-        columns |= dict(zip(_HANDLE, map(short, end), strict=True))
+        times = courses.handles_us(limit_mhz, plane.ramp_us)
+        place = plane.place(courses.ramps, times, courses.at(times))
+        columns |= dict(zip(_HANDLE, map(short, place), strict=True))
     if handles or more is not None:
         columns |= {"ramp": short(courses.ramps), "slope": short(courses.slopes)}
     put(source, {**columns, **(more or {})})
