@@ -127,4 +127,9 @@ def _lines_of_guesses(guesses: Sequence[Guess]) -> list[str]:
     lines = []
     for number, guess in enumerate(guesses, start=1):
         lines += [f"{number}. {guess}", f"   {guess.evidence}"]
-    return [*lines, "settings of the first:", *settings_text(guesses[0].settings).splitlines()]
+    return [
+        *lines,
+        f"{guesses[0].num_ramps} ramps are taken for one frame; say num_ramps if there are more.",
+        "settings of the first:",
+        *settings_text(guesses[0].settings).splitlines(),
+    ]
