@@ -1,5 +1,6 @@
 """Layouts of raw captures that nobody described."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -53,6 +54,22 @@ def test_the_picture_shows_the_echo_where_it_is(tmp_path: Path) -> None:
     # Both axes from -1/2: 48 rows and 64 columns.
     assert abs(row - 48 * (0.5 + 0.125)) <= 1
     assert abs(column - 64 * (0.5 + 0.25)) <= 1
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_frames_are_told_by_what_moves(tmp_path: Path, number: int) -> None:
+    layout = LAYOUTS[number]
+    content = capture(layout, "clutter", np.random.default_rng(number), num_frames=5)
+    best = guessed(tmp_path, content)[0]
+    assert tuple(best.settings.values()) == (*layout.settings, layout.num_ramps)
+    assert best.num_ramps == 5 * layout.num_ramps
+
+
+def test_one_frame_is_not_divided(tmp_path: Path) -> None:
+    layout = replace(LAYOUTS[0], num_ramps=128)
+    for scene in ("clutter", "interfered"):
+        best = guessed(tmp_path, capture(layout, scene, np.random.default_rng(8)))[0]
+        assert "num_ramps" not in best.settings
 
 
 def test_noise_and_silence_are_refused(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ like the next one.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.errors import InputError
+from vsep.recordings.frame_length import frame_length
 from vsep.recordings.layout_evidence import (
     Evidence,
     cost,
@@ -38,6 +39,8 @@ from vsep.recordings.word_kinds import signed_words, two_heaps
 
 BEST: Final = 3
 MOST_WORDS: Final = 2**18
+MOST_OF_FRAMES: Final = 2**22
+"""Words among which frames are looked for."""
 FEWEST_WORDS: Final = 2**11
 LENGTHS: Final = range(16, 8193)  # of a ramp
 USUAL_LENGTHS: Final = frozenset(
@@ -80,7 +83,9 @@ _ORDERS: Final = {
 class Guess:
     """A layout, and what speaks for it."""
 
-    settings: dict[str, Any]  #: format, samples, num_samples, num_antennas, num_transmitters
+    #: format, samples, num_samples, num_antennas, num_transmitters, and num_ramps of a frame where
+    #: moving echoes tell that there are several
+    settings: dict[str, Any]
     num_ramps: int  #: of the whole file, those of all transmitters
     evidence: Evidence
     cost: float  #: what layouts are ranked by, little is good; only ratios mean anything
@@ -170,6 +175,7 @@ def guess_layouts(path: str, *, skip_bytes: int = 0, topic: str | None = None) -
                 "needed."
             )
         stored, _ = source.words(skip_bytes, min(total, MOST_WORDS))
+        of_frames, _ = source.words(skip_bytes, min(total, MOST_OF_FRAMES))
     unsigned = two_heaps(stored - np.uint16(2**15), 16)
     words, clipped = quiet(signed_words(stored, None, unsigned=unsigned, bits=16).values)
     spectra = dict(_least_flat(words, _candidates(clipped, total)))
@@ -178,10 +184,22 @@ def guess_layouts(path: str, *, skip_bytes: int = 0, topic: str | None = None) -
         raise InputError(
             f"{path} holds no echoes in any layout of its words: say the settings, or record again."
         )
-    return tuple(
-        _guess(words, total, each, spectra[each.layout], unsigned=unsigned)
-        for each in ranked[:BEST]
+    best, *others = (
+        _guess(words, total, each, spectra[each.layout], unsigned=unsigned) for each in ranked
     )
+    whole = signed_words(of_frames, None, unsigned=unsigned, bits=16).values
+    return _with_frames(best, ranked[0], quiet(whole)[0]), *others
+
+
+def _with_frames(guess: Guess, ranked: _Ranked, words: FloatArray) -> Guess:
+    """Add the ramps of a frame to a guess, where moving echoes tell them."""
+    samples = ranked.layout.of(words)
+    whole = len(samples) // ranked.turns * ranked.turns
+    length = frame_length(in_turns(range_spectra(samples[:whole]), ranked.turns))
+    if length is None:
+        return guess
+    num_ramps = length * guess.settings["num_transmitters"]
+    return replace(guess, settings=guess.settings | {"num_ramps": num_ramps})
 
 
 def _candidates(words: FloatArray, total: int) -> Iterator[_Layout]:
