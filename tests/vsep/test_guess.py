@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from vsep_app import assets
 
 from tests.vsep.layout_scenes import LAYOUTS, SCENES, capture
 from vsep.errors import InputError
@@ -28,6 +29,15 @@ def test_the_right_layout_comes_first_in_at_least_23_of_24_captures(tmp_path: Pa
             right.append(tuple(guesses[0].settings.values()) == layout.settings)
     assert len(right) == 24
     assert sum(right) >= 23
+
+
+def test_the_shipped_recording_is_told_from_its_words(tmp_path: Path) -> None:
+    with np.load(assets.path("frames/openradar_doppler_example_1.npz")) as archive:
+        received = archive["received"]
+    pairs = (received / np.max(np.abs(received)) * 2000.0).reshape(128, 64, 2)
+    words = np.rint(np.stack([pairs.real, pairs.imag], axis=-2)).astype("<i2")
+    best = guessed(tmp_path, words.tobytes())[0]
+    assert tuple(best.settings.values()) == ("dca1000-xwr16xx", "complex-1x", 128, 1, 1)
 
 
 @pytest.mark.parametrize("number", [0, 2])

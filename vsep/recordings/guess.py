@@ -59,6 +59,9 @@ _FEWEST_TURNS = 8
 _MAPPED = 40  # layouts of which maps are made, those with the least flat spectra ...
 _OF_LENGTH = 0.25  # ... for their length: several ramps as one have more lines, not broader ones
 _NOISE = 0.25  # quantile of these maps' noise that is taken for all
+_AS_CHEAP = (
+    1.15  # times the least cost: among these, of as many lanes, the spectra's flatness counts
+)
 # Times the cost of one lane, what four may cost: those of any order, and those that one lane's
 # samples fill. Wrong ones cost nearly four times as much.
 _OF_LANES, _OF_LANES_ALONE = 1.45, 1.6
@@ -277,6 +280,15 @@ def _ranked(spectra: dict[_Layout, ComplexArray]) -> list[_Ranked]:
         if costs[layout] > LEAST_COST and not any(_are_lanes(layout, each, costs) for each in costs)
     ]
     best = sorted(found, key=lambda each: each.cost)[:BEST]
+    # Where bursts cover the echoes, costs hardly differ.
+    near = [
+        each
+        for each in best
+        if each.cost <= _AS_CHEAP * best[0].cost and each.layout.lanes == best[0].layout.lanes
+    ]
+    if len(near) > 1:
+        first = min(near, key=lambda each: flatness(spectra[each.layout]))
+        best = [first, *(each for each in best if each is not first)]
     return [each._replace(turns=_turns(each.layout, spectra[each.layout], noise)) for each in best]
 
 
