@@ -6,7 +6,7 @@ As a script it writes the figure and the table of `assets/docs/recordings.md`:
 """
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -64,18 +64,30 @@ LAYOUTS = (
 SCENES = ("clutter", "interfered", "weak")
 
 
-def capture(layout: Layout, scene: str, rng: np.random.Generator) -> bytes:
+def capture(layout: Layout, scene: str, rng: np.random.Generator, num_frames: int = 1) -> bytes:
     """A capture file of a scene: static clutter, with bursts of another radar, or weak echoes."""
-    ideal = samples_of(layout, scene, rng)
+    ideal = samples_of(layout, scene, rng, num_frames)
     return words_of(layout, ideal).tobytes()
 
 
-def samples_of(layout: Layout, scene: str, rng: np.random.Generator) -> Any:
-    """Samples (ramps, antennas, samples) in least significant bits, not yet rounded."""
+def samples_of(layout: Layout, scene: str, rng: np.random.Generator, num_frames: int = 1) -> Any:
+    """Samples (ramps, antennas, samples) in least significant bits, not yet rounded.
+
+    Frames come every 40 ms.
+    """
+    if num_frames > 1:
+        whole = replace(layout, num_ramps=num_frames * layout.num_ramps)
+        return samples_of_ramps(whole, scene, rng, layout.num_ramps)
+    return samples_of_ramps(layout, scene, rng, layout.num_ramps)
+
+
+def samples_of_ramps(layout: Layout, scene: str, rng: np.random.Generator, in_frame: int) -> Any:
+    """Samples of ramps, so many in a frame."""
     rate = 10e6
     period = layout.num_samples / rate + 12e-6
     ramp, antenna, time = np.ogrid[: layout.num_ramps, : layout.num_antennas, : layout.num_samples]
     time_s = time / rate
+    starts_s = period * (ramp % in_frame) + 40e-3 * (ramp // in_frame)
     transmitter = ramp % layout.num_transmitters
     # Beats reach half the rate, or all of it for Complex 1x
     reach_m = rate * LIGHT / (2.0 * SLOPE) * (0.95 if layout.samples == "complex-1x" else 0.47)
@@ -89,7 +101,7 @@ def samples_of(layout: Layout, scene: str, rng: np.random.Generator) -> Any:
     gains = rng.uniform(0.8, 1.2, layout.num_antennas)[None, :, None]
     samples = np.zeros((layout.num_ramps, layout.num_antennas, layout.num_samples), complex)
     for share, velocity in zip(ranges, velocities, strict=True):
-        delay = 2.0 * (share * reach_m + velocity * (period * ramp + time_s)) / LIGHT
+        delay = 2.0 * (share * reach_m + velocity * (starts_s + time_s)) / LIGHT
         phase = START_HZ * delay + SLOPE * (delay * time_s - delay**2 / 2.0)
         sine = rng.uniform(-0.6, 0.6)
         place = 0.5 * sine * (antenna + layout.num_antennas * transmitter)

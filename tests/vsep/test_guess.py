@@ -1,9 +1,11 @@
 """Layouts of raw captures that nobody described."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from vsep_app import assets
 
 from tests.vsep.layout_scenes import LAYOUTS, SCENES, capture
 from vsep.errors import InputError
@@ -27,6 +29,15 @@ def test_the_right_layout_comes_first_in_at_least_23_of_24_captures(tmp_path: Pa
             right.append(tuple(guesses[0].settings.values()) == layout.settings)
     assert len(right) == 24
     assert sum(right) >= 23
+
+
+def test_the_shipped_recording_is_told_from_its_words(tmp_path: Path) -> None:
+    with np.load(assets.path("frames/openradar_doppler_example_1.npz")) as archive:
+        received = archive["received"]
+    pairs = (received / np.max(np.abs(received)) * 2000.0).reshape(128, 64, 2)
+    words = np.rint(np.stack([pairs.real, pairs.imag], axis=-2)).astype("<i2")
+    best = guessed(tmp_path, words.tobytes())[0]
+    assert tuple(best.settings.values()) == ("dca1000-xwr16xx", "complex-1x", 128, 1, 1)
 
 
 @pytest.mark.parametrize("number", [0, 2])
@@ -53,6 +64,22 @@ def test_the_picture_shows_the_echo_where_it_is(tmp_path: Path) -> None:
     # Both axes from -1/2: 48 rows and 64 columns.
     assert abs(row - 48 * (0.5 + 0.125)) <= 1
     assert abs(column - 64 * (0.5 + 0.25)) <= 1
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_frames_are_told_by_what_moves(tmp_path: Path, number: int) -> None:
+    layout = LAYOUTS[number]
+    content = capture(layout, "clutter", np.random.default_rng(number), num_frames=5)
+    best = guessed(tmp_path, content)[0]
+    assert tuple(best.settings.values()) == (*layout.settings, layout.num_ramps)
+    assert best.num_ramps == 5 * layout.num_ramps
+
+
+def test_one_frame_is_not_divided(tmp_path: Path) -> None:
+    layout = replace(LAYOUTS[0], num_ramps=128)
+    for scene in ("clutter", "interfered"):
+        best = guessed(tmp_path, capture(layout, scene, np.random.default_rng(8)))[0]
+        assert "num_ramps" not in best.settings
 
 
 def test_noise_and_silence_are_refused(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ like the next one.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.errors import InputError
+from vsep.recordings.frame_length import frame_length
 from vsep.recordings.layout_evidence import (
     Evidence,
     cost,
@@ -38,6 +39,8 @@ from vsep.recordings.word_kinds import signed_words, two_heaps
 
 BEST: Final = 3
 MOST_WORDS: Final = 2**18
+MOST_OF_FRAMES: Final = 2**22
+"""Words among which frames are looked for."""
 FEWEST_WORDS: Final = 2**11
 LENGTHS: Final = range(16, 8193)  # of a ramp
 USUAL_LENGTHS: Final = frozenset(
@@ -56,6 +59,9 @@ _FEWEST_TURNS = 8
 _MAPPED = 40  # layouts of which maps are made, those with the least flat spectra ...
 _OF_LENGTH = 0.25  # ... for their length: several ramps as one have more lines, not broader ones
 _NOISE = 0.25  # quantile of these maps' noise that is taken for all
+_AS_CHEAP = (
+    1.15  # times the least cost: among these, of as many lanes, the spectra's flatness counts
+)
 # Times the cost of one lane, what four may cost: those of any order, and those that one lane's
 # samples fill. Wrong ones cost nearly four times as much.
 _OF_LANES, _OF_LANES_ALONE = 1.45, 1.6
@@ -80,7 +86,9 @@ _ORDERS: Final = {
 class Guess:
     """A layout, and what speaks for it."""
 
-    settings: dict[str, Any]  #: format, samples, num_samples, num_antennas, num_transmitters
+    #: format, samples, num_samples, num_antennas, num_transmitters, and num_ramps of a frame where
+    #: moving echoes tell that there are several
+    settings: dict[str, Any]
     num_ramps: int  #: of the whole file, those of all transmitters
     evidence: Evidence
     cost: float  #: what layouts are ranked by, little is good; only ratios mean anything
@@ -170,6 +178,7 @@ def guess_layouts(path: str, *, skip_bytes: int = 0, topic: str | None = None) -
                 "needed."
             )
         stored, _ = source.words(skip_bytes, min(total, MOST_WORDS))
+        of_frames, _ = source.words(skip_bytes, min(total, MOST_OF_FRAMES))
     unsigned = two_heaps(stored - np.uint16(2**15), 16)
     words, clipped = quiet(signed_words(stored, None, unsigned=unsigned, bits=16).values)
     spectra = dict(_least_flat(words, _candidates(clipped, total)))
@@ -178,10 +187,22 @@ def guess_layouts(path: str, *, skip_bytes: int = 0, topic: str | None = None) -
         raise InputError(
             f"{path} holds no echoes in any layout of its words: say the settings, or record again."
         )
-    return tuple(
-        _guess(words, total, each, spectra[each.layout], unsigned=unsigned)
-        for each in ranked[:BEST]
+    best, *others = (
+        _guess(words, total, each, spectra[each.layout], unsigned=unsigned) for each in ranked
     )
+    whole = signed_words(of_frames, None, unsigned=unsigned, bits=16).values
+    return _with_frames(best, ranked[0], quiet(whole)[0]), *others
+
+
+def _with_frames(guess: Guess, ranked: _Ranked, words: FloatArray) -> Guess:
+    """Add the ramps of a frame to a guess, where moving echoes tell them."""
+    samples = ranked.layout.of(words)
+    whole = len(samples) // ranked.turns * ranked.turns
+    length = frame_length(in_turns(range_spectra(samples[:whole]), ranked.turns))
+    if length is None:
+        return guess
+    num_ramps = length * guess.settings["num_transmitters"]
+    return replace(guess, settings=guess.settings | {"num_ramps": num_ramps})
 
 
 def _candidates(words: FloatArray, total: int) -> Iterator[_Layout]:
@@ -259,6 +280,15 @@ def _ranked(spectra: dict[_Layout, ComplexArray]) -> list[_Ranked]:
         if costs[layout] > LEAST_COST and not any(_are_lanes(layout, each, costs) for each in costs)
     ]
     best = sorted(found, key=lambda each: each.cost)[:BEST]
+    # Where bursts cover the echoes, costs hardly differ.
+    near = [
+        each
+        for each in best
+        if each.cost <= _AS_CHEAP * best[0].cost and each.layout.lanes == best[0].layout.lanes
+    ]
+    if len(near) > 1:
+        first = min(near, key=lambda each: flatness(spectra[each.layout]))
+        best = [first, *(each for each in best if each is not first)]
     return [each._replace(turns=_turns(each.layout, spectra[each.layout], noise)) for each in best]
 
 

@@ -17,6 +17,7 @@ from vsep.errors import InputError
 from vsep.files.archive import MAX_SAMPLES
 from vsep.files.frame import Frame
 from vsep.files.opening import open_regular, read_bounded
+from vsep.files.writing import write_text, written_beside
 
 META, DATA = ".sigmf-meta", ".sigmf-data"
 FIELDS: Final = (
@@ -120,7 +121,8 @@ def write_sigmf(path: str, frame: Frame) -> None:
     in_sign = signal if frame.beat_sign == -1 else np.conj(signal)
     stream = np.moveaxis(in_sign, 0, -1).astype("<c16")
     data = Path(path).with_suffix(DATA)
-    stream.tofile(data)
+    with written_beside(data) as beside:
+        stream.tofile(beside)
     values = {
         "slope_hz_per_s": frame.radar.slope_hz_per_s,
         "ramp_period_s": frame.radar.ramp_period_s,
@@ -142,7 +144,8 @@ def write_sigmf(path: str, frame: Frame) -> None:
     )
     start = {"core:frequency": frame.radar.start_frequency_hz}
     recording.add_capture(0, metadata=start)
-    recording.tofile(path, overwrite=True)
+    recording.validate()
+    write_text(path, f"{recording.dumps()}\n")
 
 
 def _metadata(path: str) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """``vsep advise``: settings of this radar that let the fewest bursts of another one in."""
 
 import argparse
-import csv
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from vsep.analysis.timing_advice import Exposure, OtherRadar, exposure, exposures
 from vsep.errors import InputError
 from vsep.files.timing_lines import read_timings
+from vsep.files.writing import write_table
 from vsep.recordings.configurations.registry import (
     merged,
     read_configuration_file,
@@ -110,10 +110,7 @@ def run(options: argparse.Namespace) -> int:
     if drawing is not None:
         drawing.write_advice_map(found, present, Path(options.out))
     elif suffix:
-        with open(options.out, "w", newline="", encoding="utf-8") as stream:
-            table = csv.writer(stream)
-            table.writerow(_COLUMNS)
-            table.writerows(_row(each) for each in found)
+        write_table(options.out, _COLUMNS, map(_row, found))
     return 0
 
 

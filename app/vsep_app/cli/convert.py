@@ -127,4 +127,7 @@ def _lines_of_guesses(guesses: Sequence[Guess]) -> list[str]:
     lines = []
     for number, guess in enumerate(guesses, start=1):
         lines += [f"{number}. {guess}", f"   {guess.evidence}"]
-    return [*lines, "settings of the first:", *settings_text(guesses[0].settings).splitlines()]
+    best = guesses[0]
+    if "num_ramps" not in best.settings:
+        lines.append(f"{best.num_ramps} ramps are taken for one frame; say num_ramps if not.")
+    return [*lines, "settings of the first:", *settings_text(best.settings).splitlines()]

@@ -131,6 +131,19 @@ def test_a_guess_completes_what_the_settings_leave_open(
     assert frame.radar.lowest_beat == 0.0
 
 
+def test_a_frame_file_goes_to_sigmf_and_back_without_settings(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shipped = str(assets.path("frames/openradar_doppler_example_1.npz"))
+    stream, back = str(tmp_path / "frame.sigmf-meta"), str(tmp_path / "frame.npz")
+    assert cli.main(["convert", shipped, "--out", stream]) == 0
+    assert cli.main(["convert", stream, "--out", back]) == 0
+    assert "An object at 0.575 m/s" in capsys.readouterr().err
+    frame, original = read_frame(back), read_frame(shipped)
+    assert frame.radar == original.radar
+    assert np.array_equal(frame.received, original.received)
+
+
 def test_settings_without_an_output_are_refused(
     tmp_path: Path, refused: Callable[..., str]
 ) -> None:
