@@ -32,6 +32,7 @@ from vsep_app.widgets.setting_widgets import setting_widget
 SCENE = ("snr_db", "sir_db", "interferer_slope", "seed", "interference")
 DETECTION = ("false_alarm_rate", "object_threshold_db")
 TELL_EVERY_S = 0.2  # nobody reads a table that changes twenty times a second
+PAUSE_TEXT, PLAY_TEXT = "Pause: let no further frame come.", "Play: let frames come again."
 QUERY_KEY = "street"  # of the address: all that is not as usual
 _DRAWN = """
 requestAnimationFrame(() => setTimeout(() => {
@@ -89,9 +90,9 @@ class StreetPage(PageBase):
         kinds = ["filter_kind", "assumed_kind", "assume_true_filter", "interference"]
         self.settings.param.watch(lambda *_: self._arrange(), kinds)
         self._arrange()
-        self.play = tool_button("Pause", "pause", "Let no further frame come, or go on.")
+        self.play = tool_button("Pause", "pause", PAUSE_TEXT)
         self.play.on_click(lambda _: self._toggle())
-        text = "Begin again with the first frame of this street."
+        text = "Restart: begin again with the first frame of this street."
         self.again = tool_button("Restart", "replay", text)
         self.again.on_click(lambda _: self._restart())
 
@@ -174,7 +175,9 @@ class StreetPage(PageBase):
     def _show_button(self) -> None:
         playing = self.loop.is_playing
         self.play.param.update(
-            label="Pause" if playing else "Play", icon="pause" if playing else "play_arrow"
+            label="Pause" if playing else "Play",
+            icon="pause" if playing else "play_arrow",
+            description=PAUSE_TEXT if playing else PLAY_TEXT,
         )
 
     def _restart(self) -> None:
