@@ -1,5 +1,6 @@
 """Page of the street: frames separated as they come, twenty a second."""
 
+import time
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
@@ -30,7 +31,8 @@ from vsep_app.widgets.setting_widgets import setting_widget
 
 SCENE = ("snr_db", "sir_db", "interferer_slope", "seed", "interference")
 DETECTION = ("false_alarm_rate", "object_threshold_db")
-TABLE_EVERY = 4  # frames: nobody reads a table that changes twenty times a second
+TELL_EVERY_S = 0.2  # nobody reads a table that changes twenty times a second
+PAUSE_TEXT, PLAY_TEXT = "Pause: let no further frame come.", "Play: let frames come again."
 QUERY_KEY = "street"  # of the address: all that is not as usual
 _DRAWN = """
 requestAnimationFrame(() => setTimeout(() => {
@@ -52,6 +54,7 @@ class StreetPage(PageBase):
         self.settings = Settings(**{**STREET_SETTINGS, **values})
         self._usual = Settings(**STREET_SETTINGS)
         self.fault = FaultNotice()
+        self._told_at = 0.0
         self.maps, self.times, self.headline = StreetMaps(), FrameTimes(), Headline()
         self.table = html_pane("tables", tracks_html(()), margin=(0, 8))
         self.status = status_pane("loading")
@@ -87,9 +90,9 @@ class StreetPage(PageBase):
         kinds = ["filter_kind", "assumed_kind", "assume_true_filter", "interference"]
         self.settings.param.watch(lambda *_: self._arrange(), kinds)
         self._arrange()
-        self.play = tool_button("Pause", "pause", "Let no further frame come, or go on.")
+        self.play = tool_button("Pause", "pause", PAUSE_TEXT)
         self.play.on_click(lambda _: self._toggle())
-        text = "Begin again with the first frame of this street."
+        text = "Restart: begin again with the first frame of this street."
         self.again = tool_button("Restart", "replay", text)
         self.again.on_click(lambda _: self._restart())
 
@@ -172,7 +175,9 @@ class StreetPage(PageBase):
     def _show_button(self) -> None:
         playing = self.loop.is_playing
         self.play.param.update(
-            label="Pause" if playing else "Play", icon="pause" if playing else "play_arrow"
+            label="Pause" if playing else "Play",
+            icon="pause" if playing else "play_arrow",
+            description=PAUSE_TEXT if playing else PLAY_TEXT,
         )
 
     def _restart(self) -> None:
@@ -199,7 +204,8 @@ class StreetPage(PageBase):
         with pn.io.hold():
             self.fault.clear(shown=(0, picture.number))
             self.maps.show(picture)
-            if picture.number % TABLE_EVERY == 0 or not self.loop.is_playing:
+            if time.monotonic() - self._told_at > TELL_EVERY_S or not self.loop.is_playing:
+                self._told_at = time.monotonic()
                 self.table.object = tracks_html(picture.tracks)
                 self.headline.tell(sentence_of(picture))
                 self._count.object = f'<span class="status">{punctuality_text(punctuality)}</span>'

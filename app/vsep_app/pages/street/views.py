@@ -37,7 +37,6 @@ _START_COLOURS = {
 }
 _HEADS = ("track", "object", "distance [m]", "velocity [m/s]", "SNR [dB]")
 _PLACE = ("range", "velocity")
-CLUTTER = "clutter"
 
 
 class StreetMaps:
@@ -161,7 +160,7 @@ class FrameTimes:
 
 
 def track_label(row: TrackRow) -> str:
-    """Return identity and name of a track; what stands along the road has a number only.
+    """Return identity and name of a track; clutter and rear ends have a number only.
 
     Examples
     --------
@@ -170,7 +169,7 @@ def track_label(row: TrackRow) -> str:
     >>> track_label(row)
     '4 car 1'
     """
-    name = "" if row.name.startswith(CLUTTER) else row.name
+    name = "" if row.name.startswith("clutter") or row.name.endswith("rear") else row.name
     return f"{row.number} {name}".rstrip()
 
 
