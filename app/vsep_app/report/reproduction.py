@@ -4,6 +4,7 @@ import os
 import platform
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 from vsep._version import __version__
@@ -17,9 +18,10 @@ _LOOKS = {"reproduced": "reproduced", "not reproduced": "contradicted"}
 
 
 def machine_text() -> str:
-    """Say with what and where, in one sentence."""
+    """Say when, with what and where, in one sentence."""
     libraries = ", ".join(f"{name} {number}" for name, number in versions().items() if number)
-    return f"{libraries}; {platform.system()} {platform.machine()}, {os.cpu_count()} cores."
+    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
+    return f"{datetime.now(UTC).date().isoformat()}; {libraries}; {machine}."
 
 
 def reproduction_html(
