@@ -41,6 +41,7 @@ FENCE = re.compile(r"^```(\w+|\{[\w-]+\})?\n(.*?)^```$", flags=re.DOTALL | re.MU
 NOT_RUN = {
     r"vsep serve": "runs until it is stopped",
     r"vsep study run (?!.*--repeat)": "takes minutes; its points and methods are looked up",
+    r"vsep bench --scenes": "starts a process: tests/app/cli/test_bench.py",
     r"vsep reproduce (?!--list)": "takes minutes: tests/app/cli/test_reproduce.py",
     r"vsep calibrate": "needs bursts in most ramps: examples/calibrate-a-receiver.py",
     r"vsep separate .*--response": "needs the response of a calibration",

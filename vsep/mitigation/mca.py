@@ -88,7 +88,7 @@ class MorphologicalComponents:
         moved = float(np.linalg.norm(objects - layers.objects))
         return MitigationState(
             iteration=state.iteration + 1,
-            cleaned=frozen(np.where(mask | (not self.masked), objects / window, received)),
+            cleaned=frozen(self._cleaned(received, mask, objects / window, bursts)),
             change=moved / max(float(np.linalg.norm(objects)), np.finfo(np.float64).tiny),
             memory=Layers(frozen(objects), frozen(bursts), layers.first_level),
         )
@@ -97,6 +97,14 @@ class MorphologicalComponents:
         """After the last threshold."""
         ended = state.iteration >= self.iterations
         return Termination.CONVERGED if ended else Termination.RUNNING
+
+    def _cleaned(
+        self, received: FrameArray, mask: BoolArray, objects: FrameArray, bursts: FrameArray
+    ) -> FrameArray:
+        """Fill in the object layer; where no object exceeds the noise the noise stays."""
+        if self.masked:
+            return np.where(mask, objects, received)
+        return objects if np.any(objects) else received - bursts
 
     def _level(self, unexplained: FrameArray, iteration: int, layers: Layers) -> float:
         """Threshold of an iteration; the median of noise power is ln 2 times its mean."""

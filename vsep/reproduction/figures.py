@@ -79,14 +79,14 @@ FIGURES: Final[dict[str, Figure]] = {
                 study="fig-3",
                 points=panel,
                 methods=_OF_FIGURE_3,
-                quick=60,
+                quick=quick,
                 full=500,
                 seconds=seconds,
             )
-            for panel, title, seconds in (
-                ("3a", "RMSE over SNR at SIR 0 dB", 0.45),
-                ("3b", "RMSE over SIR at SNR 30 dB", 0.45),
-                ("3c", "RMSE over SIR with a model error of the filter", 1.8),
+            for panel, title, quick, seconds in (
+                ("3a", "RMSE over SNR at SIR 0 dB", 60, 0.45),
+                ("3b", "RMSE over SIR at SNR 30 dB", 60, 0.45),
+                ("3c", "RMSE over SIR with a model error of the filter", 30, 1.8),
             )
         ),
         Figure(
@@ -96,7 +96,7 @@ FIGURES: Final[dict[str, Figure]] = {
             study="fig-3",
             points="3b",
             methods=("factorised", NO_INTERFERENCE),
-            quick=40,
+            quick=20,
             full=500,
             seconds=1.3,
             schedule="paper",
@@ -109,7 +109,7 @@ FIGURES: Final[dict[str, Figure]] = {
                 title=title,
                 study="fig-5",
                 points=panel,
-                quick=12,
+                quick=6,
                 full=200,
                 seconds=seconds,
             )
@@ -119,7 +119,7 @@ FIGURES: Final[dict[str, Figure]] = {
             )
         ),
         _example("6", "Example signals of Simulation II"),
-        _example("7", "Recorded frame with bursts, and one ramp of it (7 and 8)", 12, 2.0),
+        _example("7", "Recorded frame with bursts, and one ramp of it (7 and 8)", 6, 2.0),
         *(
             Figure(
                 name=f"mru-{what}",
@@ -132,10 +132,10 @@ FIGURES: Final[dict[str, Figure]] = {
             )
             for what, title, quick, seconds in (
                 # A table of `assets/docs/mitigation.md` each, too.
-                ("share", "Compressive sensing over the share lost, and over levels", 3, 36.0),
-                ("prior", "The prior: number and source of its frames, a wrong one", 6, 9.0),
-                ("solver", "Thresholds, step width, samples drawn", 6, 5.0),
-                ("size", "Time and memory of masked updates and the explicit matrix", 5, 2.0),
+                ("share", "Compressive sensing over the share lost, and over levels", 2, 36.0),
+                ("prior", "The prior: number and source of its frames, a wrong one", 4, 9.0),
+                ("solver", "Thresholds, step width, samples drawn", 4, 5.0),
+                ("size", "Time and memory of masked updates and the explicit matrix", 3, 2.0),
             )
         ),
         *(

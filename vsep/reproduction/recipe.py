@@ -3,6 +3,7 @@
 import hashlib
 import json
 from dataclasses import asdict
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -40,6 +41,7 @@ def record_recipe(folder: Path, figure: Figure, extent: Extent) -> None:
     recipes[figure.name] = {
         "extent": extent,
         "version": __version__,
+        "date": datetime.now(UTC).date().isoformat(),
         "recipe": recipe_of(figure.study_of(extent)),
         "table": table_checksum(folder / f"{figure.name}.csv"),
     }

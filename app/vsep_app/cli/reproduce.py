@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
     rows = {
         name: _rows(out, FIGURES[name], recipe["extent"])
         for name, recipe in recipes.items()
-        if name in FIGURES
+        if name in FIGURES and _rows_path(out, FIGURES[name]).exists()
     }
     findings = judge([claim for claim in CLAIMS if claim.figure in rows], rows)
     lines = finding_lines(findings)

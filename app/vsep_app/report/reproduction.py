@@ -4,7 +4,11 @@ import os
 import platform
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from io import BytesIO
 from pathlib import Path
+
+from PIL import Image
 
 from vsep._version import __version__
 from vsep.reproduction.claims import Finding
@@ -13,13 +17,15 @@ from vsep.reproduction.table import HEADINGS, cells_of, command_of
 from vsep_app.figures.document import page_html
 from vsep_app.report.run import versions
 
+_COLOURS = 96
 _LOOKS = {"reproduced": "reproduced", "not reproduced": "contradicted"}
 
 
 def machine_text() -> str:
-    """Say with what and where, in one sentence."""
+    """Say when, with what and where, in one sentence."""
     libraries = ", ".join(f"{name} {number}" for name, number in versions().items() if number)
-    return f"{libraries}; {platform.system()} {platform.machine()}, {os.cpu_count()} cores."
+    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
+    return f"{datetime.now(UTC).date().isoformat()}; {libraries}; {machine}."
 
 
 def reproduction_html(
@@ -64,6 +70,10 @@ def reproduction_html(
 
 
 def _encoded(picture: Path | None) -> str:
+    """Return a picture as text, of fewer colours: a fourth of its bytes."""
     if picture is None or not picture.exists():
         return ""
-    return b64encode(picture.read_bytes()).decode("ascii")
+    content = BytesIO()
+    with Image.open(picture) as image:
+        image.convert("RGB").quantize(_COLOURS).save(content, format="PNG", optimize=True)
+    return b64encode(content.getvalue()).decode("ascii")

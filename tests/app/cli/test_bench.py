@@ -53,7 +53,7 @@ def test_the_open_set_is_small_whole_and_the_same_each_time(tmp_path):
         again = read_frame(tmp_path / "two" / path.name)
         assert np.array_equal(frame.received, again.received)
     assert "CC BY 4.0" in sheet
-    assert "Apache License" in sheet
+    assert "Apache\nLicense" in sheet
 
 
 def test_without_a_file_it_says_what_is_missing(capsys):

@@ -15,7 +15,7 @@ def test_the_list_names_every_figure_and_its_time(capsys):
     assert text.count("minutes") == len(FIGURES)
 
 
-@pytest.mark.scenario
+@pytest.mark.slow  # `make test` runs claims, verdicts and spots: tests/vsep/test_reproduction.py
 def test_a_figure_is_made_with_its_claims_and_goes_on_where_it_was(tmp_path, capsys):
     words = ["reproduce", "6", "--quick", "--out", str(tmp_path / "out")]
     assert main(words) == 0

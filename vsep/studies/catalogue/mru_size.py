@@ -49,8 +49,8 @@ STUDY = Study(
             y_label=label,
             title=title,
             variant="domain",
-            log_x=True,
-            log_y=True,
+            log_x=panel == "size",
+            log_y=panel == "size",
         )
         for panel, title in (
             ("size", "Square frames, a tenth of every ramp lost"),
