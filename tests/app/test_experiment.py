@@ -83,8 +83,8 @@ def run(name, **changes):
     return Outcome(prepared, steps)
 
 
-def test_there_are_six_in_their_order():
-    names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope"]
+def test_there_are_seven_in_their_order():
+    names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope", "moving-car"]
     assert [one.name for one in shipped_experiments()] == names
     assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
 
