@@ -212,20 +212,23 @@ def test_a_frame_file_keeps_the_flag(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("velocity_mps", [5.0, 15.0, 30.0])
 def test_errors_of_a_car_are_those_of_the_bound(velocity_mps):
-    errors = []
+    errors, false_alarms = [], 0
+    model = model_of(RADAR)
     for seed in range(200):
         observation = frame_of(RADAR, channel(20.0, velocity_mps), 62.0, seed)
         objects = separated("object-only", RADAR, observation.received).objects
-        assert objects.num_components == 1
-        truth, bound = observation.truth, dispersion_bound(observation.truth, model_of(RADAR))
+        false_alarms += objects.num_components - 1
+        car, truth = int(np.argmax(abs(objects.amplitudes))), observation.truth
+        bound = dispersion_bound(truth, model)
         errors.append(
             [
-                (objects.beats[0] - truth.beats[0]) / bound.beats[0],
-                (objects.dopplers[0] - truth.dopplers[0]) / bound.dopplers[0],
+                (objects.beats[car] - truth.beats[0]) / bound.beats[0],
+                (objects.dopplers[car] - truth.dopplers[0]) / bound.dopplers[0],
             ]
         )
-    # The root mean square of 200 is known to 5 %.
-    assert np.all(np.sqrt(np.mean(np.square(errors), axis=0)) < 1.1 + 0.1)
+    # 0.05 a frame are asked: 10 give or take 3. The root mean square of 200 is known to 5 %.
+    assert false_alarms < 20
+    assert np.all(np.sqrt(np.mean(np.square(errors), axis=0)) < 1.1)
 
 
 @pytest.mark.slow
