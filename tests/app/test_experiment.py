@@ -86,8 +86,9 @@ def run(name, **changes):
     return Outcome(prepared, steps)
 
 
-def test_there_are_seven_in_their_order():
+def test_there_are_eight_in_their_order():
     names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope", "oscillator"]
+    names.append("moving-car")
     assert [one.name for one in shipped_experiments()] == names
     assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
 
@@ -132,6 +133,8 @@ def came(name, score):
         ("threshold", "Ten objects and several false ones."),
         ("filter", "One object, and many false ones."),
         ("same-slope", "Two objects: the other radar looks like one."),
+        ("oscillator", "Ten objects: what the receiver makes is told "),
+        ("moving-car", "One car, and several objects around it that "),
     ],
 )
 def test_one_prediction_is_right_on_its_own_seed(name, text):
@@ -342,3 +345,23 @@ def test_an_unknown_experiment_is_told():
 def test_an_experiment_is_a_frozen_record():
     with pytest.raises(dataclasses.FrozenInstanceError):
         named("dip").title = "another"
+
+
+def test_a_moving_car_is_eleven_objects_or_one():
+    still, moving = run("moving-car"), run("moving-car", range_migration="modelled")
+    assert (still.misses, still.objects.num_components) == (0, 11)
+    power_db = 20.0 * np.log10(np.abs(still.objects.amplitudes / still.truth.amplitudes[0]))
+    four = np.argsort(-power_db)[:4]
+    assert power_db[four[0]] == pytest.approx(-2.8, abs=0.1)
+    away_m = np.abs(still.radar.range_from_beat(still.objects.beats[four]) - 20.0)
+    away_mps = np.abs(still.radar.velocity_from_doppler(still.objects.dopplers[four]) - 15.0)
+    assert away_m.max() == pytest.approx(0.1, abs=0.01)
+    assert away_mps.max() == pytest.approx(0.14, abs=0.01)
+    assert moving.ranges_m == pytest.approx([20.0], abs=0.0005)
+    velocity = moving.radar.velocity_from_doppler(moving.objects.dopplers)
+    assert velocity == pytest.approx([15.0], abs=0.0005)
+    ten = [
+        run("moving-car", num_objects=10, range_migration=choice).objects.num_components
+        for choice in ("modelled", "neglected")
+    ]
+    assert ten == [10, 17]

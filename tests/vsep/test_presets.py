@@ -186,7 +186,7 @@ def test_levels_change_neither_scene_nor_noise():
     np.testing.assert_allclose(noises[1], 10 * noises[0], rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("name", PRESET_NAMES)
+@pytest.mark.parametrize("name", SIMULATIONS)
 @pytest.mark.parametrize("slope", [5e12, 9.9e12, 14e12, 30e12])
 def test_another_slope_keeps_the_first_crossing(name, slope):
     radar = preset_radar(name)

@@ -14,6 +14,7 @@ from vsep.inference.core.progress import IterationInfo
 from vsep.inference.core.schedule import Schedule
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.signal.template import SignalModel
 
 CALM_ITERATIONS: Final = 2
 CALM_DEVIATIONS: Final = 0.1  # by which an object moves at most
@@ -28,7 +29,7 @@ def calm_iterations(
     state: SeparationState,
     info: IterationInfo,
     objects: ObjectComponents,
-    shape: tuple[int, int],
+    model: SignalModel,
 ) -> int:
     """Calm iterations in a row, that from a state to its next objects included.
 
@@ -42,8 +43,8 @@ def calm_iterations(
         Of the step.
     objects : ObjectComponents
         After the step.
-    shape : tuple of int
-        (P, N).
+    model : SignalModel
+        Size of the frame, and how objects move in it.
     """
     if not (schedule.ends_when_calm and schedule.weights_begun(state.iteration)):
         return 0
@@ -53,19 +54,18 @@ def calm_iterations(
     change = info.max_frequency_change
     if change >= CALM_DEVIATIONS and state.iteration >= LATE:
         # Within a resolution cell deviations are many times those of isolated lines.
-        change = _largest_change(state, objects, shape)
+        change = _largest_change(state, objects, model)
     return state.calm_iterations + 1 if change < CALM_DEVIATIONS else 0
 
 
-def _largest_change(
-    state: SeparationState, after: ObjectComponents, shape: tuple[int, int]
-) -> float:
+def _largest_change(state: SeparationState, after: ObjectComponents, model: SignalModel) -> float:
     """Largest change of a frequency in deviations that know of the other objects."""
-    before, deviation = state.objects, dispersion_std(after, state.noise_precision, shape)
+    before, precision = state.objects, state.noise_precision
+    deviation = dispersion_std(after, precision, model.shape, migration=model.migration)
     beats = _cyclic(after.beats - before.beats) / np.maximum(deviation.beats, 1e-300)
     dopplers = _cyclic(after.dopplers - before.dopplers) / np.maximum(deviation.dopplers, 1e-300)
     change = np.maximum(beats, dopplers)
-    change[_share_a_cell(after, shape)] *= CALM_DEVIATIONS / CALM_WITHIN_A_CELL
+    change[_share_a_cell(after, model.shape)] *= CALM_DEVIATIONS / CALM_WITHIN_A_CELL
     return float(change.max())
 
 

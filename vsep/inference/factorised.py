@@ -147,9 +147,9 @@ class FactorisedSeparator(ObjectSettings):
         return update_objects(
             residual,
             state,
+            self.model,
             self.threshold_db,
             max_additions,
-            self.model.num_antennas,
             relative_noise,
             1.0 if share == 1.0 else KEEP_MAJORISED,
             jointly=schedule_by_name(self.schedule).joint_object_step,
@@ -184,7 +184,7 @@ class FactorisedSeparator(ObjectSettings):
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
-        return objects_trace(state.objects, self.model.shape, self.model.num_antennas)
+        return objects_trace(state.objects, self.model)
 
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
         """Return the noise precision that bursts see, lambda itself in white noise."""
@@ -292,7 +292,7 @@ class FactorisedSeparator(ObjectSettings):
         )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
-        calm = calm_iterations(interference.schedule, state, info, components, self.model.shape)
+        calm = calm_iterations(interference.schedule, state, info, components, self.model)
         new_state = replace(
             state,
             iteration=state.iteration + 1,

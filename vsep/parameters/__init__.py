@@ -319,6 +319,15 @@ ESTIMATOR_PARAMETERS = (
         query="threshold",
     ),
     Parameter(
+        name="range_migration",
+        title="Range migration",
+        help="Modelled: an object that moves through range cells within the frame is one object, "
+        "where radar or frame file say so. Neglected: it is one cell and satellites beside it.",
+        default="modelled",
+        choices={"modelled": "Modelled", "neglected": "Neglected"},
+        query="migration",
+    ),
+    Parameter(
         name="max_iterations",
         title="Iteration limit",
         help="The run stops here if it has not converged.",

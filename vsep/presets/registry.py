@@ -8,7 +8,7 @@ from typing import Final
 
 from vsep._entry_points import load_entries, require_loadable
 from vsep.errors import InputError, shown
-from vsep.presets import measurement, real_frame, simulation_1, simulation_2
+from vsep.presets import measurement, moving_car, real_frame, simulation_1, simulation_2
 from vsep.presets.record import Preset, SimulatedPreset
 
 GROUP: Final = "vsep.presets"
@@ -18,6 +18,7 @@ _OWN: Final[dict[str, Preset]] = {
         simulation_1.PRESET,
         *simulation_2.PRESETS,
         measurement.PRESET,
+        moving_car.PRESET,
         real_frame.PRESET,
     )
 }

@@ -133,6 +133,9 @@ def _frame(
     if captured.is_doubtful and settings.samples == "complex":
         settings = replace(settings, samples=COMPLEX_2X)
     lowest, taken = lowest_beat(received, radar, settings)
+    migration = radar.needs_migration
+    if settings.range_migration != "automatic":
+        migration = settings.range_migration == "modelled"
     spacing = settings.antenna_spacing_wavelengths
     if settings.num_transmitters == 1:
         spacing = spacing_of(captured.kept, spacing)
@@ -140,13 +143,14 @@ def _frame(
         spacing = None  # Gaps in each transmitter's part make no uniform line.
     frame = Frame(
         received=received[0],
-        radar=replace(radar, lowest_beat=lowest),
+        radar=replace(radar, lowest_beat=lowest, range_migration=migration),
         anti_aliasing_filter=_own_filter(path, settings, beat_sign),
         name=path,
         beat_sign=beat_sign,
         antennas=received if len(received) > 1 else None,
         antenna_spacing_wavelengths=spacing,
         missing=missing,
+        num_transmitters=settings.num_transmitters,
     )
     return frame, (*remarks, *taken)
 

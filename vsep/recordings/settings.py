@@ -32,6 +32,7 @@ REAL: Final = "real"
 COMPLEX_1X, COMPLEX_2X = "complex-1x", "complex-2x"
 SAMPLE_KINDS: Final = ("complex", COMPLEX_1X, COMPLEX_2X, REAL)
 OFFSETS: Final = ("automatic", "remove", "keep")
+MIGRATIONS: Final = ("automatic", "modelled", "neglected")
 ADC_BITS: Final = (12, 14, 16)
 MAX_FILE = 65536  # bytes of a settings file
 _MOST = 2**20
@@ -47,7 +48,7 @@ _NUMBERS = (
     "lowest_beat",
     "antenna_spacing_wavelengths",
 )
-_TEXTS = ("format", "sign", "samples", "offset", "key", "axes")
+_TEXTS = ("format", "sign", "samples", "offset", "range_migration", "key", "axes")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -82,6 +83,9 @@ class RecordingSettings:
     lowest_beat: float | None = None
     #: a constant offset is removed where the words are unsigned (automatic), always or never
     offset: str = "automatic"
+    #: of objects within a frame; automatic: where carrier, slope and length of the frame make a
+    #: fast object walk, see `ChirpSequence.needs_migration`
+    range_migration: str = "automatic"
     skip_bytes: int = 0  #: of a raw file, before its first frame
     #: receive antennas to keep, from 0 with commas between; all that are not dead by default
     antennas: str | None = None
@@ -102,6 +106,7 @@ class RecordingSettings:
             ("sign", SIGNS),
             ("samples", SAMPLE_KINDS),
             ("offset", OFFSETS),
+            ("range_migration", MIGRATIONS),
             ("adc_bits", ADC_BITS),
         ):
             value = getattr(self, key)

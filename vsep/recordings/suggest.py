@@ -96,7 +96,8 @@ def _of_frame(archive: Archive) -> dict[str, Any]:
     for key in ("lowest_beat", "antenna_spacing_wavelengths"):
         if key in archive:
             found[key] = archive.number(key)
-    return found
+    modelled = archive.whole_number("range_migration", 0) != 0
+    return found | {"range_migration": "modelled" if modelled else "neglected"}
 
 
 def _of_archive(archive: Archive) -> dict[str, Any]:

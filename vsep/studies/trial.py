@@ -29,6 +29,7 @@ from vsep.inference.deviations import state_deviations
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.signal.scene import Observation
+from vsep.signal.template import SignalModel
 from vsep.studies.gap_trial import gap_frames, gap_results
 from vsep.studies.methods import MASKED_BY_DETECTOR, NO_INTERFERENCE, repair_of, trial_estimator
 from vsep.studies.scenario import TrialScenario
@@ -247,7 +248,7 @@ def _result_entries(
         "misses": errors.misses,
         "false_alarms": errors.false_alarms,
         "errors": _short_list(errors.errors),
-        **_assigned_entries(errors, solution, shape),
+        **_assigned_entries(errors, solution, drawn.model),
         "gospa": _short(errors.gospa.value),
         "gospa_localisation": _short(errors.gospa.localisation),
         "gospa_missed": errors.gospa.missed,
@@ -263,16 +264,16 @@ def _result_entries(
     }
 
 
-def _assigned_entries(errors: FrameErrors, solution: Solution, shape: tuple[int, int]) -> Row:
+def _assigned_entries(errors: FrameErrors, solution: Solution, model: SignalModel) -> Row:
     """Signed errors and reported standard deviations of the assigned objects, truth by truth."""
     found = errors.found_indices
-    std = state_deviations(solution.state, shape)
+    std = state_deviations(solution.state, model.shape, model.migration)
     entries = {
         "assigned": errors.gospa.true_indices.tolist(),
         "beat_errors": _short_list(errors.beat_errors),
         "beat_stds": _short_list(std.beats[found]),
     }
-    if shape[0] > 1:
+    if model.num_ramps > 1:
         entries["doppler_errors"] = _short_list(errors.doppler_errors)
         entries["doppler_stds"] = _short_list(std.dopplers[found])
     return entries

@@ -118,7 +118,7 @@ def measured_objects(state: SeparationState, radar: ChirpSequence) -> Measured:
         The victim, which gives the units.
     """
     objects = state.objects
-    std = state_deviations(state, radar.shape)
+    std = state_deviations(state, radar.shape, radar.migration)
     cell_m, cell_mps = resolution_cells(radar)
     velocities = radar.velocity_from_doppler(objects.dopplers)
     return Measured(

@@ -161,6 +161,7 @@ def static_picture_of(
             number=antenna,
             together=frame.num_antennas,
             spacing_wavelengths=frame.antenna_spacing_wavelengths,
+            num_transmitters=frame.num_transmitters,
         ),
     )
 
@@ -308,6 +309,7 @@ def plan_estimator(
         object_threshold_db=plan.object_threshold_db,
         schedule=plan.schedule,
         max_iterations=plan.max_iterations,
+        range_migration=plan.range_migration,
         mask=mask,
     )
     threshold = {"interference_threshold_db": interference_threshold_db}

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray
-from vsep.analysis.angles import object_angles
+from vsep.analysis.angles import object_angles, without_motion
 from vsep.inference.core.progress import Step, Termination
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.deviations import state_deviations
@@ -206,7 +206,7 @@ def _table(
 ) -> tuple[text.TableRow, ...]:
     """Rows of all objects, as all antennas together tell them."""
     radar, objects = static_picture.radar, state.objects
-    std = state_deviations(state, radar.shape)
+    std = state_deviations(state, radar.shape, radar.migration)
     cell_m, cell_mps = text.resolution_cells(radar)
     found = text.Located(
         ids=tuple(int(number) for number in objects.component_ids),
@@ -233,10 +233,9 @@ def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> text.An
     spacing = static_picture.antenna.spacing_wavelengths
     if static_picture.antenna.together == 1 or spacing is None:
         return None
+    weights = objects.amplitudes.reshape(objects.num_components, static_picture.antenna.together)
     found = object_angles(
-        objects.amplitudes.reshape(objects.num_components, -1)
-        if objects.num_components
-        else np.zeros((0, static_picture.antenna.together), dtype=np.complex128),
+        without_motion(weights, objects.dopplers, static_picture.antenna.num_transmitters),
         np.real(np.diagonal(objects.covariance)),
         spacing,
     )

@@ -46,6 +46,7 @@ class ShownAntenna:
     together: int = 1  #: Antennas that are separated together; 1: this one alone.
     #: Between neighbours of a uniform line of antennas; None: not known, no angles.
     spacing_wavelengths: float | None = None
+    num_transmitters: int = 1  #: Transmitters that take turns.
 
 
 THE_ONLY_ANTENNA = ShownAntenna()
@@ -211,7 +212,10 @@ def _map_power(
     radar: ChirpSequence, signal: ComplexArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     dopplers, beats, power = range_doppler_map(
-        signal, zero_padding=MAP_PADDING, lowest_beat=radar.lowest_beat
+        signal,
+        zero_padding=MAP_PADDING,
+        lowest_beat=radar.lowest_beat,
+        migration=radar.migration,
     )
     ranges = radar.range_from_beat(beats)
     order = np.argsort(ranges)

@@ -148,8 +148,14 @@ def provenance(run: ReportRun) -> dict[str, Any]:
         infos=tuple(step.info for step in run.steps),
         seconds=0.0,
     )
-    spacing = run.static_picture.antenna.spacing_wavelengths
-    result = result_line(run.frame.name, solution, run.frame.radar, spacing)
+    antenna = run.static_picture.antenna
+    result = result_line(
+        run.frame.name,
+        solution,
+        run.frame.radar,
+        antenna.spacing_wavelengths,
+        antenna.num_transmitters,
+    )
     del result["seconds"]  # not a function of the spec
     cleaned = run.seen.cleaned(run.frame.received)
     truth, objects = run.frame.truth, run.state.objects

@@ -57,6 +57,12 @@ _CHOICES: dict[str, tuple[str, dict[str, str], str]] = {
         "Constant offset of the converter, an object at zero range or at the far end: removed "
         "where no value is negative, always or never.",
     ),
+    "range_migration": (
+        "Range migration",
+        {"If needed": "automatic", "Modelled": "modelled", "Neglected": "neglected"},
+        "Objects that move through range cells within the frame: one object each, or one cell and "
+        "satellites beside it. Needed where a fast object walks.",
+    ),
 }
 _NUMBERS: dict[str, tuple[str, str]] = {
     "frame": ("Frame", "Which frame of the file, from 0."),
@@ -167,7 +173,7 @@ class RecordingForm:
             pair(quick["sign"], quick["samples"]),
             pair(quick["lowest_beat"], quick["offset"]),
             pair(quick["crop_start_samples"], quick["frame"]),
-            quick["antennas"],
+            pair(quick["antennas"], quick["range_migration"]),
             self.clutter,
             pn.Row(self.live, self.save, margin=(0, 12), sizing_mode="stretch_width"),
             heading("4 · Separation"),
