@@ -1,5 +1,6 @@
 from vsep._version import __version__ as __version__
 from vsep.analysis.crlb import dispersion_bound as dispersion_bound
+from vsep.bench.scenes import bench_study as bench_study
 from vsep.check import check_estimator as check_estimator
 from vsep.check import check_mitigation as check_mitigation
 from vsep.errors import InputError as InputError
@@ -44,3 +45,5 @@ from vsep.signal.template import SignalModel as SignalModel
 from vsep.studies.catalogue import make_study as make_study
 from vsep.studies.engine import record_study as record_study
 from vsep.studies.trial import run_trial as run_trial
+from vsep.tracking.sequence import TrackedFrame as TrackedFrame
+from vsep.tracking.sequence import track as track

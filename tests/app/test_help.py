@@ -10,6 +10,7 @@ from vsep_app.model.settings import Settings
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.compare.page import ComparePage
 from vsep_app.pages.live import Dashboard
+from vsep_app.pages.street.page import StreetPage
 from vsep_app.pages.studies.page import StudyPage
 from vsep_app.teaching.help import Help, controls_html, controls_of
 
@@ -20,7 +21,7 @@ EQUATIONS += ("filter_order", "assumed_cutoff", "assumed_order", "false_alarm_ra
 EQUATIONS += ("object_threshold_db",)
 
 
-@pytest.fixture(params=[Dashboard, ComparePage, StudyPage])
+@pytest.fixture(params=[Dashboard, StreetPage, ComparePage, StudyPage])
 def page(request):
     with ThreadPoolExecutor(1) as pool:
         context = PageContext(pool=pool, query={}, post=lambda f: f(), watched=lambda: True)

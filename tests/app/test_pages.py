@@ -17,6 +17,7 @@ def test_addresses_are_keys_and_routes():
     assert all(address == page.address for address, page in PAGES.items())
     assert [page.route for page in PAGES.values()] == [
         "/",
+        "/street",
         "/compare",
         "/separability",
         "/recording",

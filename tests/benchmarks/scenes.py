@@ -38,8 +38,11 @@ def with_energy(signal, energy):
     return signal * np.sqrt(energy / np.sum(np.abs(signal) ** 2))
 
 
-def drawn_problem(shape, num_objects, num_bursts, seed=1):
-    """Objects at random places, bursts with five paths each in the first ramps, unit noise."""
+def drawn_problem(shape, num_objects, num_bursts, seed=1, *, noise_seed=None, clean=False):
+    """Objects at random places, bursts with five paths each in the first ramps, unit noise.
+
+    Another `noise_seed` draws other noise; a clean frame is the same without its bursts.
+    """
     num_ramps, num_samples = shape
     rng = np.random.default_rng(seed)
     model = SignalModel(
@@ -63,5 +66,9 @@ def drawn_problem(shape, num_objects, num_bursts, seed=1):
         gains = np.append(1.0, rng.uniform(0.05, 0.3, CHANNEL_PATHS - 1))
         bursts[p] = template * (gains @ line_factors(delays, num_samples))
     bursts = with_energy(bursts, 10 ** ((OBJECT_SNR_DB - SIR_DB) / 10))
+    if noise_seed is not None:
+        rng = np.random.default_rng(noise_seed)
+    if clean:
+        bursts[:] = 0.0
     noise = (rng.standard_normal(shape) + 1j * rng.standard_normal(shape)) / np.sqrt(2.0)
     return Problem(FactorisedSeparator(model=model), objects + bursts + noise)

@@ -175,7 +175,8 @@ class Student:
             attributes = model.get("attributes", {})
             if attributes.get("label") in SLIDERS and "value_throttled" in attributes:
                 self._sliders[attributes["label"]] = model["id"]
-                self._places[attributes["label"]] = attributes.get("value")
+                # Bokeh leaves out what has its default.
+                self._places[attributes["label"]] = attributes.get("value", 0)
             if "drawn" in str(attributes.get("js_property_callbacks")):
                 source = model["id"]
             if attributes.get("name") == "drawn":

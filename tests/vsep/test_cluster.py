@@ -1,3 +1,4 @@
+import os
 import signal
 import socket
 import subprocess
@@ -49,7 +50,13 @@ class Cluster:
         process = subprocess.Popen(
             [sys.executable, "-m", "dask", *arguments, "--no-dashboard"],
             cwd=self._repository,
-            env={"PATH": "", "PYTHONPATH": str(self._repository), "OMP_NUM_THREADS": "1"},
+            # Of another kind of core the linear algebra rounds otherwise.
+            env={name: value for name, value in os.environ.items() if "BLAS" in name}
+            | {
+                "PATH": "",
+                "PYTHONPATH": os.pathsep.join([str(self._repository), f"{self._repository}/app"]),
+                "OMP_NUM_THREADS": "1",
+            },
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )

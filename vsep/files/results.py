@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vsep._version import __version__
-from vsep.analysis.angles import object_angles
+from vsep.analysis.angles import object_angles, without_motion
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
@@ -22,7 +22,11 @@ from vsep.units import to_db
 
 
 def result_line(
-    file: str, solution: Solution, radar: ChirpSequence, spacing_wavelengths: float | None = None
+    file: str,
+    solution: Solution,
+    radar: ChirpSequence,
+    spacing_wavelengths: float | None = None,
+    num_transmitters: int = 1,
 ) -> dict[str, Any]:
     """Describe one frame's solution by numbers, texts, lists and dictionaries.
 
@@ -36,6 +40,8 @@ def result_line(
         The victim radar, which gives the units.
     spacing_wavelengths : float, optional
         Of a uniform line of antennas that were separated together: objects have angles.
+    num_transmitters : int
+        How many take turns: of the angles their motion in between is taken off.
 
     Returns
     -------
@@ -49,7 +55,7 @@ def result_line(
     return {
         "file": file,
         "radar": asdict(radar),
-        "objects": _object_entries(solution, radar, spacing_wavelengths),
+        "objects": _object_entries(solution, radar, spacing_wavelengths, num_transmitters),
         "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
         "noise_precision": state.noise_precision,
         **_receiver_entry(solution, radar),
@@ -106,11 +112,14 @@ def separated_signals(frame: Frame, solution: Solution) -> dict[str, Any]:
 
 
 def _object_entries(
-    solution: Solution, radar: ChirpSequence, spacing_wavelengths: float | None
+    solution: Solution,
+    radar: ChirpSequence,
+    spacing_wavelengths: float | None,
+    num_transmitters: int,
 ) -> list[dict[str, Any]]:
     objects = solution.objects
     state = solution.state
-    std = state_deviations(state, radar.shape)
+    std = state_deviations(state, radar.shape, radar.migration)
     columns = {
         "beat": objects.beats,
         "doppler": objects.dopplers,
@@ -125,7 +134,8 @@ def _object_entries(
     }
     if spacing_wavelengths is not None and objects.amplitudes.ndim == 2:
         variances = np.diagonal(objects.covariance).real
-        angles = object_angles(objects.amplitudes, variances, spacing_wavelengths)
+        weights = without_motion(objects.amplitudes, objects.dopplers, num_transmitters)
+        angles = object_angles(weights, variances, spacing_wavelengths)
         columns |= {"angle_deg": angles.angles_deg, "angle_std_deg": angles.stds_deg}
     return [
         {key: column[index].tolist() for key, column in columns.items()}

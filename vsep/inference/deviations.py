@@ -16,10 +16,13 @@ from vsep._typing import FloatArray
 from vsep.inference.core.receiver import PhasePrior
 from vsep.inference.core.state import SeparationState
 from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.kernels.moving_atoms import STATIONARY, Migration
 from vsep.signal.atoms import DispersionStd
 
 
-def state_deviations(state: SeparationState, shape: tuple[int, int]) -> DispersionStd:
+def state_deviations(
+    state: SeparationState, shape: tuple[int, int], migration: Migration = STATIONARY
+) -> DispersionStd:
     """Posterior standard deviations of every object's beat and Doppler frequency.
 
     Parameters
@@ -28,9 +31,11 @@ def state_deviations(state: SeparationState, shape: tuple[int, int]) -> Dispersi
         Of any estimator.
     shape : tuple of int
         (P, N).
+    migration : Migration
+        Coupling of delay and Doppler, that of the radar.
     """
     objects, spectrum, receiver = state.objects, state.noise_spectrum, state.receiver
-    std = dispersion_std(objects, state.effective_precision, shape, state.relative_noise)
+    std = dispersion_std(objects, state.effective_precision, shape, state.relative_noise, migration)
     turns = receiver is not None and receiver.turns
     skirt = spectrum is not None and spectrum.own_skirt > 0.0
     if objects.num_components == 0 or not (turns or skirt):

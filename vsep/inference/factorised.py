@@ -16,6 +16,7 @@ from vsep.inference.bursts.image_bursts import without_image_bursts
 from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
+from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
 from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import noise_spectrum_due
@@ -147,9 +148,9 @@ class FactorisedSeparator(ObjectSettings):
         return update_objects(
             residual,
             state,
+            self.model,
             self.threshold_db,
             max_additions,
-            self.model.num_antennas,
             relative_noise,
             1.0 if share == 1.0 else KEEP_MAJORISED,
             jointly=schedule_by_name(self.schedule).joint_object_step,
@@ -184,7 +185,7 @@ class FactorisedSeparator(ObjectSettings):
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
-        return objects_trace(state.objects, self.model.shape, self.model.num_antennas)
+        return objects_trace(state.objects, self.model)
 
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
         """Return the noise precision that bursts see, lambda itself in white noise."""
@@ -292,6 +293,7 @@ class FactorisedSeparator(ObjectSettings):
         )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
+        calm = calm_iterations(interference.schedule, state, info, components, self.model)
         new_state = replace(
             state,
             iteration=state.iteration + 1,
@@ -302,11 +304,12 @@ class FactorisedSeparator(ObjectSettings):
             object_signal=object_signal,
             interference_signal=signal,
             next_component_id=objects.next_id,
-            search_pending=search_again and is_quiet(info),
+            search_pending=search_again and (is_quiet(info) or calm >= CALM_ITERATIONS),
             search_cache=interference.search_cache,
             quiet_iterations=state.quiet_iterations + 1
             if self._is_quiet(interference, objects)
             else 0,
+            calm_iterations=calm,
         )
         if not interference.schedule.noise_spectrum or not noise_spectrum_due(state):
             return new_state, info
@@ -345,12 +348,16 @@ class FactorisedSeparator(ObjectSettings):
     ) -> tuple[SeparationState, IterationInfo]:
         """Spare the next step if all it would begin with, a search, finds nothing new.
 
-        That is, where it would move nothing either: the objects stand still and the filter is the
-        assumed one, whose correction would go on changing.
+        That is, where it would move nothing either: the objects stand still, or have been calm for
+        long enough, and the filter's correction is none, or does not go on changing.
         """
         # The next step would repeat this one: only its search can tell something new.
-        moved = info.max_frequency_change > STILL_DEVIATIONS
-        if not state.search_pending or moved or state.filter_correction.num_splines:
+        calm = state.calm_iterations >= CALM_ITERATIONS
+        moved = info.max_frequency_change > STILL_DEVIATIONS and not calm
+        correcting = state.filter_correction.num_splines > 0 and (
+            not calm or self.correction_due(state, searched=True)
+        )
+        if not state.search_pending or moved or correcting:
             return state, info
         interference = self.interference_workspace(state)
         with part(SEARCH):
@@ -369,7 +376,8 @@ class FactorisedSeparator(ObjectSettings):
         """Converged when quiet, and (robust schedule) a burst search agreed."""
         schedule = schedule_by_name(self.schedule)
         confirmed = info.searched or not schedule.search_before_convergence
-        return settle(state, self.max_iterations, converged=confirmed and is_quiet(info))
+        settled = is_quiet(info) or state.calm_iterations >= CALM_ITERATIONS
+        return settle(state, self.max_iterations, converged=confirmed and settled)
 
 
 ENTRIES = (

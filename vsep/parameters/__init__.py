@@ -106,7 +106,7 @@ RECEIVER_PARAMETERS = (
         title="DC offset",
         convention="noise deviations",
         help="A constant in all samples, as converters and leakage of the own carrier make it, in "
-        "standard deviations of a sample's noise.",
+        "standard deviations of a sample's noise; it has no unit.",
         default=0.0,
         bounds=(0.0, 1e6),
         span=(0.0, 20.0),
@@ -317,6 +317,15 @@ ESTIMATOR_PARAMETERS = (
         optional=True,
         bounds=(0.0, 100.0),
         query="threshold",
+    ),
+    Parameter(
+        name="range_migration",
+        title="Range migration",
+        help="Modelled: an object that moves through range cells within the frame is one object, "
+        "where radar or frame file say so. Neglected: it is one cell and satellites beside it.",
+        default="modelled",
+        choices={"modelled": "Modelled", "neglected": "Neglected"},
+        query="migration",
     ),
     Parameter(
         name="max_iterations",

@@ -6,6 +6,7 @@ Simulation I, a raised cosine of half amplitude at a quarter of the sampling rat
 middle of its ramp) and the Doppler frequencies of the interference paths (zero).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypedDict, Unpack
 
@@ -14,6 +15,7 @@ import numpy as np
 from vsep._validation import require_range
 from vsep.parameters import PARAMETERS
 from vsep.presets.channels import with_first_delay
+from vsep.presets.places import Place, placed_objects
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.registry import simulated_preset
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
@@ -54,6 +56,7 @@ class PresetOptions(TypedDict, total=False):
     iq_gain_db: float
     iq_phase_deg: float
     dc_offset: float
+    places: Sequence[Place]
 
 
 def preset(
@@ -97,6 +100,8 @@ def preset(
         Whether there is another interferer, see `more_interferers`.
     phase_jitter_rad, phase_noise_rad, phase_noise_bandwidth_hz, iq_gain_db, iq_phase_deg, dc_offset
         No part of the scene: `simulate_preset` makes `ReceiverImpairments` of them.
+    places : sequence of Place
+        Objects in the place of those that are drawn; none draws them.
 
     Raises
     ------
@@ -120,7 +125,12 @@ def preset(
         num_interfered_ramps=options.get("num_interfered_ramps"),
     )
     object_rng, channel_rng, other_rng = rng.spawn(3)
-    objects = record.draw_objects(object_rng, options.get("num_objects"))
+    places = options.get("places", ())
+    objects = (
+        placed_objects(object_rng, record.radar, places)
+        if places
+        else record.draw_objects(object_rng, options.get("num_objects"))
+    )
     objects = with_first_delay(objects, record.radar, options.get("object_delay_s"))
     present = options.get("interference", True)
     interferer = Interferer(sequence=sequence, channel=record.draw_paths(channel_rng))
@@ -287,15 +297,16 @@ def interferer_sequence(
     own, radar = record.interferer, record.radar
     slope = own.slope_hz_per_s if slope_hz_per_s is None else slope_hz_per_s
     carrier = own.start_frequency_hz - radar.start_frequency_hz
-    crossing_s = -carrier / (own.slope_hz_per_s - radar.slope_hz_per_s)
-    moved = (own.slope_hz_per_s - slope) * crossing_s
+    late = own.slope_hz_per_s * own.time_offset_s
+    crossing_s = (late - carrier) / (own.slope_hz_per_s - radar.slope_hz_per_s)
+    moved = (own.slope_hz_per_s - slope) * (crossing_s - own.time_offset_s)
     # The course is k_I (T_p p - offset) + (k_I - k) t' + const.
     shift_s = burst_shift_s * (slope - radar.slope_hz_per_s) / slope
     sequence = replace(
         own,
         start_frequency_hz=own.start_frequency_hz + moved,
         slope_hz_per_s=slope,
-        time_offset_s=time_offset_s + shift_s,
+        time_offset_s=own.time_offset_s + time_offset_s + shift_s,
     )
     if num_interfered_ramps is None:
         return sequence

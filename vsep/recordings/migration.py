@@ -1,7 +1,8 @@
 """Range migration: when an object moves too far within a frame to be one line.
 
 An object at the velocity v moves by ``v P T_p`` in a frame. In range cells, m, its line has
-satellites of about ``20 log10(m) - 6`` dB: -46 dB for a hundredth of a cell.
+satellites of about ``20 log10(m) - 6`` dB: -46 dB for a hundredth of a cell. With
+`ChirpSequence.range_migration` estimators model them.
 """
 
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from vsep._typing import ComplexArray
-from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
+from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
 SATELLITE_DB: Final = -6.0  # of an object that moves by one range cell
@@ -19,15 +20,8 @@ _DYNAMIC = 1e-6  # of the window's side lobes, which are no noise
 _FEWEST = 8  # ramps and samples
 
 
-def velocity_of_one_cell(radar: ChirpSequence) -> float:
-    """Velocity in m/s at which an object moves by one range cell in a frame."""
-    swept = abs(radar.slope_hz_per_s) * radar.num_samples / radar.sample_rate_hz
-    cell_m = SPEED_OF_LIGHT_MPS / (2.0 * swept)
-    return cell_m / (radar.num_ramps * radar.ramp_period_s)
-
-
 def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[str]:
-    """Say if the strongest moving object of a frame (P, N) has visible satellites."""
+    """Say if the strongest moving object of a frame (P, N) has satellites, or would have."""
     if min(received.shape) < _FEWEST:
         return
     window = np.hanning(received.shape[0])[:, None] * np.hanning(received.shape[1])
@@ -38,7 +32,7 @@ def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[s
     course = power.max(axis=1)
     doppler = np.fft.fftfreq(len(course)).astype(np.float64)
     velocity = np.abs(radar.velocity_from_doppler(doppler))
-    cells = velocity / velocity_of_one_cell(radar)
+    cells = velocity / radar.one_cell_mps
     # Of a window's main lobe three cells belong to what stands still.
     cells[np.abs(doppler) * len(course) < 2.5] = 0.0
     # Beside a maximum its own main lobe
@@ -48,9 +42,15 @@ def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[s
     worst = int(np.argmax(satellites_db))
     if satellites_db[worst] < VISIBLE_DB:
         return
-    yield (
+    sentence = (
         f"An object at {velocity[worst]:.3g} m/s, {level_db[worst]:.0f} dB over the noise, moves "
-        f"by {cells[worst]:.2g} range cells within the frame: it will be found with satellites of "
-        f"about {2.0 * to_db(cells[worst]) + SATELLITE_DB:.0f} dB beside it, which are no objects. "
-        "Fewer ramps or a smaller sweep avoid them."
+        f"by {cells[worst]:.2g} range cells within the frame"
+    )
+    if radar.range_migration:
+        yield f"{sentence}, which is modelled; range_migration: neglected leaves it out."
+        return
+    yield (
+        f"{sentence}: it will be found with satellites of about "
+        f"{2.0 * to_db(cells[worst]) + SATELLITE_DB:.0f} dB beside it, which are no objects. "
+        "range_migration: modelled, fewer ramps or a smaller sweep avoid them."
     )

@@ -6,9 +6,10 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from vsep._typing import ComplexArray, frozen
+from vsep._typing import ComplexArray, FloatArray, frozen
 from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
+from vsep.kernels.moving_atoms import moving_signals
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
 from vsep.signal.filters import AntiAliasingFilter
@@ -40,7 +41,9 @@ def simulate(
     scene : Scene
         Objects, interferers, SNR (25) and SIR (26). The weights of the objects are those of
         unit-norm atoms (10); the constant phase of a delay at the start frequency counts as part
-        of them. Without objects an energy of one stands in for theirs in both ratios.
+        of them. Without objects an energy of one stands in for theirs in both ratios. Where the
+        radar has `range_migration`, objects move on at their velocities and delays are those at
+        mid-frame.
     anti_aliasing_filter : AntiAliasingFilter
         The filter that shapes the bursts. Objects are not filtered, wherever they lie: a quarter
         of Simulation II's have beat frequencies where its filter already falls off.
@@ -64,12 +67,10 @@ def simulate(
     """
     channel = scene.objects
     beats = wrap_frequency(radar.beat_from_delay(channel.delays_s))
-    dopplers = wrap_frequency(radar.doppler_from_hz(channel.dopplers_hz))
-    object_signal = synthesize(
-        channel.weights,
-        line_factors(beats, radar.num_samples),
-        line_factors(dopplers, radar.num_ramps),
-    )
+    dopplers = radar.doppler_from_hz(channel.dopplers_hz)
+    if radar.migration.coupling == 0.0:
+        dopplers = wrap_frequency(dopplers)
+    object_signal = _object_signals(radar, beats, dopplers, channel.weights[:, None])[0]
     energy = _energy(object_signal) if channel.num_paths else 1.0
     if energy == 0.0:
         raise InputError("The objects have no energy; at least one weight must not be zero.")
@@ -130,11 +131,7 @@ def simulate_antennas(
     assert first is not None  # `simulate` knows it
     shape = antennas.num_antennas, *radar.shape
     amplitudes = first.amplitudes[:, None] * antennas.steering(antenna_scene.object_angles_deg)
-    factors = (
-        line_factors(first.beats, radar.num_samples),
-        line_factors(first.dopplers, radar.num_ramps),
-    )
-    object_signal = np.array([synthesize(weights, *factors) for weights in amplitudes.T])
+    object_signal = _object_signals(radar, first.beats, first.dopplers, amplitudes)
     interference = np.zeros(shape, dtype=np.complex128)
     steering = antennas.steering(antenna_scene.interferer_angles_deg)
     for interferer, weights in zip(scene.interferers, steering, strict=True):
@@ -232,6 +229,19 @@ def _received(
         sample_rate_hz=radar.sample_rate_hz,
         rng=rng,
     )
+
+
+def _object_signals(
+    radar: ChirpSequence, beats: FloatArray, dopplers: FloatArray, weights: ComplexArray
+) -> ComplexArray:
+    """Objects with weights (L, A) as the antennas receive them, (A, P, N)."""
+    migration = radar.migration
+    if migration.coupling != 0.0:
+        points = np.stack([beats, dopplers], axis=1)
+        signals = moving_signals(points, weights.copy(), migration, *radar.shape)
+        return signals.reshape(-1, *radar.shape)
+    factors = line_factors(beats, radar.num_samples), line_factors(dopplers, radar.num_ramps)
+    return np.array([synthesize(each, *factors) for each in weights.T])
 
 
 def _interference(

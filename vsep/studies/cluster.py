@@ -6,10 +6,10 @@ at: once it is back, they are given it again.
 """
 
 import time
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from functools import partial
 from itertools import chain, islice
-from typing import Any
+from typing import Any, TypeVar
 
 from vsep._optional import require_library
 from vsep._version import __version__
@@ -23,6 +23,8 @@ _RETURN_S = 60.0  # for which a scheduler that went away is waited for
 # Trials handed out ahead, per worker thread.
 _AHEAD = 3
 _LOOK_S = 0.1
+
+Item = TypeVar("Item")
 
 
 def run_on_cluster(
@@ -57,28 +59,61 @@ def run_on_cluster(
 def _run(
     trials: Iterable[Trial], _attempts: int, *, dask: Any, address: str
 ) -> Iterator[TrialRows]:
-    """Run every trial once; a scheduler may go away as often as a trial may be tried."""
-    waiting, timeout_s = iter(trials), _CONNECT_S
+    """Run every trial once."""
+    for trial, future in finished_futures(run_trial, trials, dask, address):
+        yield trial, _rows_of(future, trial)
+
+
+def finished_futures(
+    function: Callable[[Item], Any], items: Iterable[Item], dask: Any, address: str
+) -> Iterator[tuple[Item, Any]]:
+    """Call a function with every item on the workers of a scheduler, in any order.
+
+    A scheduler may go away as often as a trial may be tried; once it is back, what was unfinished
+    is handed out again.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module that the workers have.
+    items : iterable
+        Taken only as fast as they are worked on.
+    dask : module
+        ``distributed``.
+    address : str
+        Of the scheduler.
+
+    Yields
+    ------
+    item
+    future
+        Finished, or in error.
+    """
+    waiting, timeout_s = iter(items), _CONNECT_S
     for _ in range(ATTEMPTS):
-        unfinished = yield from _run_connected(waiting, dask, address, timeout_s)
+        unfinished = yield from _finished_connected(function, waiting, dask, address, timeout_s)
         if not unfinished:
             return
         waiting, timeout_s = chain(unfinished, waiting), _RETURN_S
     raise InputError(f"The scheduler at {address} went away; run again to resume.")
 
 
-def _run_connected(
-    waiting: Iterator[Trial], dask: Any, address: str, timeout_s: float
-) -> Generator[TrialRows, None, list[Trial]]:
-    """Run trials until there are no more, or the scheduler goes; return those unfinished."""
-    running: dict[Any, Trial] = {}
+def _finished_connected(
+    function: Callable[[Item], Any],
+    waiting: Iterator[Item],
+    dask: Any,
+    address: str,
+    timeout_s: float,
+) -> Generator[tuple[Item, Any], None, list[Item]]:
+    """Call until there are no more items, or the scheduler goes; return those unfinished."""
+    running: dict[Any, Item] = {}
     with _connected(dask.Client, address, timeout_s) as client:
         ahead = _AHEAD * _num_threads(client, address, timeout_s)
         finished = dask.as_completed()
         while True:
-            for trial in islice(waiting, ahead - len(running)):
-                future = client.submit(run_trial, trial, pure=False)
-                running[future] = trial
+            for item in islice(waiting, ahead - len(running)):
+                future = client.submit(function, item, pure=False)
+                running[future] = item
                 finished.add(future)
             if not running:
                 return []
@@ -88,8 +123,7 @@ def _run_connected(
                 while client.status == "connecting":
                     time.sleep(_LOOK_S)
                 return list(running.values())
-            trial = running.pop(future)
-            yield trial, _rows_of(future, trial)
+            yield running.pop(future), future
 
 
 def library_version() -> str:

@@ -36,6 +36,7 @@ DESCRIPTION = (
 EXAMPLES = """\
 examples:
   vsep report frame.npz --out snapshot.html
+  vsep report adc_data.bin --settings radar.cfg --out snapshot.png
   vsep report frame.npz --out snapshot.png --schedule paper --object-threshold-db 9
   vsep report --preset simulation-2-b --sir-db -30 --iterations 1,3,10 --out film.pdf
   vsep report --url 'http://127.0.0.1:5006/?preset=simulation-2-a&iteration=4' --out shared.html
@@ -78,6 +79,13 @@ def _add_sources(parser: Any) -> None:
         nargs="*",
         metavar="FRAME",
         help="a frame file, *.npz; several make a folder of reports",
+    )
+    add_file(
+        parser,
+        "--settings",
+        "FRAME is a recording, and this is what it is, as for vsep convert; given again, later "
+        "ones count",
+        action="append",
     )
     add_antenna_option(parser)
     group = parser.add_argument_group("instead of a frame file")
@@ -171,6 +179,10 @@ def spec_of(options: argparse.Namespace) -> Any:
         spec = sources.of_rows(options.rows, options.trial)
     elif options.trial is not None:
         spec = sources.of_trial(options.trial)
+    elif options.settings:
+        spec, remarks = sources.of_recording(options.frames[0], options.settings)
+        for remark in remarks:
+            sys.stderr.write(f"vsep: {remark}\n")
     else:
         spec = sources.of_frame(options.frames[0])
     return _changed(spec, options)
@@ -208,6 +220,8 @@ def _require_one_source(options: argparse.Namespace) -> None:
         )
     if options.made_before is not None and len(options.frames) > 1:
         raise InputError(f"--from needs one frame at most, not {len(options.frames)}.")
+    if options.settings and (len(options.frames) != 1 or options.made_before is not None):
+        raise InputError(f"--settings {options.settings[0]} needs one recording in place of FRAME.")
     if options.antenna is not None and not options.frames:
         raise InputError(
             f"--antenna is {options.antenna}; it can only be used with a frame file, FRAME."
@@ -220,7 +234,7 @@ def _require_outputs(options: argparse.Namespace) -> None:
     outs = list(outputs.values())
     if not outs:
         raise InputError("Nothing to write is named; give --out, --record or --animate.")
-    sources = (*options.frames, options.made_before, options.rows)
+    sources = (*options.frames, options.made_before, options.rows, *(options.settings or ()))
     inputs = {Path(name).resolve() for name in sources if name is not None}
     for out in outs:
         if Path(out).resolve() in inputs:

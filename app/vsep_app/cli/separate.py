@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from itertools import repeat
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ import numpy as np
 
 from vsep._processes import available_cores, worker_pool
 from vsep._typing import BoolArray, ComplexArray
-from vsep.analysis.interferer_timing import InterfererTiming
+from vsep.analysis.crossings import InterfererTiming
 from vsep.analysis.parallel import parallel_ramps
 from vsep.calibration.calibrate import calibrate
 from vsep.errors import InputError
@@ -33,6 +34,8 @@ from vsep.inference.registry import ESTIMATORS, make_estimator
 from vsep.signal.clutter import remove_static_clutter
 from vsep.signal.filters import MeasuredFilter, NoFilter
 from vsep.signal.template import SignalModel
+from vsep.studies.cluster_map import map_on_cluster
+from vsep.tracking.sources import frame_files
 from vsep.two_pass import require_timing_support, run_twice
 from vsep_app.cli.estimator_options import (
     DEFAULT_ESTIMATOR,
@@ -50,10 +53,12 @@ from vsep_app.cli.shared_options import (
     add_frames,
     add_number,
     add_out,
+    add_scheduler_option,
     error_text,
     given,
     integer,
     listed,
+    lost_lines,
     refuse_unused,
     require_distinct_names,
     require_folder,
@@ -76,7 +81,7 @@ _FRAMES_WORTH_A_PROCESS = 16  # starting one takes as long as some frames
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_frames(parser)
+    add_frames(parser, ", or a folder of them")
     add_out(parser, "the results, one JSON line per frame, in order")
     parser.add_argument(
         "--signals",
@@ -110,6 +115,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "processes that share the frames (default: one for every core)",
         kind=integer(1, 4096),
     )
+    add_scheduler_option(parser, "; they must see the files under the same names")
     parser.add_argument(
         "--profile",
         action="store_true",
@@ -121,6 +127,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Separate every frame, one result line each; 2 if one of them could not be used."""
     options.estimator = options.estimator or DEFAULT_ESTIMATOR
+    options.frames = frame_files(options.frames)
+    if options.scheduler is not None and options.workers is not None:
+        raise InputError(
+            f"--workers is {options.workers} and --scheduler {options.scheduler}; give one of them."
+        )
     _require_distinct(options.frames, options.out, options.signals)
     require_folder(options.out)
     _require_usable(options)
@@ -148,7 +159,8 @@ def run(options: argparse.Namespace) -> int:
     if profile:
         sys.stderr.write("\n".join(_profile_table(profile, used)) + "\n")
     if used > 1:
-        sys.stderr.write(_throughput(used, time.perf_counter() - start, workers) + "\n")
+        place = options.scheduler or ("1 process" if workers == 1 else f"{workers} processes")
+        sys.stderr.write(_throughput(used, time.perf_counter() - start, place) + "\n")
     return 0 if used == len(options.frames) else EXIT_INPUT
 
 
@@ -178,6 +190,9 @@ def _num_workers(options: argparse.Namespace) -> int:
 @contextmanager
 def _result_lines(options: argparse.Namespace, workers: int) -> Iterator[Iterator[dict[str, Any]]]:
     """Make the result lines in the order of the frames, in this process or several."""
+    if options.scheduler is not None:
+        yield _cluster_lines(options)
+        return
     if workers == 1:
         yield _watched_lines(options)
         return
@@ -189,6 +204,23 @@ def _result_lines(options: argparse.Namespace, workers: int) -> Iterator[Iterato
     except BrokenProcessPool:
         sentence = "A worker process ended abruptly, perhaps for lack of memory; try --workers 1."
         raise InputError(sentence) from None
+
+
+def _cluster_lines(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """Make the result lines on the workers of a scheduler, some at a time."""
+    frames = options.frames
+    parts = [
+        frames[start : start + _FRAMES_AT_A_TIME]
+        for start in range(0, len(frames), _FRAMES_AT_A_TIME)
+    ]
+    make = partial(separate_frames, options=options)
+    for lines in map_on_cluster(make, parts, options.scheduler, lost=lost_lines):
+        yield from lines
+
+
+def separate_frames(paths: Sequence[str], options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Make the result lines of some frames."""
+    return [separate_frame(path, options) for path in paths]
 
 
 def _watched_lines(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
@@ -213,10 +245,9 @@ def _profile_table(profile: Mapping[str, float], frames: int) -> list[str]:
     ]
 
 
-def _throughput(frames: int, seconds: float, workers: int) -> str:
-    processes = "1 process" if workers == 1 else f"{workers} processes"
+def _throughput(frames: int, seconds: float, place: str) -> str:
     rate = frames / seconds
-    return f"{frames} frames in {seconds:.1f} s on {processes}: {rate:.1f} frames per second"
+    return f"{frames} frames in {seconds:.1f} s on {place}: {rate:.1f} frames per second"
 
 
 def separate_frame(
@@ -235,7 +266,8 @@ def separate_frame(
             write_npz(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
         return {"file": path, "error": error_text(path, error)}
-    line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
+    spacing = frame.antenna_spacing_wavelengths
+    line = result_line(path, solution, frame.radar, spacing, frame.num_transmitters)
     if timings is not None:
         line["interferer_timings"] = len(timings)
     # A burst that the estimator has modelled is no tone.

@@ -108,6 +108,11 @@ def error_text(path: str, error: InputError | MemoryError) -> str:
     return str(error) or f"{path} needs more memory than this machine has."
 
 
+def lost_lines(paths: Sequence[str], sentence: str) -> list[dict[str, Any]]:
+    """Return the result lines of frames that a worker could not separate."""
+    return [{"file": path, "error": f"{path}: {sentence}"} for path in paths]
+
+
 def integer(lowest: int, highest: int) -> Callable[[str], int]:
     """Return the reader of an integer within bounds."""
 
@@ -159,3 +164,12 @@ def add_antenna_option(parser: Any, default: str = "0") -> None:
     """Add ``--antenna``, for frame files that hold several."""
     what = f"which antenna of a frame file that holds several, from 0 (default: {default})"
     add_number(parser, "--antenna", what, int)
+
+
+def add_scheduler_option(parser: Any, more: str = "") -> None:
+    """Add ``--scheduler``, the workers of a Dask cluster in place of processes of this machine."""
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help=f"use the workers of this Dask scheduler, such as tcp://host:8786{more}",
+    )

@@ -1,20 +1,29 @@
-"""``vsep simulate``: a frame file from a preset."""
+"""``vsep simulate``: a frame file from a preset, or a folder of those of a sequence."""
 
 import argparse
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vsep._typing import FloatArray
+from vsep.errors import InputError
 from vsep.files.frame import Frame, write_frame
 from vsep.parameters import FILTER_PARAMETERS, PARAMETERS, SCENE_PARAMETERS
 from vsep.presets.antennas import simulate_preset_antennas
 from vsep.presets.registry import PRESET_NAMES, simulated_preset
 from vsep.presets.scenes import Scenario, simulate_preset
 from vsep.presets.settings import chosen_filter, simulator_options
+from vsep.presets.street import MOST_FRAMES, street_frame
+from vsep.presets.street_settings import STREET, STREET_OPTIONS, STREET_SETTINGS, street_options
 from vsep.signal.linear_array import UniformLinearArray
+from vsep.signal.motion import CYCLE_S
 from vsep.signal.scene import Observation
-from vsep_app.cli.scene_options import ASSUMED, add_scene_options, scene_values
+from vsep.tracking.sources import frame_of_street
+from vsep_app.cli.progress import counted
+from vsep_app.cli.scene_options import ASSUMED, SCENE_OPTIONS, add_scene_options, scene_values
 from vsep_app.cli.shared_options import (
     add_number,
     add_out,
@@ -26,13 +35,14 @@ from vsep_app.cli.shared_options import (
     require_folder,
 )
 
-DESCRIPTION = "Make a frame file from a preset."
+DESCRIPTION = "Make a frame file from a preset, or those of a sequence."
 EXAMPLES = """\
 examples:
   vsep simulate --preset simulation-2-a --snr-db 60 --sir-db -20 --seed 7 --out frame.npz
   vsep simulate --preset simulation-2-b --interferer-slope 9.6 --second-interferer --num-objects 20
       --filter-kind butterworth --filter-order 4 --assumed-kind raised_cosine --out hard.npz
   vsep simulate --preset simulation-2-b --antennas 4 --interferer-angle-deg -25 --out array.npz
+  vsep simulate --preset street --frames 200 --out street
 """
 _MAX_ANTENNAS = 1024
 _ARRAY_OPTIONS = ("antenna_spacing_wavelengths", "object_angles_deg", "interferer_angle_deg")
@@ -43,9 +53,18 @@ _SETTINGS = {"an array": frozenset(_ARRAY_OPTIONS), "one antenna": frozenset[str
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
-        "--preset", choices=PRESET_NAMES, required=True, help="scene and radar from the paper"
+        "--preset",
+        choices=(*PRESET_NAMES, STREET),
+        required=True,
+        help=f"scene and radar from the paper, or {STREET}: a drive past cars with radars",
     )
-    add_out(parser, "the frame file, *.npz")
+    add_out(parser, "the frame file, *.npz; with --frames the folder for them, made if need be")
+    add_number(
+        parser,
+        "--frames",
+        f"a sequence of so many frames, {1e3 * CYCLE_S:g} ms apart (default: one frame)",
+        kind=integer(1, MOST_FRAMES),
+    )
     add_scene_options(parser, "the preset, whose own values are the defaults; seed: 0")
     group = parser.add_argument_group(
         "several antennas", "A uniform line of them; SNR and SIR are those of one antenna."
@@ -78,8 +97,39 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Simulate a preset and write its frame file."""
+    """Simulate a preset and write its frame file, or those of a sequence."""
     require_folder(options.out)
+    make = _street_maker(options) if options.preset == STREET else _preset_maker(options)
+    if options.frames is None:
+        write_frame(options.out, make(0, options.out))
+        return 0
+    folder = Path(options.out)
+    folder.mkdir(exist_ok=True)
+    for number in counted(range(options.frames), options.frames, "frame"):
+        path = str(folder / f"{number:06d}.npz")
+        write_frame(path, make(number, path))
+    return 0
+
+
+def _street_maker(options: argparse.Namespace) -> Callable[[int, str], Frame]:
+    """Return what makes a frame of the street of a number and a name."""
+    usual = {each.name: each.default for each in (*SCENE_PARAMETERS, *FILTER_PARAMETERS)}
+    usual |= STREET_SETTINGS
+    values = scene_values(options, usual)
+    settings = {STREET: frozenset(STREET_OPTIONS), "any other preset": frozenset(SCENE_OPTIONS)}
+    settings["any other preset"] |= {"antennas", *_ARRAY_OPTIONS}
+    several = {"antennas": options.antennas} if options.antennas > 1 else {}
+    refuse_unused(given(options, (*SCENE_OPTIONS, *_ARRAY_OPTIONS)) | several, (STREET,), settings)
+    keywords = street_options(usual | values)
+
+    def make(number: int, path: str) -> Frame:
+        return replace(frame_of_street(street_frame(number, **keywords)), name=path)
+
+    return make
+
+
+def _preset_maker(options: argparse.Namespace) -> Callable[[int, str], Frame]:
+    """Return what makes a frame of a preset of a number and a name."""
     several = options.antennas > 1
     chosen = "an array" if several else "one antenna"
     refuse_unused(given(options, _ARRAY_OPTIONS), (chosen,), _SETTINGS)
@@ -99,25 +149,32 @@ def run(options: argparse.Namespace) -> int:
     keywords = simulator_options(levels)
     if given(options, _FILTER):
         keywords["anti_aliasing_filter"] = chosen_filter(usual | values, "filter")
-    scenario, observation = _simulated(options, array, keywords)
-    assumed = scenario.anti_aliasing_filter
-    if given(options, ASSUMED):
-        assumed = chosen_filter(usual | values, "assumed")
-    truth = observation.truth
-    assert truth is not None  # the simulator knows it
-    frame = Frame(
-        received=observation.received[0] if several else observation.received,
-        radar=scenario.radar,
-        anti_aliasing_filter=assumed,
-        truth=truth.of_antenna(0) if several else truth,
-        name=options.out,
-        settings=settings,
-        antennas=observation.received if several else None,
-        antenna_spacing_wavelengths=array.spacing_wavelengths if several else None,
-        antennas_truth=truth if several else None,
-    )
-    write_frame(options.out, frame)
-    return 0
+    if several and options.frames is not None:
+        raise InputError(
+            f"--frames is {options.frames} and --antennas {options.antennas}; a sequence has 1."
+        )
+
+    def make(number: int, path: str) -> Frame:
+        moved = {} if several else {"frame_number": number}
+        scenario, observation = _simulated(options, array, keywords | moved)
+        assumed = scenario.anti_aliasing_filter
+        if given(options, ASSUMED):
+            assumed = chosen_filter(usual | values, "assumed")
+        truth = observation.truth
+        assert truth is not None  # the simulator knows it
+        return Frame(
+            received=observation.received[0] if several else observation.received,
+            radar=scenario.radar,
+            anti_aliasing_filter=assumed,
+            truth=truth.of_antenna(0) if several else truth,
+            name=path,
+            settings=settings,
+            antennas=observation.received if several else None,
+            antenna_spacing_wavelengths=array.spacing_wavelengths if several else None,
+            antennas_truth=truth if several else None,
+        )
+
+    return make
 
 
 def _array(options: argparse.Namespace) -> UniformLinearArray:

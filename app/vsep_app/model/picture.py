@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray
-from vsep.analysis.angles import object_angles
+from vsep.analysis.angles import object_angles, without_motion
 from vsep.inference.core.progress import Step, Termination
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.deviations import state_deviations
 from vsep.units import to_db
 from vsep_app.model import markers, text
+from vsep_app.model.crossing import ALL_RAMPS, Crossing, crossing_of
 from vsep_app.model.score import Score, score_of
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 
@@ -75,6 +76,7 @@ class Picture(RunPicture):
     pruned: markers.Markers
     #: Interference-channel components of the ramp at their equivalent range.
     channel: markers.Markers
+    crossing: Crossing  #: Courses of chirps over the ramps, or in the ramp's spectrogram.
     score: Score | None  #: How many objects are found; None where the true ones are not known.
     headline: str  #: What happened in this iteration, in plain words.
     is_cleaned: bool  #: Whether a burst is modelled in any ramp.
@@ -106,6 +108,7 @@ def make_picture(
     *,
     ramp: int = 0,
     fast_time_mode: str = "level",
+    crossing_mode: str = ALL_RAMPS,
     run_number: int = 0,
     num_iterations: int | None = None,
 ) -> Picture:
@@ -123,6 +126,8 @@ def make_picture(
         Ramp shown, clipped to those there are.
     fast_time_mode : str
         "level" or "real".
+    crossing_mode : str
+        "ramps" or "spectrogram".
     run_number : int
         Passed on, so that a stale picture can be told.
     num_iterations : int or None
@@ -148,6 +153,7 @@ def make_picture(
         added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
         pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
         channel=markers.channel_marks(static_picture, state, ramp),
+        crossing=crossing_of(static_picture, state, ramp=ramp, mode=crossing_mode),
         score=score,
         headline=text.headline(
             steps,
@@ -200,7 +206,7 @@ def _table(
 ) -> tuple[text.TableRow, ...]:
     """Rows of all objects, as all antennas together tell them."""
     radar, objects = static_picture.radar, state.objects
-    std = state_deviations(state, radar.shape)
+    std = state_deviations(state, radar.shape, radar.migration)
     cell_m, cell_mps = text.resolution_cells(radar)
     found = text.Located(
         ids=tuple(int(number) for number in objects.component_ids),
@@ -227,10 +233,9 @@ def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> text.An
     spacing = static_picture.antenna.spacing_wavelengths
     if static_picture.antenna.together == 1 or spacing is None:
         return None
+    weights = objects.amplitudes.reshape(objects.num_components, static_picture.antenna.together)
     found = object_angles(
-        objects.amplitudes.reshape(objects.num_components, -1)
-        if objects.num_components
-        else np.zeros((0, static_picture.antenna.together), dtype=np.complex128),
+        without_motion(weights, objects.dopplers, static_picture.antenna.num_transmitters),
         np.real(np.diagonal(objects.covariance)),
         spacing,
     )

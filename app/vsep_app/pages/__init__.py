@@ -31,6 +31,9 @@ PAGES: Final[dict[str, PageEntry]] = {
     page.address: page
     for page in (
         PageEntry("./", "Live view", "vsep: objects out of interference", "live:Dashboard"),
+        PageEntry(
+            "street", "Street", "vsep: a street, frame after frame", "street.page:StreetPage"
+        ),
         PageEntry("compare", "Compare", "vsep: compare methods", "compare.page:ComparePage"),
         PageEntry(
             "separability",

@@ -9,7 +9,8 @@ from axe_playwright_python.sync_playwright import Axe
 from tests.app.browser.tab import PATIENCE_MS, Tab
 
 pytestmark = pytest.mark.ui
-PAGES = ["?speed=30", "compare?speed=30&max_iterations=3", "separability", "recording", "studies"]
+PAGES = ["?speed=30", "street", "compare?speed=30&max_iterations=3"]
+PAGES += ["separability", "recording", "studies"]
 # Of the libraries, not ours, told by what stands in the element: progress bars have no name, the
 # mark that shows a tooltip has a label but no role, plus and minus of a number field have no name.
 UPSTREAM = {
@@ -58,8 +59,8 @@ def drawn(page, url, query):
     )
     status = page.locator("[role=status]").first
     status.wait_for(timeout=PATIENCE_MS)
-    # A map and a recording are shown at once and wait.
-    also = {"separability": "ready", "recording": "ready"}
+    # A map and a recording are shown at once and wait, the street is never at rest.
+    also = {"separability": "ready", "recording": "ready", "street": "playing"}
     words = ["finished", "converged", "stopped"] + [
         word for page_name, word in also.items() if query.startswith(page_name)
     ]
@@ -91,6 +92,7 @@ def open_experiment(page, query):
     if query.startswith("?"):
         page.get_by_role("combobox", name=re.compile("^Experiment")).click()
         page.get_by_role("menuitem", name="The last line of the algorithm").click()
+        page.get_by_role("button", name=re.compile("^Some are lost")).click()
         page.get_by_role("button", name=re.compile("Show the answer")).click()
         page.get_by_text("does not belong together").wait_for(timeout=PATIENCE_MS)
 

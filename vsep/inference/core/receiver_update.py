@@ -161,9 +161,11 @@ class _Evidence:
         """Offset d of every antenna: an object at zero beat and Doppler, and the mean of e.
 
         It has no delay and no velocity, so that it cannot be told from an offset and needs not be.
+        In a single ramp nothing has a velocity, and the other radar's tone may have no delay.
         """
         objects = self.objects
-        if not self.last.offsets.any() and np.abs(objects.beats).min() * self.shape[2] > 1.0:
+        far = np.abs(objects.beats).min() * self.shape[2] > 1.0
+        if self.shape[1] == 1 or (far and not self.last.offsets.any()):
             return self.last.offsets
         snr = self.powers * self.noise_precision
         reach = AT_ZERO_DEVIATIONS * CELL_STD / np.sqrt(np.maximum(snr, 1.0)) + AT_ZERO_CELLS

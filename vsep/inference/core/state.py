@@ -217,6 +217,8 @@ class SeparationState:
         Errors of oscillator and receivers, taken off the frame before a step; None without.
     quiet_iterations : int
         Iterations in a row that have added no object and next to no channel component.
+    calm_iterations : int
+        Iterations in a row that have changed next to nothing, see `vsep.inference.core.estimator`.
     """
 
     iteration: int
@@ -234,6 +236,7 @@ class SeparationState:
     sample_weights: FloatArray | None = None
     receiver: ReceiverErrors | None = None
     quiet_iterations: int = 0
+    calm_iterations: int = 0
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""

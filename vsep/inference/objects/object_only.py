@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep._validation import require_choice
 from vsep.errors import InputError
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.core.environment import with_environment
@@ -16,6 +17,7 @@ from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.parameters import PARAMETERS
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
@@ -39,6 +41,8 @@ class ObjectSettings:
         Where a run stops at the latest.
     missing : (P, N) or (A, P, N) bool or None
         Samples that were never received and are left out.
+    range_migration : {"modelled", "neglected"}
+        Whether objects that move through range cells are modelled where the model has it.
     """
 
     model: SignalModel
@@ -46,9 +50,14 @@ class ObjectSettings:
     object_threshold_db: float | None = None
     max_iterations: int = PARAMETERS["max_iterations"].default
     missing: BoolArray | None = field(default=None, compare=False, repr=False)
+    range_migration: str = PARAMETERS["range_migration"].default
 
     def __post_init__(self) -> None:
         """Check the settings."""
+        choices = PARAMETERS["range_migration"].choices or {}
+        require_choice("range_migration", self.range_migration, tuple(choices))
+        if self.range_migration == "neglected":
+            object.__setattr__(self, "model", replace(self.model, migration=STATIONARY))
         for name, unit in (("false_alarm_rate", "per frame"), ("max_iterations", "")):
             PARAMETERS[name].require(getattr(self, name), name, unit)
         if self.object_threshold_db is not None:
@@ -131,9 +140,9 @@ class ObjectOnlySeparator(ObjectSettings):
             objects = update_objects(  # Algorithm 3 with r_alpha = r
                 received,
                 state,
+                self.model,
                 self.threshold_db,
                 ROBUST.object_additions(state.iteration),
-                self.model.num_antennas,
                 state.relative_noise,
             )
         object_signal = objects.signal
@@ -166,9 +175,9 @@ def step_on_used(
         objects = update_objects(
             state.object_signal + steps * used_residual,  # r'
             replace(state, noise_precision=state.noise_precision / length),  # lambda / w
+            model,
             settings.threshold_db,
             ROBUST.object_additions(state.iteration),
-            model.num_antennas,
             state.relative_noise,
         )
     object_signal = objects.signal
@@ -190,9 +199,9 @@ def step_on_used(
 def update_objects(
     residual: ComplexArray,
     state: SeparationState,
+    model: SignalModel,
     threshold_db: float,
     max_additions: int,
-    num_antennas: int = 1,
     relative_noise: NoiseSpectrum | None = None,
     keep: float = 1.0,
     *,
@@ -206,12 +215,12 @@ def update_objects(
         Received signal minus the interference estimate.
     state : SeparationState
         Where the step starts from.
+    model : SignalModel
+        Size of the frame, and how objects move through range cells.
     threshold_db : float
         T_alpha.
     max_additions : int
         New components at most.
-    num_antennas : int
-        A.
     relative_noise : NoiseSpectrum, optional
         Noise over beat frequency in units of 1/lambda.
     keep : float
@@ -225,7 +234,8 @@ def update_objects(
         state.noise_precision,
         threshold=ObjectThreshold(float(from_db(threshold_db)), relative_noise, keep),
         next_id=state.next_component_id,
-        num_antennas=num_antennas,
+        num_antennas=model.num_antennas,
+        migration=model.migration,
     )
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
     workspace.update_components(jointly=jointly)  # for all l: (70), Algorithm 4

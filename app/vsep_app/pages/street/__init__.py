@@ -1,0 +1,1 @@
+"""Page that plays the simulated street at the pace of the radar."""

@@ -1,0 +1,1 @@
+"""Sequences of frames: each separated from what the last one predicts, objects followed by name."""

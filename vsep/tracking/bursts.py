@@ -1,0 +1,90 @@
+"""Bursts of a frame whose objects are known: searched, and given the channel of the last frame.
+
+An interferer is known by its slope. The paths from it to the receiver hardly change from frame to
+frame, so a burst that is found begins with the channel bins of the last frame's burst of its slope;
+those that its own ramp does not confirm are pruned at once. The bursts are fitted to what the
+objects leave before both sources are estimated together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vsep._typing import ComplexArray
+from vsep.inference.core.progress import EventKind
+from vsep.inference.core.state import BurstComponents, SeparationState
+from vsep.inference.core.stopwatch import BURSTS, SEARCH, part
+from vsep.inference.factorised import FactorisedSeparator
+
+SAME_SLOPE = 0.1  # relative difference: bursts of one interferer
+MOST_FITS = 4
+FEW_ADDED = 0.05  # of the channel components: fewer new ones, and the channels are complete
+
+
+def fitted_bursts(
+    separator: FactorisedSeparator,
+    received: ComplexArray,
+    state: SeparationState,
+    last: Sequence[BurstComponents],
+) -> SeparationState:
+    """State with the bursts that a frame holds beside its objects.
+
+    Parameters
+    ----------
+    separator : FactorisedSeparator
+        Settings, with the schedule of the run that follows.
+    received : (A P, N) complex
+        The frame.
+    state : SeparationState
+        With the objects of the frame and without bursts.
+    last : sequence of BurstComponents
+        The bursts of the last frame.
+    """
+    found = separator.interference_workspace(state)
+    with part(SEARCH):
+        separator.search(found, received, state)
+    residual = received - state.object_signal
+    precision = separator.burst_precision(state, state.noise_precision)
+    found.recompute(residual, precision)
+    num_bins = separator.model.num_grid_bins
+    bursts = [_with_channel(burst, last, num_bins) for burst in found.frozen_bursts()]
+    state = replace(state, bursts=tuple(bursts), search_cache=found.search_cache)
+    work = separator.interference_workspace(state)
+    with part(BURSTS):
+        for _ in range(MOST_FITS):
+            before = len(work.events)
+            work.update(residual, precision)
+            kinds = [event.kind for event in work.events[before:]]
+            if kinds.count(EventKind.CHANNEL_ADDED) <= FEW_ADDED * len(work.table.owners):
+                break
+    return replace(
+        state,
+        bursts=work.frozen_bursts(),
+        interference_signal=work.signal,
+        search_cache=work.search_cache,
+    )
+
+
+def _with_channel(
+    burst: BurstComponents, last: Sequence[BurstComponents], num_bins: int
+) -> BurstComponents:
+    """Give a burst of one component the channel of the last frame's burst of its slope."""
+    donors = [each for each in last if each.num_components and each.antenna == burst.antenna]
+    if len(donors) == 0 or burst.num_components != 1:
+        return burst
+    apart = np.abs(np.array([each.slope for each in donors]) / burst.slope - 1.0)
+    donor = donors[int(np.argmin(apart))]
+    if apart.min() > SAME_SLOPE:
+        return burst
+    strongest = int(np.argmax(np.abs(donor.amplitudes)))
+    # The search puts the strongest path at delay zero.
+    bins = donor.active_bins - donor.active_bins[strongest] + burst.active_bins[0]
+    level = np.abs(donor.amplitudes[strongest] / burst.amplitudes[0]) ** 2
+    return replace(
+        burst,
+        active_bins=bins % num_bins,
+        amplitudes=donor.amplitudes / np.sqrt(level),
+        covariance=donor.covariance / level,
+        precisions=donor.precisions * level,
+    )

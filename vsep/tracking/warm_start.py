@@ -1,0 +1,148 @@
+"""One frame of a sequence, separated from what the frame before it predicts.
+
+Objects begin where the last frame's have moved to. They are fitted to the samples that hold no
+interference; where there is none, objects are all there is to estimate. Otherwise the bursts are
+searched in what the objects leave, which is free of them, and a short schedule follows. What the
+prediction does not fit is separated like the first frame.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+
+from vsep._typing import ComplexArray
+from vsep.inference.core.estimator import Estimator
+from vsep.inference.core.progress import Solution, Termination
+from vsep.inference.core.run import run
+from vsep.inference.core.schedule import ROBUST, Schedule
+from vsep.inference.core.state import BurstComponents, ObjectComponents, SeparationState
+from vsep.inference.factorised import FactorisedSeparator
+from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.signal.radar import ChirpSequence
+from vsep.tracking.bursts import fitted_bursts
+from vsep.tracking.clean_samples import fit_clean_samples
+from vsep.tracking.prediction import predicted_state
+
+Start = Literal["cold", "warm", "clean", "repeated"]
+"""Ways in which a frame was separated."""
+
+WARM: Final[Schedule] = replace(
+    ROBUST,
+    name="warm",
+    # Objects and bursts are known but for what is new, and for bursts under others.
+    early_search=(0, 1),
+    early_burst_range_db=ROBUST.burst_range_db,
+    correct_filter=(2, 8),
+    weigh_from=2,
+)
+"""Order of the updates that follow the fits to clean samples and bursts."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameSolution:
+    """Outcome of one frame of a sequence.
+
+    Parameters
+    ----------
+    solution : Solution
+        Last state and diagnostics; its seconds are those of the steps.
+    start : {"cold", "warm", "clean", "repeated"}
+        From nothing; from the last frame's objects; likewise, without interference; the same frame
+        again.
+    seconds : float
+        Time of the whole frame.
+    """
+
+    solution: Solution
+    start: Start
+    seconds: float
+
+
+def separate_warm(
+    separator: FactorisedSeparator,
+    received: ComplexArray,
+    last: SeparationState,
+    radar: ChirpSequence,
+    elapsed_s: float,
+    before: ObjectComponents | None = None,
+) -> FrameSolution:
+    """Separate a frame from what another predicts, or from nothing where that does not fit.
+
+    Parameters
+    ----------
+    separator : FactorisedSeparator
+        Settings; its schedule is that of frames from nothing.
+    received : (P, N) or (A, P, N) complex
+        The frame.
+    last : SeparationState
+        The end of the frame before.
+    radar : ChirpSequence
+        The victim.
+    elapsed_s : float
+        From that frame to this one.
+    before : ObjectComponents, optional
+        Of the frame before that one, see `vsep.tracking.prediction.predicted_objects`.
+
+    Raises
+    ------
+    InputError
+        If the frame cannot be used.
+    """
+    began = time.perf_counter()
+    rows = separator.model.check(received)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        predicted = predicted_state(last, radar, elapsed_s, before)
+        outcome = _from_prediction(separator, rows, predicted, last.bursts)
+    if outcome is None:
+        outcome = separate_cold(separator, rows, last)
+    return replace(outcome, seconds=time.perf_counter() - began)
+
+
+def _from_prediction(
+    separator: FactorisedSeparator,
+    rows: ComplexArray,
+    predicted: SeparationState,
+    last_bursts: Sequence[BurstComponents],
+) -> FrameSolution | None:
+    """Separate a frame from what another predicts; None where that does not fit."""
+    start: Start = "warm"
+    estimator: Estimator = (warm := replace(separator, schedule=WARM))
+    try:
+        fit = fit_clean_samples(separator, rows, predicted)
+        if not fit.is_usable:
+            return None
+        state = fit.state
+        if fit.is_clean:
+            start, estimator = "clean", _object_only(separator)
+        else:
+            state = fitted_bursts(warm, rows, state, last_bursts)
+    except np.linalg.LinAlgError:
+        return None
+    solution = run(estimator, rows, state)
+    if solution.termination is Termination.NONFINITE:
+        return None
+    return FrameSolution(solution, start, 0.0)
+
+
+def separate_cold(
+    separator: FactorisedSeparator, received: ComplexArray, last: SeparationState | None = None
+) -> FrameSolution:
+    """Separate a frame from nothing; identities of objects go on from those of another state."""
+    began = time.perf_counter()
+    state = separator.init(received)
+    if last is not None:
+        state = replace(state, next_component_id=last.next_component_id)
+    return FrameSolution(run(separator, received, state), "cold", time.perf_counter() - began)
+
+
+def _object_only(separator: FactorisedSeparator) -> ObjectOnlySeparator:
+    return ObjectOnlySeparator(
+        model=separator.model,
+        false_alarm_rate=separator.false_alarm_rate,
+        object_threshold_db=separator.object_threshold_db,
+        max_iterations=separator.max_iterations,
+        missing=separator.missing,
+    )
