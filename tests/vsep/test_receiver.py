@@ -18,6 +18,7 @@ from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.masked import MaskedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator
 from vsep.presets.antennas import simulate_preset_antennas
+from vsep.presets.scenes import simulate_preset
 from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.template import SignalModel
 
@@ -205,3 +206,17 @@ def test_antennas_share_the_phases_and_have_offsets_of_their_own():
     error = cleaned - seen.truth.object_signal
     # what is left is noise, but for what a mean and a trend of the phases do
     assert np.median(np.abs(error) ** 2) * seen.truth.noise_precision < 2.0
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize("seed", [12, 13, 14])
+def test_images_of_bursts_go_with_those_of_objects(seed):
+    errors = {"iq_gain_db": 0.5, "iq_phase_deg": 3.0, "dc_offset": 5.0}
+    levels = {"snr_db": 60.0, "sir_db": -20.0, "seed": seed}
+    scenario, seen = simulate_preset("simulation-2-a", **levels, **errors)
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
+    solution = run(FactorisedSeparator(model=model), seen.received)
+    assert solution.termination is Termination.CONVERGED
+    assert abs(solution.objects.num_components - len(seen.truth.beats)) <= 1
+    true_slopes = {np.sign(burst.slope_hz_per_s) for burst in seen.truth.bursts}
+    assert {np.sign(burst.slope) for burst in solution.state.bursts} == true_slopes

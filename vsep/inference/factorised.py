@@ -12,6 +12,7 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep._validation import require_range
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.bursts.filter_correction import update_correction
+from vsep.inference.bursts.image_bursts import without_image_bursts
 from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
@@ -316,7 +317,7 @@ class FactorisedSeparator(ObjectSettings):
         strong = interference.strong_bursts(noise_precision)
         noise_residual, table = used - object_signal - signal, interference.table
         np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
-        return with_environment(
+        new_state, info = with_environment(
             state,
             new_state,
             info,
@@ -327,6 +328,7 @@ class FactorisedSeparator(ObjectSettings):
             interfered=self._rows_with_gaps(table.rows[strong]),
             share=share,
         )
+        return without_image_bursts(state, new_state, table), info
 
     def _rows_with_gaps(self, interfered: IntArray) -> IntArray:
         """Return rows with bursts or missing samples."""

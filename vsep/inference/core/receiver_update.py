@@ -170,7 +170,9 @@ class _Evidence:
         snr = self.powers * self.noise_precision
         reach = AT_ZERO_DEVIATIONS * CELL_STD / np.sqrt(np.maximum(snr, 1.0)) + AT_ZERO_CELLS
         cells = np.abs(objects.beats) * self.shape[2], np.abs(objects.dopplers) * self.shape[1]
-        at_zero = (np.maximum(*cells) < reach) & (snr > EARLIEST_SNR)
+        # Beside an offset that is known a weak object is the rest of it.
+        strong = (snr > EARLIEST_SNR) | self.last.offsets.any()
+        at_zero = (np.maximum(*cells) < reach) & strong
         if not (at_zero.any() or np.any(self.last.offsets)):
             return self.last.offsets
         mean = self._turned(self._without(at_zero)[1]).mean(axis=(1, 2))
