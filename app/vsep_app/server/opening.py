@@ -13,6 +13,8 @@ from vsep_app.assets import path
 from vsep_app.pages import PAGES, PageEntry
 
 _SCRIPT = re.compile(r'<script type="text/javascript" src="([^"]+)"')
+# No page draws by WebGL.
+_UNUSED = re.compile(r'<script type="text/javascript" src="[^"]*bokeh-gl\.min\.js[^"]*"></script>')
 _OUTER_TAGS = re.compile(r"<!DOCTYPE html>|</?(?:html|head|body)(?:\s[^>]*)?>|<title>.*?</title>")
 
 
@@ -51,6 +53,7 @@ class Opening:
 
     def rest(self, route: str, html: str) -> str:
         """Return what follows of a whole page once its beginning is sent."""
+        html = _UNUSED.sub("", html)
         self._scripts[route] = tuple(_SCRIPT.findall(html))
         patched = html.replace("</head>", f"<script>{self._patches}</script>", 1)
         return _OUTER_TAGS.sub("", patched) + "</body></html>"

@@ -71,7 +71,7 @@ class Guide:
             description="Start again: set all controls as the experiment wants them.",
             **_BUTTON,
         )
-        self._buttons = pn.Row(self.ask, self.again, margin=(0, 16))
+        self._buttons = pn.Row(margin=(0, 16))
         self.choice.param.watch(self._chosen, "value")
         self.ask.on_click(lambda _: self._show_answer(not self.answer.visible))
         self.again.on_click(lambda _: self._begin())
@@ -144,6 +144,9 @@ class Guide:
         is_here = experiment is not None and experiment.page == self._here
         knows = is_here and not self.awaits_prediction
         self.texts.visible = experiment is not None
+        if bool(len(self._buttons)) != knows:
+            # What nobody needs yet costs the browser nothing.
+            self._buttons[:] = [self.ask, self.again] if knows else []
         self._buttons.visible = knows
         names = experiment.staging.show if experiment is not None and knows else ()
         self.controls[:] = [self._widgets[name] for name in names if name in self._widgets]
