@@ -9,6 +9,7 @@ import pytest
 from vsep_app.assets import folder
 from vsep_app.jobs.tasks import advance, prepare
 from vsep_app.model.compare_settings import ComparePlan
+from vsep_app.model.score import score_of
 from vsep_app.model.settings import PLAN_NAMES, Settings
 from vsep_app.model.url import QUERY_NAMES
 from vsep_app.pages.compare.metrics import judge_objects
@@ -55,6 +56,7 @@ class Outcome:
     def __init__(self, prepared, steps):
         verdict = judge_objects(prepared.observation.truth, steps[-1].state)
         self.misses, self.false_alarms = verdict
+        self.score = score_of(prepared.static_picture, steps[-1].state.objects)
         self.iterations, self.termination = len(steps), steps[-1].termination
         self.objects, self.bursts = steps[-1].state.objects, steps[-1].state.bursts
         self.radar, self.truth = prepared.static_picture.radar, prepared.observation.truth
@@ -115,6 +117,40 @@ def test_the_pedestrian_is_lost_and_found():
     assert speed == pytest.approx(1.0, abs=0.05)
 
 
+def came(name, score):
+    """The beginning of the one prediction that holds."""
+    (text,) = [each.text for each in named(name).staging.predictions if each.holds(score)]
+    return text[:44]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("pedestrian", "Half of them: the weak ones drown."),
+        ("dip", "Some are lost, though all four bursts are fo"),
+        ("threshold", "Ten objects and several false ones."),
+        ("filter", "One object, and many false ones."),
+        ("same-slope", "Two objects: the other radar looks like one."),
+    ],
+)
+def test_one_prediction_is_right_on_its_own_seed(name, text):
+    assert came(name, run(name).score) == text
+    assert len(named(name).staging.predictions) == 3
+
+
+def test_the_arrow_points_at_the_pedestrian():
+    zoom, truth = named("pedestrian").staging.zoom, run("pedestrian").truth
+    radar = run("pedestrian").radar
+    ranges, velocities = (
+        radar.range_from_beat(truth.beats),
+        radar.velocity_from_doppler(truth.dopplers),
+    )
+    at = int(np.argmin(np.abs(ranges - zoom.arrow[0])))
+    assert (ranges[at], velocities[at]) == pytest.approx(zoom.arrow, abs=0.05)
+    assert zoom.range[0] < ranges[at] < zoom.range[1]
+    assert zoom.velocity[0] < velocities[at] < zoom.velocity[1]
+
+
 def test_zeroing_leaves_ghosts():
     experiment = named("zeroing")
     plan = ComparePlan(
@@ -130,6 +166,7 @@ def test_zeroing_leaves_ghosts():
     step = advance_all(comparison, comparison.initial_state)
     while step.termination is Termination.RUNNING:
         step = advance_all(comparison, step.state)
+    assert came("zeroing", step.views[0].score) == "Zeroing finds dozens of objects that are not"
     zeroing, masked, factorised = (view.metrics for view in step.views)
     # "about 55 false ones", "and it has not ended"
     assert 50 <= zeroing.false_alarms <= 60
@@ -226,6 +263,21 @@ def test_a_folder_of_ones_own_is_read_in_order(write, tmp_path):
         (TEXT + "[values]\nslope = 60", "slope is 60; it must be a number between 8 and 12."),
         (TEXT + '[values]\npreset = "night"', "preset is night; it must be one of simulation-1"),
         (TEXT + 'page = "compare"\n[values]\nmethods = "iht"', "The number of methods is 1; it"),
+        (TEXT + 'show = "sir"', "its show is 'sir'; it must be a list of words."),
+        (TEXT + 'lock = ["colour"]', "its lock has 'colour'; it may have preset, snr"),
+        (TEXT + 'hide = ["sky"]', "its hide has 'sky'; it may have chirps, fast_time, delay"),
+        (TEXT + "predict = 3", "its predict is no list of tables; begin each with a line"),
+        (TEXT + '[[predict]]\ntext = "A"\nfound = 1', "it has 1 predictions; it may have 2 to 5"),
+        (TEXT + 2 * '[[predict]]\ntext = "A"\n', "a prediction says neither found nor false"),
+        (TEXT + 2 * "[[predict]]\nfound = 1\n", "a prediction has no text."),
+        (TEXT + 2 * '[[predict]]\ntext = "A"\nfound = [3, 1]\n', "found of a prediction is [3, 1]"),
+        (TEXT + 2 * '[[predict]]\ntext = "A"\nfound = true\n', "found of a prediction is True; it"),
+        (TEXT + 2 * "[[predict]]\nhits = 1\n", "a prediction has 'hits'; it may have text, found"),
+        (TEXT + "zoom = 3", "its zoom is no table; write it below a line [zoom]."),
+        (TEXT + "[zoom]\nrange = [5, 5]", "range of its zoom is [5, 5]; the smaller end is first."),
+        (TEXT + "[zoom]\nheight = [5, 6]", "its zoom has 'height'; it may have range, velocity"),
+        (TEXT + "[zoom]\narrow = [5]", "arrow of its zoom is [5]; it must be two numbers."),
+        (TEXT + "[zoom]\nlabel = 5", "label of its zoom is 5; it must be a text."),
     ],
 )
 def test_a_bad_file_is_one_sentence(write, content, sentence):

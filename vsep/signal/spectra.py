@@ -9,7 +9,7 @@ sigma^2 with a rectangular window and, in each dimension, 1.5 times that with a 
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.fft import ifft
+from scipy.fft import fft, ifft
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
@@ -31,6 +31,14 @@ class RangeDopplerMap(NamedTuple):
     dopplers: FloatArray  #: (Mp,) ascending, in cycles per ramp
     beats: FloatArray  #: (Mn,) ascending, in cycles per sample
     power: FloatArray  #: (Mp, Mn) linear
+
+
+class Spectrogram(NamedTuple):
+    """Power over time and frequency."""
+
+    times: FloatArray  #: (T,) ascending, in samples: middles of the windows
+    frequencies: FloatArray  #: (M,) ascending, in cycles per sample
+    power: FloatArray  #: (T, M) linear
 
 
 def delay_spectrum(
@@ -102,6 +110,45 @@ def range_doppler_map(
     slow_padding = zero_padding if len(array) > 1 else 1
     dopplers, spectrum = _line_spectrum(delays.T, slow_padding, window, -0.5)
     return RangeDopplerMap(dopplers, beats, np.ascontiguousarray(np.abs(spectrum.T) ** 2))
+
+
+def spectrogram(signal: ComplexArray, window_samples: int, *, zero_padding: int = 4) -> Spectrogram:
+    """Compute the power of the short-time Fourier transform of one ramp, with a Hann window.
+
+    Parameters
+    ----------
+    signal : (N,) complex
+        One ramp. Frequencies are intermediate frequencies: a burst of increasing frequency rises,
+        an object in the paper's sign lies at minus its beat frequency.
+    window_samples : int
+        W, from 2 to N; one window for every sample, with zeros beyond the ramp.
+    zero_padding : int
+        M/W, from 1 to 64.
+
+    Raises
+    ------
+    InputError
+        If the signal is no ramp, or an argument is out of its range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> times, frequencies, power = spectrogram(np.exp(0.5j * np.pi * np.arange(64)), 16)
+    >>> float(frequencies[power[32].argmax()]), power.shape
+    (0.25, (64, 64))
+    """
+    array = _checked(signal, (1,))
+    require_range("window_samples", window_samples, 2, len(array))
+    require_range("zero_padding", zero_padding, 1, 64)
+    before = (window_samples - 1) // 2
+    padded = np.pad(array, (before, window_samples - 1 - before))
+    windows = np.lib.stride_tricks.sliding_window_view(padded, window_samples)
+    num_bins = zero_padding * window_samples
+    weights = hann_window(window_samples)
+    spectrum = fft(windows * (weights / np.linalg.norm(weights)), n=num_bins, axis=-1)
+    frequencies = (np.arange(num_bins) - num_bins // 2) / num_bins
+    power = np.abs(np.roll(spectrum, num_bins // 2, axis=-1)) ** 2
+    return Spectrogram(np.arange(len(array), dtype=np.float64), frequencies, power)
 
 
 def hann_window(num_samples: int) -> FloatArray:

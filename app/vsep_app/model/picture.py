@@ -16,6 +16,7 @@ from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.units import to_db
 from vsep_app.model import markers, text
+from vsep_app.model.crossing import ALL_RAMPS, Crossing, crossing_of
 from vsep_app.model.score import Score, score_of
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 
@@ -74,6 +75,7 @@ class Picture(RunPicture):
     pruned: markers.Markers
     #: Interference-channel components of the ramp at their equivalent range.
     channel: markers.Markers
+    crossing: Crossing  #: Courses of chirps over the ramps, or in the ramp's spectrogram.
     score: Score | None  #: How many objects are found; None where the true ones are not known.
     headline: str  #: What happened in this iteration, in plain words.
     is_cleaned: bool  #: Whether a burst is modelled in any ramp.
@@ -93,6 +95,7 @@ def make_picture(
     *,
     ramp: int = 0,
     fast_time_mode: str = "level",
+    crossing_mode: str = ALL_RAMPS,
     run_number: int = 0,
     num_iterations: int | None = None,
 ) -> Picture:
@@ -110,6 +113,8 @@ def make_picture(
         Ramp shown, clipped to those there are.
     fast_time_mode : str
         "level" or "real".
+    crossing_mode : str
+        "ramps" or "spectrogram".
     run_number : int
         Passed on, so that a stale picture can be told.
     num_iterations : int or None
@@ -135,6 +140,7 @@ def make_picture(
         added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
         pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
         channel=markers.channel_marks(static_picture, state, ramp),
+        crossing=crossing_of(static_picture, state, ramp=ramp, mode=crossing_mode),
         score=score,
         headline=text.headline(
             steps,

@@ -43,6 +43,13 @@ VIEW_PARAMETERS = (
         typed=True,
     ),
     Parameter(
+        name="crossing",
+        title="Chirps",
+        help="All ramps: the other radar's chirps over the whole frame. Spectrogram: of the ramp.",
+        default="ramps",
+        choices={"ramps": "All ramps", "spectrogram": "Spectrogram"},
+    ),
+    Parameter(
         name="antenna",
         title="Antenna",
         help="Antenna shown, from 0. Factorised and object-only take all of them apart together; "

@@ -14,7 +14,7 @@ from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.pages import PAGES
-from vsep_app.server.patches import leave_busy_state, write_styles_once
+from vsep_app.server.patches import leave_busy_state
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.layout import html_pane, main_part, stylesheet, theme
@@ -96,7 +96,14 @@ def links(here: str) -> Any:
 
 
 def page_frame(
-    here: str, description: str, status: Any, *, sidebar: Any, main: Any, tools: Sequence[Any] = ()
+    here: str,
+    description: str,
+    status: Any,
+    *,
+    sidebar: Any,
+    main: Any,
+    tools: Sequence[Any] = (),
+    folded: Sequence[Any] = (),
 ) -> Any:
     """Return a page with header, side bar and main part.
 
@@ -114,15 +121,16 @@ def page_frame(
         Everything else, from top to bottom.
     tools : sequence of Viewable
         Buttons of the header, left of the status.
+    folded : sequence of Viewable
+        Controls that are shown on demand, for the help.
     """
     title = PAGES[here].title
     main = main_part(title, *main)
-    guidance = Help([*sidebar, main])
+    guidance = Help([*sidebar, *folded, main])
     status.param.update(align="center", stylesheets=[stylesheet("header")])
     document = pn.state.curdoc
     if document is not None:
         document.js_on_event("document_ready", CustomJS(code=_CLOSE_SIDE_BAR))
-        write_styles_once(document)
     page = pmu.Page(
         title=title,
         sidebar_width=292,

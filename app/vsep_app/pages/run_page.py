@@ -110,14 +110,18 @@ class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
         self._stop_at: int | None = None
         self._shared_iteration = SharedIteration()
 
+    def _waits(self) -> bool:
+        """Whether the run is not to go on by itself beyond its first picture."""
+        return False
+
     def _begin(self) -> None:
         """Begin the first run, up to the iteration that the address names."""
         for error in self._errors:
             self.notify_error(error)
         self.loop.start()
         self._restart()
-        if self._stop_at is not None:
-            self.session.run_to(self._stop_at)
+        if self._stop_at is not None or self._waits():
+            self.session.run_to(self._stop_at or 0)
 
     def load(self, name: str, content: bytes) -> None:
         """Take a frame file; a bad one is shown as refused and nothing else changes."""
@@ -172,6 +176,8 @@ class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
         self._set(experiment)
         if self.session.run_number == number:
             self._restart()
+        if self._waits():
+            self.session.run_to(0)
 
     def _set(self, experiment: Experiment) -> None:
         self.settings.param.update(**experiment.settings())

@@ -22,6 +22,7 @@ from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
 from vsep_app.server.entry import guard_entry, log_request
 from vsep_app.server.health import HealthHandler
 from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT
+from vsep_app.server.opening import Opening
 from vsep_app.server.patches import (
     COMPONENT_ROUTE,
     begin_busy_check,
@@ -34,6 +35,7 @@ from vsep_app.server.sessions import (
     SessionRegistry,
     shared_pool,
 )
+from vsep_app.server.static_files import PACKED
 from vsep_app.teaching.experiment import (
     Experiment,
     read_experiments,
@@ -108,6 +110,9 @@ def make_server(
     # Panel's own route of components stands behind ours, and would import modules.
     routes = server._tornado.wildcard_router.rules
     routes[:] = [rule for rule in routes if rule.target is not ComponentResourceHandler]
+    for rule in routes:
+        rule.target = PACKED.get(rule.target, rule.target)
+    server._tornado.settings.update(opening=Opening(), registry=registry)
     guard_entry(server._tornado, server.access, f"{server.prefix}/health")
     bound_connections(server)
     begin_busy_check(loop)

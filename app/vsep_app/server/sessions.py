@@ -5,7 +5,7 @@ import math
 import socket
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
@@ -24,11 +24,13 @@ from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.jobs.tasks import Prepared
 from vsep_app.jobs.warmup import separate_one_frame
+from vsep_app.model.settings import Plan
 from vsep_app.model.static_picture import StaticPicture
 from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
+from vsep_app.pages.live_address import plan_of_query
 from vsep_app.pages.recording.tasks import PreparedRecording
 from vsep_app.server.access import Role
 from vsep_app.server.patches import release_notifications
@@ -167,6 +169,24 @@ class SessionRegistry:
             return self.enter(page_class)
 
         return build
+
+    def first_picture(self, route: str, query: Mapping[str, str]) -> str:
+        """Return the first picture of an address as HTML, or have it made for the next visitor."""
+        plan = plan_of_query(query) if route == "/" else None
+        if plan is None:
+            return ""
+        kept = self.shared_resources.first_pictures
+        found = kept.get(plan)
+        if found is None:
+            self._background.begin(self._make_first_picture(plan))
+        return "" if found is None else found.html
+
+    async def _make_first_picture(self, plan: Plan) -> None:
+        queue = shared_pool().queue()
+        try:
+            await self.shared_resources.first_pictures.make(plan, queue)
+        finally:
+            queue.close()
 
     def enter(self, page_class: Callable[[PageContext], PageBase]) -> Any:
         """Make a page for a visitor, or a kind word if there is no place."""

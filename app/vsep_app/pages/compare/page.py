@@ -6,6 +6,7 @@ import panel as pn
 from bokeh.models import ColumnDataSource
 
 from vsep.files.frame_mask import TRUTH
+from vsep.inference.core.progress import Termination
 from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.run_session import Phase
 from vsep_app.model.compare_settings import (
@@ -30,6 +31,7 @@ from vsep_app.pages.run_page import ScenePage
 from vsep_app.teaching.experiment import COMPARE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide
 from vsep_app.widgets.controls import Controls
+from vsep_app.widgets.keys import Keys
 from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.notifications import antenna_notice, notify
 
@@ -54,7 +56,11 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
         self.controls = Controls(self.settings, self.load)
         self.form = CompareForm(self.choice, self.controls, self.notify_error)
         self.guide = Guide(
-            context.experiments, here=COMPARE, take=self.take_experiment, opened=opened
+            context.experiments,
+            here=COMPARE,
+            take=self.take_experiment,
+            opened=opened,
+            run=self._go_on,
         )
         self.maps, self.results = CompareMaps(), CompareResults()
         self._painted = ColumnDataSource({"number": [0]}, name="painted")
@@ -85,6 +91,7 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
     def page(self) -> Any:
         """Return the whole page."""
         self.fault.cover(self.maps.grid, self.results.row)
+        self.keys = Keys(self._painted, self.guide.press)
         return page_frame(
             self.address,
             "Methods against radar interference side by side, live.",
@@ -138,9 +145,18 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
                 )
             self._painted.data = {"number": [self._painted.data["number"][0] + 1]}
         self._shared_iteration.write(self.session.phase, picture.iteration)
+        if picture.termination is not Termination.RUNNING:
+            self.guide.finished(picture.method_runs[0].score)
         at_end = picture.iteration == picture.num_iterations
         if self.transport.play.value and at_end:
             self.next_frame()
+
+    def _waits(self) -> bool:
+        return self.guide.awaits_prediction
+
+    def _go_on(self) -> None:
+        self.session.run()
+        self.loop.wake()
 
     def _choice_changed(self, *_: Any) -> None:
         self._write_address()

@@ -91,6 +91,9 @@ class CompareResults:
         self.table.object = table_html(picture)
         results = [*picture.past, _present(picture)]
         names = [view.name for view in picture.method_runs]
+        # Of one frame it is a row of dots that the table has as numbers.
+        priors = any(view.num_prior_peaks is not None for view in picture.method_runs)
+        self._curves.visible = priors or len(results) > 1
         for number, source in enumerate(self._sources):
             put(source, _curve(results, number, names))
         self._frames.set((-0.5, max(5.0, results[-1].frame_number + 0.5)))
