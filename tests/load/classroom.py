@@ -53,6 +53,7 @@ class Student:
     url: str
     preset: str
     number: int
+    cookie: str = ""
     opened_s: float = 0.0
     pictures: list[float] = field(default_factory=list)
     latencies: list[float] = field(default_factory=list)
@@ -141,10 +142,15 @@ class Student:
     @contextlib.asynccontextmanager
     async def _connected(self, tab: str) -> AsyncIterator[WebSocketClientConnection]:
         """Open a page and its connection; leave when both sides have closed it."""
-        page = await asyncio.to_thread(_get, self.url + tab + self.query)
+        page = await asyncio.to_thread(_get, self.url + tab + self.query, self.cookie)
         token = re.search(r'"token":"([^"]+)"', page).group(1)
         where = self.url.replace("http", "ws") + (f"{tab}/ws" if tab else "ws")
-        request = HTTPRequest(where, connect_timeout=PATIENCE_S, request_timeout=PATIENCE_S)
+        request = HTTPRequest(
+            where,
+            headers={"Cookie": self.cookie},
+            connect_timeout=PATIENCE_S,
+            request_timeout=PATIENCE_S,
+        )
         connection = await websocket_connect(
             request, subprotocols=["bokeh", token], max_message_size=2**26
         )
@@ -272,8 +278,9 @@ def _models(value) -> Iterator[dict]:
             yield from _models(one)
 
 
-def _get(url: str) -> str:
-    with urllib.request.urlopen(url, timeout=PATIENCE_S) as answer:
+def _get(url: str, cookie: str = "") -> str:
+    asked = urllib.request.Request(url, headers={"Cookie": cookie})
+    with urllib.request.urlopen(asked, timeout=PATIENCE_S) as answer:
         return answer.read().decode()
 
 

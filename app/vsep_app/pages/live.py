@@ -1,7 +1,7 @@
 """The page: three views, what is beside them, and the session behind it."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -32,10 +32,11 @@ from vsep_app.model.trial_link import TRIAL_KEY, OpenedTrial, trial_of_query
 from vsep_app.model.url import parse_iteration, parse_query
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.live_address import with_start
-from vsep_app.pages.live_views import LiveViews
+from vsep_app.pages.live_views import LiveViews, glance_of
 from vsep_app.pages.run_page import ScenePage
 from vsep_app.report.snapshot import SnapshotFile, make_snapshot, snapshot_spec
 from vsep_app.report.spec import KeptFrame, ReportSpec
+from vsep_app.server.lesson import Glance
 from vsep_app.teaching.experiment import LIVE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide, cards_html
 from vsep_app.teaching.staging import Staging
@@ -96,6 +97,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             opened=opened,
             run=lambda: self._pressed("run"),
             widgets=self.controls.widgets,
+            answered=self._answered,
         )
         if self._trial is not None:
             self._take_trial(self._trial)
@@ -196,6 +198,19 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     def _was_drawn(self, attr: str, old: Any, new: Any) -> None:
         super()._was_drawn(attr, old, new)
         self.preview.drawn()
+
+    def take_view(self, query: Mapping[str, str]) -> bool:
+        """Show in place what an address of this page names, unless it names a frame of its own."""
+        if {TRIAL_KEY, FRAME_KEY} & query.keys() or self.settings.preset == LOADED_FRAME:
+            return False
+        query, experiment, _ = open_experiment(with_start(query), self._context.experiments, LIVE)
+        self.guide.open(experiment)
+        self._take_settings(query)
+        return True
+
+    def glance(self) -> Glance | None:
+        """Return the map after cancellation."""
+        return None if self.picture is None else glance_of(self.picture)
 
     def _waits(self) -> bool:
         return self.guide.awaits_prediction

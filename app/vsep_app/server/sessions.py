@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
+from urllib.parse import parse_qsl
 
 import panel as pn
 from bokeh.application.handlers.handler import Handler
@@ -26,6 +27,7 @@ from vsep_app.jobs.tasks import Prepared
 from vsep_app.jobs.warmup import separate_one_frame
 from vsep_app.model.settings import Plan
 from vsep_app.model.static_picture import StaticPicture
+from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
@@ -33,8 +35,10 @@ from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.live_address import plan_of_query
 from vsep_app.pages.recording.tasks import PreparedRecording
 from vsep_app.server.access import Role
+from vsep_app.server.lesson import Lesson, Seat, new_person
 from vsep_app.server.patches import release_notifications
 from vsep_app.teaching.experiment import Experiment
+from vsep_app.widgets.lesson_notice import LessonNotice, go_to
 from vsep_app.widgets.location import read_query
 
 # A page whose browser is gone may come back within this time.
@@ -82,11 +86,14 @@ class ServerLimits:
         Iterations of a run that can be shown.
     most_studies : int or None
         Studies that run at once; None: no limit.
+    with_lesson : bool
+        Whether the owner can lead all visitors.
     """
 
     most_pages: int | None = None
     most_kept: int = MAX_KEPT
     most_studies: int | None = None
+    with_lesson: bool = False
 
 
 @cache
@@ -145,6 +152,8 @@ class SessionRegistry:
         self._background = BackgroundTasks(loop)
         self._building = threading.Lock()
         self.shared_resources = SharedResources()
+        #: Who leads and who follows; None where nobody leads.
+        self.lesson = Lesson() if rules.with_lesson else None
         self.open_sessions: dict[PageBase, Session] = {}
         self.num_refused = self.num_opened = 0
 
@@ -205,10 +214,11 @@ class SessionRegistry:
             return _no_place(document, most)
         queue, watched = shared_pool().queue(), partial(_watched, document)
         post = partial(_post, document)
+        seat, query = self._seat(page_class, document.session_context, post)
         page = page_class(
             PageContext(
                 pool=queue,
-                query=read_query(),
+                query=query,
                 post=post,
                 watched=watched,
                 own_folder=_is_owner(document.session_context),
@@ -217,6 +227,7 @@ class SessionRegistry:
                 background=BackgroundTasks(self._loop),
                 most_kept=self.rules.most_kept,
                 most_studies=self.rules.most_studies,
+                seat=seat,
             )
         )
         self.num_opened += 1
@@ -227,11 +238,45 @@ class SessionRegistry:
             since=time.monotonic(),
             expire=partial(_expire, document),
         )
-        pn.state.onload(partial(post, page.start))
+        pn.state.onload(partial(post, partial(self._start, page)))
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
         document.js_on_event("connection_lost", CustomJS(code=_OPEN_AGAIN))
-        return page.page()
+        shown = page.page()
+        if seat is not None and not seat.leads:
+            notice = LessonNotice({one.name: one for one in self._experiments})
+            # Below the title that is not seen.
+            shown.main[0].insert(1, notice.pane)
+            seat.tell = notice.tell
+        return shown
+
+    def _seat(
+        self, page_class: Any, context: Any, post: Callable[[Any], Any]
+    ) -> tuple[Seat | None, dict[str, str]]:
+        """Return the place of a page in the lesson, and the query that it opens with."""
+        query = read_query()
+        if self.lesson is None:
+            return None, query
+        person = getattr(getattr(context, "request", None), "person", None) or new_person()
+        seat = Seat(self.lesson, person, leads=_is_owner(context), post=post)
+        seat.is_shown_to_all = page_class.address in PAGES
+        if not seat.leads and seat.is_shown_to_all:
+            seat.taken = self.lesson.start_view(page_class.address)
+        if seat.taken is not None:
+            theme = {key: value for key, value in query.items() if key == "theme"}
+            query = theme | dict(seat.taken.query)
+        return seat, query
+
+    def _start(self, page: PageBase) -> None:
+        """Let a page begin, and take part in the lesson."""
+        page.start()
+        seat, location = page.seat, pn.state.location
+        if seat is None or location is None or not (seat.is_shown_to_all or seat.leads):
+            return
+        seat.begin(page, go=go_to, query=lambda: dict(parse_qsl(location.search[1:])))
+        if seat.leads and seat.is_shown_to_all:
+            seat.lead()
+            location.param.watch(lambda _: seat.lead(), "search")
 
     def _has_room(self, most: int) -> bool:
         """Whether there is a place, and no crowd of pages that wait for their browsers."""
@@ -261,6 +306,8 @@ class SessionRegistry:
         """End all work of a page; nothing happens if it has left already."""
         session = self.open_sessions.pop(page, None)
         if session is not None:
+            if page.seat is not None:
+                page.seat.leave()
             page.close()
             session.queue.close()
 
