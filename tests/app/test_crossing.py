@@ -9,7 +9,8 @@ from vsep_app.jobs.tasks import Prepared, compose, prepare, preview
 from vsep_app.model.crossing import ALL_RAMPS, SPECTROGRAM, Courses, CrossingPlane
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import Settings
-from vsep_app.views.crossing import END, MOVE, START, CrossingView, Drag
+from vsep_app.views.crossing import CrossingView
+from vsep_app.views.pointer import END, MOVE, START, Drag
 from vsep_app.widgets.chirp_drag import ChirpDrag, drawn_ends
 from vsep_app.widgets.controls import Controls, slope_remark
 
@@ -126,9 +127,9 @@ class Stage:
 
     def drag(self, phase: Any, x: float, y: float) -> None:
         columns = Drag(phase, x, y, *self.pixel)._asdict()
-        self.view._dragged.data = {
+        self.view.pointer.source.data = {
             **{name: [value] for name, value in columns.items()},
-            "number": [self.view._dragged.data["number"][0] + 1],
+            "number": [self.view.pointer.source.data["number"][0] + 1],
         }
 
     def chirp(self, index: int, share: float) -> tuple[float, float]:

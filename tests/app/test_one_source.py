@@ -102,7 +102,7 @@ def test_every_setting_is_declared_as_its_record_says(name):
         record.form_label,
         record.help,
     )
-    if record.choices is None and not isinstance(record.default, bool):
+    if record.choices is None and not isinstance(record.default, bool | str):
         assert declared.bounds == record.offered
         if record.default is not None:
             assert record.offered[0] <= record.default <= record.offered[1]
@@ -113,4 +113,4 @@ def test_the_models_of_the_simulator_are_the_choices():
 
 
 def test_every_setting_of_a_run_has_a_widget(controls):
-    assert set(controls.widgets) == {*PARAMETERS, "preset", "estimator"}
+    assert set(controls.widgets) == {*PARAMETERS, "preset", "estimator", "placed"}

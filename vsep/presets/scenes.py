@@ -6,6 +6,7 @@ Simulation I, a raised cosine of half amplitude at a quarter of the sampling rat
 middle of its ramp) and the Doppler frequencies of the interference paths (zero).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypedDict, Unpack
 
@@ -14,6 +15,7 @@ import numpy as np
 from vsep._validation import require_range
 from vsep.parameters import PARAMETERS
 from vsep.presets.channels import with_first_delay
+from vsep.presets.places import Place, placed_objects
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.registry import simulated_preset
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
@@ -47,6 +49,7 @@ class PresetOptions(TypedDict, total=False):
     num_objects: int | None
     object_delay_s: float | None
     second_interferer: bool
+    places: Sequence[Place]
 
 
 def preset(
@@ -88,6 +91,8 @@ def preset(
         delay zero, as far as the cut-off frequency over the victim's slope.
     second_interferer : bool
         Whether there is another interferer, see `more_interferers`.
+    places : sequence of Place
+        Objects in the place of those that are drawn; none draws them.
 
     Raises
     ------
@@ -111,7 +116,12 @@ def preset(
         num_interfered_ramps=options.get("num_interfered_ramps"),
     )
     object_rng, channel_rng, other_rng = rng.spawn(3)
-    objects = record.draw_objects(object_rng, options.get("num_objects"))
+    places = options.get("places", ())
+    objects = (
+        placed_objects(object_rng, record.radar, places)
+        if places
+        else record.draw_objects(object_rng, options.get("num_objects"))
+    )
     objects = with_first_delay(objects, record.radar, options.get("object_delay_s"))
     present = options.get("interference", True)
     interferer = Interferer(sequence=sequence, channel=record.draw_paths(channel_rng))

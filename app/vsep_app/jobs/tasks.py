@@ -20,6 +20,7 @@ from vsep.inference.core.progress import Step
 from vsep.inference.core.run import guarded_step
 from vsep.inference.core.state import SeparationState
 from vsep.inference.registry import ESTIMATORS, make_estimator
+from vsep.presets.places import parse_places
 from vsep.presets.record import RecordedPreset, SimulatedPreset
 from vsep.presets.registry import PRESETS
 from vsep.presets.scenes import simulate_preset
@@ -319,6 +320,7 @@ def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int)
     recorded = isinstance(preset, RecordedPreset)
     options = simulator_options(asdict(plan), recorded=recorded)
     if not isinstance(preset, RecordedPreset):
+        options["places"] = parse_places(plan.placed)
         _, observation = simulate_preset(
             plan.preset, anti_aliasing_filter=true_filter, frame_number=frame_number, **options
         )

@@ -25,7 +25,6 @@ from vsep_app.jobs.tasks import (
     strip,
 )
 from vsep_app.model.alternatives import alternatives
-from vsep_app.model.crossing import Crossing
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
 from vsep_app.model.trial_link import TRIAL_KEY, OpenedTrial, trial_of_query
@@ -40,12 +39,12 @@ from vsep_app.server.lesson import Glance
 from vsep_app.teaching.experiment import LIVE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide, cards_html
 from vsep_app.teaching.staging import Staging
-from vsep_app.views.crossing import Drag
 from vsep_app.widgets.chirp_drag import ChirpDrag
 from vsep_app.widgets.controls import Controls, slope_remark
 from vsep_app.widgets.headline import Headline
 from vsep_app.widgets.keys import ITERATION_PREFIX, Keys
 from vsep_app.widgets.location import set_query, synchronise
+from vsep_app.widgets.object_drag import ObjectDrag
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
 
@@ -76,13 +75,17 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self._kept: KeptFrame | None = None
         self._side_drawn = 0.0
         self._shown_run = 0
+        self.controls = Controls(self.settings, self.load, self._moved)
+        self.chirps = ChirpDrag(self.settings, self.controls.widgets)
+        self.objects = ObjectDrag(self.settings, self.controls.widgets["placed"], self._moved)
         self.views = LiveViews(
-            self._ramp_selected, self._dragged, cards=cards_html(context.experiments)
+            self._ramp_selected,
+            self.chirps.take,
+            objects=self.objects,
+            cards=cards_html(context.experiments),
         )
         self.headline = Headline()
         self._acknowledge(self.views.fast_time.source)
-        self.controls = Controls(self.settings, self.load, self._moved)
-        self.chirps = ChirpDrag(self.settings, self.controls.widgets)
         self.preview: Preview[Picture] = Preview(
             context.pool,
             preview,
@@ -158,6 +161,8 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             return
         elif name == "swipe":
             self.views.map.swipe()
+        elif name == "delete":
+            self.objects.delete()
         elif name.startswith(ITERATION_PREFIX):
             self.session.scrub(int(name.removeprefix(ITERATION_PREFIX)))
             self.loop.wake()
@@ -173,12 +178,11 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     def _view(self) -> tuple[Any, ...]:
         return *super()._view(), self.settings.crossing
 
-    def _dragged(self, drag: Drag, crossing: Crossing) -> None:
-        self.chirps.take(drag, crossing)
-
     def _moved(self) -> None:
         """Show the frame of settings that still move; the estimator waits for their release."""
         plan = self.controls.moving_plan()
+        if self.objects.moving is not None:
+            plan = replace(plan, placed=self.objects.moving)
         if plan == self.settings.plan():
             if self.preview.is_active:
                 self.preview.end()

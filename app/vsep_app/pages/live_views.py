@@ -7,12 +7,13 @@ from vsep_app.model.crossing import Crossing
 from vsep_app.model.picture import Picture
 from vsep_app.server.lesson import Glance
 from vsep_app.teaching.staging import Staging
-from vsep_app.views.crossing import CrossingView, Drag
+from vsep_app.views.crossing import CrossingView
 from vsep_app.views.opening import small_map
+from vsep_app.views.pointer import Drag
 from vsep_app.views.progress import ProgressView
 from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import Axis, crosshair
-from vsep_app.views.swiped_map import SwipedMap
+from vsep_app.views.swiped_map import MapObjects, SwipedMap
 from vsep_app.widgets.exports import RunTables
 from vsep_app.widgets.fold import Fold
 from vsep_app.widgets.layout import card, html_pane, progress_card, stack
@@ -21,7 +22,8 @@ from vsep_app.widgets.layout import card, html_pane, progress_card, stack
 class LiveViews:
     """All figures and tables of a run.
 
-    `select` is called with a ramp that is clicked, `drag` with what is dragged in the chirps;
+    `select` is called with a ramp that is clicked, `drag` with what is dragged in the chirps,
+    `objects` with what is done to the true objects in the map;
     `cards` are HTML that stands in the place of the tables while these are empty.
     """
 
@@ -30,6 +32,7 @@ class LiveViews:
         select: Callable[[int], None],
         drag: Callable[[Drag, Crossing], None],
         *,
+        objects: MapObjects | None = None,
         cards: str = "",
     ) -> None:
         self._cards_html = cards
@@ -37,7 +40,7 @@ class LiveViews:
         self.crossing = CrossingView(select, drag)
         self.fast_time = FastTimeView()
         self.delay = DelayView(range_axis, line)
-        self.map = SwipedMap(range_axis, line)
+        self.map = SwipedMap(range_axis, line, objects)
         self.progress = ProgressView()
         self.tables = RunTables()
         self._hidden: frozenset[str] = frozenset()

@@ -1,15 +1,15 @@
 """Frequency over time: the victim's chirps with their band, and the chirps that cross it."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from bokeh.events import Pan, PanEnd, PanStart, Tap
-from bokeh.models import BoxAnnotation, ColumnDataSource, CustomJS, HoverTool, LinearColorMapper
+from bokeh.events import Tap
+from bokeh.models import BoxAnnotation, ColumnDataSource, HoverTool, LinearColorMapper
 
-from vsep_app.assets import path
 from vsep_app.model.crossing import Courses, Crossing, CrossingPlane
 from vsep_app.model.picture import Picture
+from vsep_app.views.pointer import Drag, PointerDrag
 from vsep_app.views.style import (
     COLOURS,
     MAP_PALETTE,
@@ -22,23 +22,9 @@ from vsep_app.views.style import (
     short,
 )
 
-PHASES = START, MOVE, END = range(3)
-_DRAG = {"phase": [MOVE], "x": [0.0], "y": [0.0], "dx": [1.0], "dy": [1.0], "number": [0]}
 _ENDS = ("x0", "y0", "x1", "y1")
 _SEGMENT = dict(zip(_ENDS, _ENDS, strict=True))
 _HANDLE = ("handle_x", "handle_y")
-
-
-class Drag(NamedTuple):
-    """Where the pointer is while something is dragged."""
-
-    phase: int  #: `START`, `MOVE` or `END`.
-    #: In the units of the axes.
-    x: float
-    y: float
-    #: Width and height of a pixel.
-    dx: float
-    dy: float
 
 
 class CrossingView:
@@ -68,7 +54,6 @@ class CrossingView:
         self._crossing: Crossing | None = None
         self.figure = plain_figure("crossing", "Chirps", ("ramp", ""), (self._x, self._y))
         self.figure.grid.visible = False
-        self.figure.toolbar.active_drag = None
         self._bands = ColumnDataSource({"xs": [], "ys": []})
         self._sweeps, self._lit = _segments(), _segments()
         self._true = _segments("ramp", "slope", *_HANDLE)
@@ -76,7 +61,8 @@ class CrossingView:
         self._image = ColumnDataSource({name: [] for name in ("image", "x", "y", "dw", "dh")})
         self._draw()
         lighten(self.figure)
-        self._listen()
+        self.pointer = PointerDrag(self.figure, self._dragged)
+        self.figure.on_event(Tap, self._tapped)
 
     def _draw(self) -> None:
         plot, colour = self.figure, COLOURS
@@ -110,22 +96,9 @@ class CrossingView:
         )
         plot.add_layout(self._selected)
 
-    def _listen(self) -> None:
-        self._dragged = ColumnDataSource(dict(_DRAG), name="dragged")
-        self._dragged.on_change("data", self._was_dragged)
-        code = path("page/drag.js").read_text(encoding="utf-8")
-        answer = CustomJS(args={"dragged": self._dragged, "plot": self.figure}, code=code)
-        for event in (PanStart, Pan, PanEnd):
-            self.figure.js_on_event(event, answer)
-        self.figure.on_event(Tap, self._tapped)
-
-    def _was_dragged(self, attr: str, old: Any, new: Any) -> None:
-        del attr, old
-        phase, *place = (new[name][0] for name in Drag._fields)
-        numbers = isinstance(phase, int) and all(isinstance(each, int | float) for each in place)
-        good = numbers and phase in PHASES and bool(np.all(np.isfinite(place)))
-        if self._crossing is not None and good:
-            self._drag(Drag(phase, *map(float, place)), self._crossing)
+    def _dragged(self, drag: Drag) -> None:
+        if self._crossing is not None:
+            self._drag(drag, self._crossing)
 
     def _tapped(self, event: Tap) -> None:
         crossing = self._crossing

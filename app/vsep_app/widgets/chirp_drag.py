@@ -7,9 +7,8 @@ import numpy as np
 
 from vsep_app.model.crossing import Courses, Crossing, CrossingPlane
 from vsep_app.model.settings import SETTINGS, Settings
-from vsep_app.views.crossing import END, START, Drag
+from vsep_app.views.pointer import END, REACH_PX, START, Drag
 
-REACH_PX = 14.0  # so near the pointer must be to what it takes
 SNAP = 0.02  # MHz/us: a slope so near to the victim's is the victim's
 _LEAST_LEVER = 0.05  # of a ramp, from the crossing to the pointer that turns a chirp
 SHIFT, SLOPE = "burst_shift", "interferer_slope"

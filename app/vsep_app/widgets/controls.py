@@ -19,7 +19,15 @@ from vsep.parameters import (
 from vsep.presets.record import RecordedPreset
 from vsep.presets.registry import PRESETS
 from vsep_app.model.crossing import Courses
-from vsep_app.model.settings import ESTIMATOR, LOADED_FRAME, PRESET, SETTINGS, Plan, Settings
+from vsep_app.model.settings import (
+    ESTIMATOR,
+    LOADED_FRAME,
+    PLACED,
+    PRESET,
+    SETTINGS,
+    Plan,
+    Settings,
+)
 from vsep_app.widgets.fields import field, file_field
 from vsep_app.widgets.fold import Fold
 from vsep_app.widgets.layout import heading, small_text
@@ -51,7 +59,8 @@ class SceneControls:
 
     def __init__(self, settings: Settings) -> None:
         self.widgets = {"preset": _preset_select(settings)}
-        self.widgets |= {each.name: setting_widget(settings, each) for each in SCENE_PARAMETERS}
+        records = *SCENE_PARAMETERS, PLACED
+        self.widgets |= {each.name: setting_widget(settings, each) for each in records}
         self.widgets["seed"].param.update(sizing_mode=None, width=116)
         self.widgets["interference"].margin = (8, 0, 0, 0)
         self.levels = pn.pane.HTML("", sizing_mode="stretch_width", margin=(2, 16, 2, 17))
@@ -73,13 +82,13 @@ class SceneControls:
 
     def more(self) -> list[Any]:
         """Return the rest."""
-        names = ("interference_model", "second_interferer", "num_objects")
+        names = ("interference_model", "second_interferer", "num_objects", PLACED.name)
         return [self.widgets[name] for name in names]
 
     def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show what has a meaning for the preset, with its ranges."""
         recorded = isinstance(PRESETS.get(settings.preset), RecordedPreset)
-        for record in SCENE_PARAMETERS:
+        for record in (*SCENE_PARAMETERS, PLACED):
             unused = recorded and not record.of_recording
             silent = record.of_bursts and not settings.interference
             self.widgets[record.name].disabled = loaded or unused or silent
