@@ -10,6 +10,7 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep._optional import require_library
+from vsep_app.model.text import counted
 from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageBase, PageContext, page_frame
 from vsep_app.server.lesson import Lesson, LessonState, Mode, Seat, View, answers_csv
@@ -21,6 +22,7 @@ from vsep_app.widgets.layout import (
     heading,
     html_pane,
     panel,
+    stack,
     status_html,
     status_pane,
 )
@@ -56,6 +58,7 @@ class LeadPage(PageBase):
             options=_MODES,
             value=self.lesson.state.mode.value,
             margin=(8, 12),
+            sizing_mode="stretch_width",
         )
         self.experiment = field(
             pmu.Select,
@@ -91,8 +94,9 @@ class LeadPage(PageBase):
             "Answers as CSV: all of this lesson, without names. They are kept nowhere else.",
         )
         self.status = status_pane("")
-        self.wall = html_pane("lesson", sizing_mode="stretch_width", margin=(4, 10))
-        self.answers = html_pane("lesson", sizing_mode="stretch_width", margin=(4, 10))
+        self.wall, self.answers = (
+            html_pane("lesson", margin=(4, 10), styles={"overflow": "auto"}) for _ in range(2)
+        )
         self.mode.param.watch(lambda event: self.lesson.change(mode=Mode(event.new)), "value")
         self.experiment.param.watch(self._open_experiment, "value")
         self.question.param.watch(self._show_answers, "value")
@@ -129,9 +133,13 @@ class LeadPage(PageBase):
             main=[
                 self.mode,
                 own,
-                panel("Join", join, weight=1),
-                panel("Answers", self.answers, weight=1),
-                panel("Everybody's maps", self.wall, weight=3),
+                stack(
+                    panel("Join", join, weight=1),
+                    panel("Answers", self.answers, weight=2),
+                    row=True,
+                    flex="0 0 262px",
+                ),
+                panel("Everybody's maps", self.wall, weight=1),
             ],
         )
 
@@ -159,7 +167,7 @@ class LeadPage(PageBase):
         names = self._names()
         self._pictures = {seat: self._picture(seat) for seat in visitors}
         with pn.io.hold():
-            _set(self.status, status_html(f"{len(visitors)} pages"))
+            _set(self.status, status_html(counted(len(visitors), "page")))
             if list(self.visitor.options) != list(names):
                 kept = self.visitor.value if self.visitor.value in names else None
                 self.visitor.param.update(options=list(names), value=kept)

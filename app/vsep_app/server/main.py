@@ -15,7 +15,7 @@ from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
 from vsep.errors import InputError
-from vsep_app.pages import LEAD, PAGES
+from vsep_app.pages import EMBED, LEAD, PAGES
 from vsep_app.server.access import Access, EntryRules
 from vsep_app.server.announce import announcement, base_address, open_browser
 from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
@@ -77,7 +77,7 @@ def make_server(
     remember_defaults()
     loop: Any = IOLoop.current()
     registry = SessionRegistry(rules or ServerLimits(), experiments=guided, loop=loop.asyncio_loop)
-    pages = [*PAGES.values(), *([] if registry.lesson is None else [LEAD])]
+    pages = [*PAGES.values(), EMBED, *([] if registry.lesson is None else [LEAD])]
     applications = build_applications(
         {page.route: registry.builder(page.load()) for page in pages},
         title={page.route: page.title for page in pages},
