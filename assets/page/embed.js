@@ -6,7 +6,10 @@ const say = (kind, content) => {
 }
 const models = () => [...Bokeh.documents[0].all_models]
 const place = () => models().find((model) => model.type === "panel.models.location.Location")
-const settings = () => Object.fromEntries(new URLSearchParams(place()?.search ?? ""))
+const settings = () => {
+  const {iteration: _, ...others} = Object.fromEntries(new URLSearchParams(place()?.search ?? ""))
+  return others
+}
 
 function press(name) {
   pressed.data = {name: [name], number: [pressed.data.number[0] + 1]}
