@@ -7,7 +7,6 @@ import json
 import sys
 import types
 from pathlib import Path
-from unittest import mock
 
 import pytest
 
@@ -28,13 +27,14 @@ def run(path, *, solved):
     """Execute a notebook as Python, in one namespace."""
     module = types.ModuleType("__exercise__")
     # What a notebook defines can be pickled: it stands in a module.
-    with (
-        mock.patch.dict(sys.modules, {"__exercise__": module}),
-        contextlib.redirect_stdout(io.StringIO()) as told,
-    ):
-        for text, is_solution in cells(path):
-            if solved or not is_solution:
-                exec(compile(text, path.name, "exec"), module.__dict__)
+    sys.modules[module.__name__] = module
+    try:
+        with contextlib.redirect_stdout(io.StringIO()) as told:
+            for text, is_solution in cells(path):
+                if solved or not is_solution:
+                    exec(compile(text, path.name, "exec"), module.__dict__)
+    finally:
+        del sys.modules[module.__name__]
     return told.getvalue()
 
 

@@ -16,8 +16,7 @@ from vsep_app.model.settings import PLAN_NAMES
 from vsep_app.report.packed import packed_html
 from vsep_app.report.replay import record_html
 from vsep_app.report.run import execute
-from vsep_app.report.sources import default_plan
-from vsep_app.report.spec import ReportSpec
+from vsep_app.report.spec import ReportSpec, default_plan
 from vsep_app.teaching.experiment import COMPARE, Experiment
 
 INDEX, MANIFEST = "index.html", "imsmanifest.xml"

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
-from urllib.parse import parse_qsl
 
 import panel as pn
 from bokeh.application.handlers.handler import Handler
@@ -27,7 +26,6 @@ from vsep_app.jobs.tasks import Prepared
 from vsep_app.jobs.warmup import separate_one_frame
 from vsep_app.model.settings import Plan
 from vsep_app.model.static_picture import StaticPicture
-from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
@@ -35,11 +33,10 @@ from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.live_address import plan_of_query
 from vsep_app.pages.recording.tasks import PreparedRecording
 from vsep_app.server.access import Role
-from vsep_app.server.lesson import Lesson, Seat, new_person
+from vsep_app.server.lesson import Lesson
 from vsep_app.server.patches import release_notifications
+from vsep_app.server.seating import add_notice, seat_for, start
 from vsep_app.teaching.experiment import Experiment
-from vsep_app.widgets.lesson_notice import LessonNotice, go_to
-from vsep_app.widgets.location import read_query
 
 # A page whose browser is gone may come back within this time.
 ABSENCE_MS = 4000
@@ -214,14 +211,21 @@ class SessionRegistry:
             return _no_place(document, most)
         queue, watched = shared_pool().queue(), partial(_watched, document)
         post = partial(_post, document)
-        seat, query = self._seat(page_class, document.session_context, post)
+        leads = _is_owner(document.session_context)
+        seat, query = seat_for(
+            self.lesson,
+            getattr(page_class, "address", ""),
+            getattr(document.session_context, "request", None),
+            leads=leads,
+            post=post,
+        )
         page = page_class(
             PageContext(
                 pool=queue,
                 query=query,
                 post=post,
                 watched=watched,
-                own_folder=_is_owner(document.session_context),
+                own_folder=leads,
                 experiments=self._experiments,
                 shared_resources=self.shared_resources,
                 background=BackgroundTasks(self._loop),
@@ -238,45 +242,13 @@ class SessionRegistry:
             since=time.monotonic(),
             expire=partial(_expire, document),
         )
-        pn.state.onload(partial(post, partial(self._start, page)))
+        pn.state.onload(partial(post, partial(start, page)))
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
         document.js_on_event("connection_lost", CustomJS(code=_OPEN_AGAIN))
         shown = page.page()
-        if seat is not None and not seat.leads:
-            notice = LessonNotice({one.name: one for one in self._experiments})
-            # Below the title that is not seen.
-            shown.main[0].insert(1, notice.pane)
-            seat.tell = notice.tell
+        add_notice(shown, page, tuple(self._experiments))
         return shown
-
-    def _seat(
-        self, page_class: Any, context: Any, post: Callable[[Any], Any]
-    ) -> tuple[Seat | None, dict[str, str]]:
-        """Return the place of a page in the lesson, and the query that it opens with."""
-        query = read_query()
-        if self.lesson is None:
-            return None, query
-        person = getattr(getattr(context, "request", None), "person", None) or new_person()
-        seat = Seat(self.lesson, person, leads=_is_owner(context), post=post)
-        seat.is_shown_to_all = page_class.address in PAGES
-        if not seat.leads and seat.is_shown_to_all:
-            seat.taken = self.lesson.start_view(page_class.address)
-        if seat.taken is not None:
-            theme = {key: value for key, value in query.items() if key == "theme"}
-            query = theme | dict(seat.taken.query)
-        return seat, query
-
-    def _start(self, page: PageBase) -> None:
-        """Let a page begin, and take part in the lesson."""
-        page.start()
-        seat, location = page.seat, pn.state.location
-        if seat is None or location is None or not (seat.is_shown_to_all or seat.leads):
-            return
-        seat.begin(page, go=go_to, query=lambda: dict(parse_qsl(location.search[1:])))
-        if seat.leads and seat.is_shown_to_all:
-            seat.lead()
-            location.param.watch(lambda _: seat.lead(), "search")
 
     def _has_room(self, most: int) -> bool:
         """Whether there is a place, and no crowd of pages that wait for their browsers."""
