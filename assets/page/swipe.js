@@ -8,7 +8,9 @@ if (first != null) {
   const cut = whole ? columns : Math.min(Math.max(Math.round(share * columns), 0), columns)
   const image = new first.constructor(first, [rows, columns])
   for (let row = 0; row < rows && cut < columns; row++) {
-    image.set(second.subarray(row * columns + cut, (row + 1) * columns), row * columns + cut)
+    const begin = row * columns + cut
+    // Not `subarray`: of an array of Bokeh it is all of it.
+    image.set(new Uint8Array(second.buffer, second.byteOffset + begin, columns - cut), begin)
   }
   const {x, y, dw, dh} = before.data
   shown.data = {image: [image], x, y, dw, dh}

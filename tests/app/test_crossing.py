@@ -171,6 +171,24 @@ def test_a_chirp_that_is_turned_at_its_end_runs_through_the_pointer(stage: Stage
     assert after.true.at(np.full(4, time_us))[0] == pytest.approx(frequency_mhz, abs=0.2)
 
 
+def test_a_chirp_that_crosses_near_the_end_of_its_ramp_is_turned_at_its_beginning(
+    settings: Settings,
+) -> None:
+    settings.burst_shift = 12.0
+    stage = Stage(settings)
+    plane, true = stage.picture.crossing.plane, stage.picture.crossing.true
+    first, _ = true.within(plane.reach_mhz, plane.ramp_us)
+    np.testing.assert_allclose(true.handles_us(plane.reach_mhz, plane.ramp_us), first)
+    x, y = stage.chirp(0, 0.0)
+    stage.drag(START, x, y)
+    stage.drag(END, x, y + 1.0)
+    assert stage.settings.interferer_slope < 9.7
+    after = first_picture(stage.settings).crossing.true
+    assert after.pivots_us(plane.ramp_us)[0] == pytest.approx(
+        true.pivots_us(plane.ramp_us)[0], abs=0.5
+    )
+
+
 def test_the_victims_own_slope_is_easy_to_meet(stage: Stage) -> None:
     x, y = stage.chirp(0, 1.0)
     plane = stage.picture.crossing.plane

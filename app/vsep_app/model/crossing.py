@@ -45,14 +45,25 @@ class Courses:
         first = np.where(flat, never, np.maximum(middle - half, 0.0))
         return first, np.where(flat, ramp_us, np.minimum(middle + half, ramp_us))
 
-    def crossings_us(self, ramp_us: float) -> FloatArray:
-        """(B,) fast times at which they cross the victim's chirp, those inside of the ramp.
+    def pivots_us(self, ramp_us: float) -> FloatArray:
+        """(B,) fast times at which they cross the victim's chirp, perhaps beyond the ramp.
 
         That is the middle of the ramp for a chirp of the victim's slope, which never does.
         """
         flat = self.slopes == 0.0
         times = -self.starts_mhz / np.where(flat, 1.0, self.slopes)
-        return np.where(flat, 0.5 * ramp_us, np.clip(times, 0.0, ramp_us))
+        return np.where(flat, 0.5 * ramp_us, times)
+
+    def crossings_us(self, ramp_us: float) -> FloatArray:
+        """(B,) the same, those of a chirp that crosses beyond the ramp at its nearer end."""
+        return np.clip(self.pivots_us(ramp_us), 0.0, ramp_us)
+
+    def handles_us(self, limit_mhz: float, ramp_us: float) -> FloatArray:
+        """(B,) fast times of that end within +-limit which is farther from the crossing."""
+        first, last = self.within(limit_mhz, ramp_us)
+        pivots = self.pivots_us(ramp_us)
+        is_last = np.abs(last - pivots) >= np.abs(first - pivots)
+        return np.where(np.isfinite(first), np.where(is_last, last, first), 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

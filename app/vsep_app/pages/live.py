@@ -47,6 +47,7 @@ from vsep_app.widgets.transport import Transport
 
 OPENING_SHARE = 0.25  # of the speed, for the first iterations after a run was begun by hand
 PREVIEW_HEADLINE = "This is what the radar would receive. Let go, and it is separated."
+EQUAL_HEADLINE = "Your own slope: the other chirp is a steady tone, as an object is. Let go."
 SIDE_PERIOD_S = 0.3
 SIDE_PICTURES = 4
 
@@ -193,7 +194,8 @@ class Dashboard(StagedPage):
     def _show_preview(self, picture: Picture) -> None:
         """Draw a frame of which nothing is estimated; called with the document locked."""
         with pn.io.hold():
-            self.headline.tell(PREVIEW_HEADLINE, slope_remark(picture.crossing.true))
+            equal = bool(slope_remark(picture.crossing.true))
+            self.headline.tell(EQUAL_HEADLINE if equal else PREVIEW_HEADLINE)
             self.controls.show_levels(picture.static_picture.levels_text)
             self.views.show_before(picture, can_drag=self.chirps.can_drag)
 

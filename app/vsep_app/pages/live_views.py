@@ -51,7 +51,7 @@ class LiveViews:
         self._map_row = card(self.map.after, weight=13, look="view")
         signals = [
             card(view.figure, weight=weight, key=view.key, look="view")
-            for view, weight in ((self.crossing, 9), (self.fast_time, 9), (self.delay, 10))
+            for view, weight in ((self.crossing, 9), (self.fast_time, 9), (self.delay, 9))
         ]
         self._keys = [each[-1] for each in signals[1:]]
         names = "chirps", "fast_time", "delay"

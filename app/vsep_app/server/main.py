@@ -197,6 +197,8 @@ def serve(
     )
     shared_pool()
     server.start()
+    # The first visitor is to see the first picture, too.
+    server.io_loop.add_callback(server.registry.first_picture, "/", {})
     access, prefix = server.access, server.prefix
     sys.stderr.write(
         announcement(

@@ -52,7 +52,7 @@ class CrossingView:
         self._select, self._drag = select, drag
         self._x, self._y = Axis(), Axis()
         self._crossing: Crossing | None = None
-        self.figure = plain_figure("crossing", "Chirps", ("ramp", ""), (self._x, self._y))
+        self.figure = plain_figure("crossing", "Chirps", ("", "frequency"), (self._x, self._y))
         self.figure.grid.visible = False
         self._bands = ColumnDataSource({"xs": [], "ys": []})
         self._sweeps, self._lit = _segments(), _segments()
@@ -145,7 +145,7 @@ class CrossingView:
         ends = [*plane.place(ramps, zero, zero), *plane.place(ramps, end, zero)]
         self._sweeps.data = dict(zip(_ENDS, map(short, ends), strict=True))
         alone = plane.ramp is not None
-        self.figure.xaxis.axis_label = "fast time [µs]" if alone else "ramp"
+        self.figure.xaxis.axis_label = "fast time [µs]" if alone else ""
         self.figure.yaxis.axis_label = "intermediate frequency [MHz]" if alone else "frequency"
         # Of all ramps the rise is drawn shortened, so that numbers would be wrong.
         self.figure.yaxis.major_label_text_alpha = 1.0 if alone else 0.0
@@ -172,7 +172,7 @@ def _put_courses(
     handles: bool = False,
     more: dict[str, Any] | None = None,
 ) -> None:
-    """Show the part of courses that lies within +-limit; the handle is at its later end."""
+    """Show the part of courses that lies within +-limit."""
     first, last = courses.within(limit_mhz, plane.ramp_us)
     last = np.maximum(first, last)
     finite = np.isfinite(first)
@@ -181,7 +181,9 @@ def _put_courses(
     end = plane.place(courses.ramps, last, courses.at(last))
     columns = dict(zip(_ENDS, map(short, (*begin, *end)), strict=True))
     if handles:
-        columns |= dict(zip(_HANDLE, map(short, end), strict=True))
+        times = courses.handles_us(limit_mhz, plane.ramp_us)
+        place = plane.place(courses.ramps, times, courses.at(times))
+        columns |= dict(zip(_HANDLE, map(short, place), strict=True))
     if handles or more is not None:
         columns |= {"ramp": short(courses.ramps), "slope": short(courses.slopes)}
     put(source, {**columns, **(more or {})})

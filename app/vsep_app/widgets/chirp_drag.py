@@ -69,7 +69,9 @@ class ChirpDrag:
         scale = np.array([drag.dx, drag.dy])
         pointer = np.array([drag.x, drag.y]) / scale
         begin, end = begin / scale, end / scale
-        to_end = np.linalg.norm(end - pointer, axis=1)
+        times = true.handles_us(plane.reach_mhz, plane.ramp_us)
+        handles = np.stack(plane.place(true.ramps, times, true.at(times)), axis=1) / scale
+        to_end = np.linalg.norm(handles - pointer, axis=1)
         along = end - begin
         length = np.maximum(np.sum(along**2, axis=1), 1e-12)
         share = np.clip(np.sum((pointer - begin) * along, axis=1) / length, 0.0, 1.0)
@@ -82,7 +84,7 @@ class ChirpDrag:
         return _Grip(
             name=name,
             ramp=ramp,
-            crossing_us=float(true.crossings_us(plane.ramp_us)[index]),
+            crossing_us=float(true.pivots_us(plane.ramp_us)[index]),
             time_us=plane.read(drag.x, drag.y, ramp)[0],
             value=float(getattr(self._settings, name)),
         )

@@ -40,11 +40,14 @@ class Headline:
         self._scene = f'<p class="scene">{escape(sentence)}</p>' if sentence else ""
         self._write()
 
-    def tell(self, sentence: str, remark: str = "") -> None:
-        """Show a sentence of what is no iteration, and a remark below it."""
-        self._sentence, self._timeline, self._figures = _sentences(sentence, remark), "", ""
+    def tell(self, sentence: str) -> None:
+        """Show a sentence of what is no iteration, in no other room than that of one that is.
+
+        What is dragged below it must stay under the pointer.
+        """
+        self._sentence, self._figures = _sentences(sentence, ""), ""
+        self._timeline = timeline_html((), shown=0, num_iterations=0)
         self._write()
-        self.play.visible = False
 
     def show(self, picture: Picture, *, is_first: bool, remark: str = "") -> None:
         """Show what a picture brought, and the button as long as nothing has happened yet."""

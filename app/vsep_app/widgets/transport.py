@@ -181,7 +181,8 @@ class Transport(RunTransport):
             )
             counts = f"iteration {drawn.iteration} of {drawn.num_iterations} · {found}"
             if drawn.iteration:
-                counts += f" · noise {drawn.progress.noise_db[-1]:.0f} dB"
+                noise_db = round(float(drawn.progress.noise_db[-1])) + 0
+                counts += f'<span class="noise"> · noise {noise_db} dB</span>'
         self.status.object = run_status_html(words, counts, phase, rate)
 
     def _offer_antennas(self, number: int) -> None:
