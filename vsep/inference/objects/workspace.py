@@ -13,6 +13,7 @@ from vsep.inference.objects.refinement import PlacedComponents, joint_step, plac
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels.candidates import Candidate, best_candidate
 from vsep.kernels.convergence import largest_change
+from vsep.kernels.doppler_intervals import unfold_lines
 from vsep.kernels.moving_atoms import (
     STATIONARY,
     Migration,
@@ -238,6 +239,9 @@ class ObjectWorkspace:
         Deviation: `jointly` a step of all components follows, which the paper does not have; it
         takes the place of tens of rounds where components share a resolution cell.
         """
+        start = self.points
+        if not self.is_stationary:
+            self.placed = self._unfolded(self.placed)
         before, active = self.placed, self.active
         # For all l: zeta_l from (70), Algorithm 4
         new = update_lines(
@@ -248,7 +252,7 @@ class ObjectWorkspace:
             self.threshold.ratio,
             self.threshold.kept_levels(before.points[:, 0], 2 * self.residual.shape[1]),
         )
-        points, precisions, start = new.points, new.precisions, before.points
+        points, precisions = new.points, new.precisions
         if not new.kept.all():
             self._record_pruned(new)
             dropped = np.flatnonzero(~new.kept)
@@ -268,6 +272,21 @@ class ObjectWorkspace:
         if not self.is_stationary:
             points[:, 1] = placed.points[:, 1]
         self.placed = replace(placed, points=points)
+
+    def _unfolded(self, placed: PlacedComponents) -> PlacedComponents:
+        """Move components to the interval of Doppler frequency that they belong to."""
+        active = placed.active
+        points = unfold_lines(placed.points, active.precisions, self.residual, placed.columns)
+        if np.array_equal(points, placed.points):
+            return placed
+        return place_components(
+            points,
+            active.precisions,
+            self.residual,
+            active.noise_precision,
+            placed.background,
+            placed.migration,
+        )
 
     def _record_pruned(self, new: Updated) -> None:
         for index in np.flatnonzero(~new.kept):
