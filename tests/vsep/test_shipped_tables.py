@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.vsep.mitigation_tables import DOCUMENT, with_tables
 from vsep.reproduction.claims import judge, limits_text
 from vsep.reproduction.figures import FIGURES
 from vsep.reproduction.paper_claims import CLAIMS
@@ -43,7 +44,7 @@ def lines_of(name):
 def test_every_table_has_its_recipe():
     tables = {path.stem for path in FOLDER.glob("*.csv")} - {"claims"}
     assert tables == set(RECIPES)
-    assert set(FIGURES) == set(RECIPES)
+    assert set(RECIPES) <= set(FIGURES)
 
 
 @pytest.mark.parametrize("name", RECIPES)
@@ -105,11 +106,12 @@ def require_same(name, index, method):
 
 def test_the_table_of_claims_is_that_of_the_document_and_of_todays_claims():
     claims = lines_of("claims")
+    made = [claim for claim in CLAIMS if claim.figure in RECIPES]
     assert [(line["figure"], line["says"]) for line in claims] == [
-        (claim.figure, claim.says) for claim in CLAIMS
+        (claim.figure, claim.says) for claim in made
     ]
     document = (FOLDER.parents[1] / "docs" / "reproduction.md").read_text(encoding="utf-8")
-    for line, finding in zip(claims, judge(CLAIMS, {}), strict=True):
+    for line, finding in zip(claims, judge(made, {}), strict=True):
         (row,) = [
             text for text in document.splitlines() if text.startswith("| ") and line["says"] in text
         ]
@@ -124,3 +126,8 @@ def test_the_table_of_claims_is_that_of_the_document_and_of_todays_claims():
                 for other in lines_of(line["figure"])
                 if (other["method"], other["metric"]) == (line["method"], line["metric"])
             )
+
+
+def test_the_tables_of_the_document_on_mitigation_are_those_of_the_files():
+    text = DOCUMENT.read_text(encoding="utf-8")
+    assert with_tables(text) == text

@@ -9,8 +9,8 @@ from vsep._typing import ComplexArray, FloatArray, IntArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.moving_atoms import fold_width
-from vsep.kernels.newton_ascent import FOLD_GAIN, ascend
+from vsep.kernels.moving_atoms import fold_loss, fold_width
+from vsep.kernels.newton_ascent import FOLD_GAIN, FOLD_SHARE, ascend
 from vsep.kernels.object_cost import MIN_SCHUR, CostJet
 
 NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
@@ -110,16 +110,20 @@ def next_peak(power: NDArray[np.float32], highest: IntArray) -> tuple[int, int]:
 
 
 @compiled
-def favour_first_interval(power: NDArray[np.float32], num_ramps: int, lead: float) -> None:
-    """Take a lead off the rows of a grid (R, C) that are no Doppler frequencies of the first.
+def favour_first_interval(power: NDArray[np.float32], columns: Columns) -> None:
+    """Lower the rows of a grid (R, C) that are no Doppler frequencies of the first interval.
 
-    Noise is much the same in all intervals of Doppler frequency.
+    Noise is much the same in all intervals of Doppler frequency, and what is no line fits here and
+    there; an object exceeds its image in another interval by its `fold_loss`.
     """
+    num_ramps, num_samples = columns.doppler_factors.shape[1], columns.beat_factors.shape[1]
+    share = 1.0 / (1.0 + FOLD_SHARE * fold_loss(columns.migration, num_ramps, num_samples))
+    lead = FOLD_GAIN / columns.noise_precision
     half = len(power) // 2
     for row in range(len(power)):
         if abs(row - half) > num_ramps:
             for column in range(power.shape[1]):
-                rest = power[row, column] - np.float32(lead)
+                rest = np.float32(share) * power[row, column] - np.float32(lead)
                 power[row, column] = max(rest, np.float32(0.0))
 
 
@@ -165,7 +169,7 @@ def best_candidate(
     num_antennas, noise_precision = len(transforms), columns.noise_precision
     is_moving = columns.migration.coupling != 0.0
     if is_moving:
-        favour_first_interval(power, columns.doppler_factors.shape[1], FOLD_GAIN / noise_precision)
+        favour_first_interval(power, columns)
     # The best of each row is kept, so that the next peak costs one row search per cleared row.
     highest = np.array([_highest(power[row]) for row in range(num_rows)])
     best = Candidate(0.0, 0.0, 0.0, 0.0, True)

@@ -13,7 +13,8 @@ from vsep.kernels.object_cost import MIN_SCHUR, AtomFit, CostJet, atom_fit, cost
 
 NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
 MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
-FOLD_GAIN = 7.0  # nats of log evidence: what another interval of Doppler frequency must gain
+FOLD_GAIN = 7.0  # nats of log evidence: what another interval of Doppler frequency must gain,
+FOLD_SHARE = 0.5  # and how much of what an object that is there gains
 TRIALS = 4  # lengths that are tried of one step, each a quarter of the one before
 
 
@@ -226,7 +227,8 @@ def unfold(
         return fit
     migration = others.migration
     width = fold_width(migration, others.beat_factors.real.shape[1])
-    best, side = fit.value + FOLD_GAIN, 0.0
+    best = fit.value + max(FOLD_GAIN, FOLD_SHARE * loss * fit.power / fit.inverse_rho)
+    side = 0.0
     for step in (-1.0, 1.0):
         # The beat frequency makes up for the Doppler within the ramp.
         beat, doppler = point[0] - step * migration.ramp_share, point[1] + step * width

@@ -16,6 +16,7 @@ from vsep.recordings.advice import advice
 from vsep.recordings.axes import arranged, virtual_antennas
 from vsep.recordings.captured import Captured
 from vsep.recordings.half_band import complex_at_half_rate, half_band, missing_at_half_rate
+from vsep.recordings.migration import visible_walker
 from vsep.recordings.missing_samples import (
     LEAST_RUN,
     LEAST_SAMPLES,
@@ -133,9 +134,9 @@ def _frame(
     if captured.is_doubtful and settings.samples == "complex":
         settings = replace(settings, samples=COMPLEX_2X)
     lowest, taken = lowest_beat(received, radar, settings)
-    migration = radar.needs_migration
-    if settings.range_migration != "automatic":
-        migration = settings.range_migration == "modelled"
+    migration = settings.range_migration == "modelled"
+    if settings.range_migration == "automatic" and radar.needs_migration:
+        migration = visible_walker(received[0], radar) is not None
     spacing = settings.antenna_spacing_wavelengths
     if settings.num_transmitters == 1:
         spacing = spacing_of(captured.kept, spacing)

@@ -54,6 +54,7 @@ LEAST_COST: Final = 3e-4
 _FEWEST_RAMPS = 16
 _PREDICTED = 16  # samples from which the next one is predicted; not more than the least length
 _JUMP = 4  # samples after a ramp's start whose prediction counts
+_CERTAIN = 12.0  # times the usual: from here on a ramp begins, however large others are
 _TELLING = 4.0  # how many times the usual this error must be somewhere, to tell at all
 _FEWEST_TURNS = 8
 _MAPPED = 40  # layouts of which maps are made, those with the least flat spectra ...
@@ -235,7 +236,8 @@ def _begun(order: _Layout, words: FloatArray, lengths: list[int]) -> list[int]:
     most = max(jumps.values(), default=0.0)
     if most < _TELLING:
         return lengths
-    begun = [length for length in lengths if jumps[length] >= math.sqrt(most)]
+    least = min(math.sqrt(most), _CERTAIN)
+    begun = [length for length in lengths if jumps[length] >= least]
     return [
         length
         for length in begun

@@ -22,7 +22,7 @@ ECHO: Final = 10.0  # times the noise: from here on a cell holds an echo
 MAP_ROWS, MAP_COLUMNS = 48, 64
 _LOUD = 4.5  # standard deviations: samples of bursts lie above ...
 _USUAL, _NORMAL = 0.9, 1.645  # ... by this quantile of the magnitudes, in standard deviations
-_MAP_DB = 50.0
+_MAP_DB = 50.0  # below the strongest cell: what a picture shows
 _OVER_MEDIAN = 4.0  # of the range spectrum: cells with echoes
 
 
@@ -142,8 +142,10 @@ def picture_of(spectra: ComplexArray, noise: float, *, centred: bool) -> NDArray
         starts = np.unique(np.arange(most) * power.shape[axis] // most)
         power = np.maximum.reduceat(power, starts, axis=axis)
     level_db = to_db(np.maximum(power / noise, 1.0))
-    top_db = min(max(float(np.max(level_db)), 20.0), _MAP_DB)
-    return np.asarray(np.clip(level_db / top_db * 255.0, 0.0, 255.0), dtype=np.uint8)
+    top_db = max(float(np.max(level_db)), 20.0)
+    low_db = max(top_db - _MAP_DB, 0.0)
+    share = np.clip((level_db - low_db) / (top_db - low_db), 0.0, 1.0)
+    return np.asarray(255.0 * share, dtype=np.uint8)
 
 
 def _window(count: int) -> FloatArray:

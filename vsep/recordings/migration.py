@@ -6,7 +6,7 @@ satellites of about ``20 log10(m) - 6`` dB: -46 dB for a hundredth of a cell. Wi
 """
 
 from collections.abc import Iterator
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -20,15 +20,28 @@ _DYNAMIC = 1e-6  # of the window's side lobes, which are no noise
 _FEWEST = 8  # ramps and samples
 
 
-def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[str]:
-    """Say if the strongest moving object of a frame (P, N) has satellites, or would have."""
+class Walker(NamedTuple):
+    """The object of a frame with the strongest satellites."""
+
+    velocity_mps: float  #: modulo the first interval of Doppler frequency
+    level_db: float  #: over the noise of the frame
+    cells: float  #: that it moves by, at this velocity
+
+    @property
+    def satellites_db(self) -> float:
+        """Level of the satellites, to that of the object."""
+        return float(2.0 * to_db(self.cells) + SATELLITE_DB)
+
+
+def visible_walker(received: ComplexArray, radar: ChirpSequence) -> Walker | None:
+    """Return the moving object of a frame (P, N) with the strongest satellites, if visible."""
     if min(received.shape) < _FEWEST:
-        return
+        return None
     window = np.hanning(received.shape[0])[:, None] * np.hanning(received.shape[1])
     power = np.abs(np.fft.ifft2(received * window)) ** 2
     noise = max(float(np.median(power)) / np.log(2.0), _DYNAMIC * float(power.max()))
     if noise <= 0.0:
-        return
+        return None
     course = power.max(axis=1)
     doppler = np.fft.fftfreq(len(course)).astype(np.float64)
     velocity = np.abs(radar.velocity_from_doppler(doppler))
@@ -41,16 +54,24 @@ def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[s
     satellites_db = level_db + 2.0 * to_db(np.maximum(cells, 1e-9)) + SATELLITE_DB
     worst = int(np.argmax(satellites_db))
     if satellites_db[worst] < VISIBLE_DB:
+        return None
+    return Walker(float(velocity[worst]), float(level_db[worst]), float(cells[worst]))
+
+
+def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[str]:
+    """Say if a moving object of a frame (P, N) has visible satellites, or would have."""
+    walker = visible_walker(received, radar)
+    if walker is None:
         return
     sentence = (
-        f"An object at {velocity[worst]:.3g} m/s, {level_db[worst]:.0f} dB over the noise, moves "
-        f"by {cells[worst]:.2g} range cells within the frame"
+        f"An object at {walker.velocity_mps:.3g} m/s, {walker.level_db:.0f} dB over the noise, "
+        f"moves by {walker.cells:.2g} range cells within the frame"
     )
-    if radar.range_migration:
+    if radar.migration.coupling:
         yield f"{sentence}, which is modelled; range_migration: neglected leaves it out."
         return
     yield (
-        f"{sentence}: it will be found with satellites of about "
-        f"{2.0 * to_db(cells[worst]) + SATELLITE_DB:.0f} dB beside it, which are no objects. "
-        "range_migration: modelled, fewer ramps or a smaller sweep avoid them."
+        f"{sentence}: it will be found with satellites of about {walker.satellites_db:.0f} dB "
+        "beside it, which are no objects. range_migration: modelled, fewer ramps or a smaller "
+        "sweep avoid them."
     )

@@ -83,8 +83,8 @@ class RecordingSettings:
     lowest_beat: float | None = None
     #: a constant offset is removed where the words are unsigned (automatic), always or never
     offset: str = "automatic"
-    #: of objects within a frame; automatic: where carrier, slope and length of the frame make a
-    #: fast object walk, see `ChirpSequence.needs_migration`
+    #: of objects within a frame; automatic: where one of the frame's objects walks visibly, see
+    #: `vsep.recordings.migration`
     range_migration: str = "automatic"
     skip_bytes: int = 0  #: of a raw file, before its first frame
     #: receive antennas to keep, from 0 with commas between; all that are not dead by default

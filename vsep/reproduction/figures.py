@@ -86,7 +86,7 @@ FIGURES: Final[dict[str, Figure]] = {
             for panel, title, quick, seconds in (
                 ("3a", "RMSE over SNR at SIR 0 dB", 60, 0.45),
                 ("3b", "RMSE over SIR at SNR 30 dB", 60, 0.45),
-                ("3c", "RMSE over SIR with a model error of the filter", 30, 1.8),
+                ("3c", "RMSE over SIR with a model error of the filter", 20, 1.8),
             )
         ),
         Figure(
@@ -133,7 +133,7 @@ FIGURES: Final[dict[str, Figure]] = {
             for what, title, quick, seconds in (
                 # A table of `assets/docs/mitigation.md` each, too.
                 ("share", "Compressive sensing over the share lost, and over levels", 2, 36.0),
-                ("prior", "The prior: number and source of its frames, a wrong one", 4, 9.0),
+                ("prior", "The prior: number and source of its frames, a wrong one", 3, 9.0),
                 ("solver", "Thresholds, step width, samples drawn", 4, 5.0),
                 ("size", "Time and memory of masked updates and the explicit matrix", 3, 2.0),
             )

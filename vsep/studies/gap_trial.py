@@ -31,11 +31,11 @@ _DETECTOR = Cfar(false_alarm_rate=1e-6)
 
 
 def gap_frames(trial: Trial) -> tuple[list[GapFrame], list[GapFrame]]:
-    """Draw the sequence of a trial, and one of other objects, which a wrong prior has seen."""
+    """Draw the sequence of a trial, and one of other objects where a wrong prior has seen it."""
     point = trial.point
     assert isinstance(point, GapPoint)
     radar = gap_radar(point.num_ramps, point.num_samples)
-    seeds = trial.seed_sequence.spawn(2)
+    own_seed, other_seed = trial.seed_sequence.spawn(2)
     own, other = (
         list(
             gap_sequence(
@@ -47,7 +47,9 @@ def gap_frames(trial: Trial) -> tuple[list[GapFrame], list[GapFrame]]:
                 num_frames=point.num_prior_frames + 1,
             )
         )
-        for seed in seeds
+        if seed is not None
+        else []
+        for seed in (own_seed, other_seed if point.prior == "other" else None)
     )
     return own, other
 

@@ -44,6 +44,7 @@ examples:
   vsep report --preset simulation-2-c --record run.html --animate run.gif
   vsep report --from snapshot.html --out again.html
   vsep report night/*.npz --out reports
+  vsep report --experiments course --scorm course.zip
 
 A report says how it was made, and --from makes it again, the same bytes with the same versions.
 """
@@ -62,6 +63,7 @@ _SCENES = {
 }
 _SHOWN = ("antenna", "ramp", "iteration", "iterations")
 _OUTPUTS = ("out", "record", "animate")
+_COURSES = ("experiments", "scorm")
 _SOURCES = ("preset", "url", "trial", "made_before")
 
 
@@ -124,6 +126,13 @@ def _add_outputs(parser: Any) -> None:
         "several frames a folder, made if need be",
     )
     add_file(group, "--record", "*.html: a slider goes through all iterations")
+    add_file(
+        group,
+        "--experiments",
+        "a folder, made if need be, with a recorded run of each guided experiment and an index; "
+        "alone, as --scorm",
+    )
+    add_file(group, "--scorm", "*.zip: the same as a package of SCORM 1.2 for learning platforms")
     add_file(group, "--animate", "*.gif, *.webp or, with ffmpeg, *.mp4")
 
 
@@ -139,6 +148,8 @@ _numbers.__name__ = "list of iterations"
 
 def run(options: argparse.Namespace) -> int:
     """Separate what is named, and write all that is asked for."""
+    if given(options, _COURSES):
+        return _report_course(options)
     _require_one_source(options)
     if len(options.frames) > 1 and options.made_before is None:
         return _report_batch(options)
@@ -250,6 +261,23 @@ def _require_outputs(options: argparse.Namespace) -> None:
     }
     for name, out in outputs.items():
         checks[name](out)
+
+
+def _report_course(options: argparse.Namespace) -> int:
+    """Write the guided experiments as pages, as a package, or both."""
+    others = [*given(options, (*_OUTPUTS, *_SOURCES)), *options.frames]
+    if others:
+        raise InputError(f"--experiments and --scorm go alone, without {others[0]}.")
+    course = _module("course")
+    experiments = require_dashboard("vsep_app.teaching.experiment", "report").shipped_experiments()
+    if options.scorm is not None:
+        if Path(options.scorm).suffix.lower() != ".zip":
+            raise InputError(f"The package {Path(options.scorm).name!r} must end in .zip.")
+        require_folder(options.scorm)
+        course.write_package(experiments, Path(options.scorm))
+    if options.experiments is not None:
+        course.write_course(experiments, Path(options.experiments))
+    return 0
 
 
 def _report_batch(options: argparse.Namespace) -> int:

@@ -9,13 +9,12 @@ from typing import Any
 import panel as pn
 
 from vsep.files.frame import Frame
-from vsep.inference.core.progress import Step, Termination
+from vsep.inference.core.progress import Termination
 from vsep_app.jobs.frame_store import FRAME_KEY, StoredFrame, frame_of_query
 from vsep_app.jobs.preview import Preview
 from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.run_session import Phase
 from vsep_app.jobs.tasks import (
-    Prepared,
     advance,
     compact,
     compose,
@@ -26,18 +25,17 @@ from vsep_app.jobs.tasks import (
 )
 from vsep_app.model.alternatives import alternatives
 from vsep_app.model.picture import Picture
-from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
+from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
 from vsep_app.model.trial_link import TRIAL_KEY, OpenedTrial, trial_of_query
 from vsep_app.model.url import parse_iteration, parse_query
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.live_address import with_start
+from vsep_app.pages.live_stage import StagedPage
 from vsep_app.pages.live_views import LiveViews
-from vsep_app.pages.run_page import ScenePage
 from vsep_app.report.snapshot import SnapshotFile, make_snapshot, snapshot_spec
 from vsep_app.report.spec import KeptFrame, ReportSpec
 from vsep_app.teaching.experiment import LIVE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide, cards_html
-from vsep_app.teaching.staging import Staging
 from vsep_app.widgets.chirp_drag import ChirpDrag
 from vsep_app.widgets.controls import Controls, slope_remark
 from vsep_app.widgets.headline import Headline
@@ -54,7 +52,7 @@ SIDE_PERIOD_S = 0.3
 SIDE_PICTURES = 4
 
 
-class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
+class Dashboard(StagedPage):
     """One user's dashboard."""
 
     address = "./"
@@ -71,7 +69,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         scene = self._trial.scene if self._trial else {}
         super().__init__(context, Settings(**{**trial_values, **values, **scene}))
         self._stop_at, more = parse_iteration(query)
-        self._errors = handover_errors + trial_errors + unknown + errors + more
+        self._errors += handover_errors + trial_errors + unknown + errors + more
         self._kept: KeptFrame | None = None
         self._side_drawn = 0.0
         self._shown_run = 0
@@ -100,6 +98,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             opened=opened,
             run=lambda: self._pressed("run"),
             widgets=self.controls.widgets,
+            answered=self._answered,
         )
         if self._trial is not None:
             self._take_trial(self._trial)
@@ -137,8 +136,9 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             self.views.show_before(first.picture, can_drag=self.chirps.can_drag)
             self.headline.show(first.picture, is_first=self._stop_at == 0)
         self.fault.cover(body)
-        self._stage(self.guide.experiment)
-        self.guide.choice.param.watch(lambda _: self._stage(self.guide.experiment), "value")
+        self.toolbar = self.transport.layout()
+        self.stage(self.guide.experiment)
+        self.guide.choice.param.watch(lambda _: self.stage(self.guide.experiment), "value")
         self.headline.play.on_click(lambda _: self.transport.command("run"))
         self.keys = Keys(self.views.fast_time.source, self._pressed)
         return page_frame(
@@ -148,7 +148,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
             folded=self.controls.folded(),
-            main=[self.transport.layout(), self.headline.layout(), self.fault.pane, body],
+            main=[self.toolbar, self.headline.layout(), self.fault.pane, body],
         )
 
     def _pressed(self, name: str) -> None:
@@ -213,6 +213,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         """Begin the first run; called when the page has been drawn."""
         synchronise(self.settings, self.notify_error)
         self.guide.write_address()
+        self._write_words()
         if self._trial is not None:
             set_query(TRIAL_KEY, self._trial.link)
         if self._stored is None:
@@ -241,13 +242,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     def _set(self, experiment: Experiment) -> None:
         self._leave_trial()
         super()._set(experiment)
-        self._stage(experiment)
-
-    def _stage(self, experiment: Experiment | None) -> None:
-        """Show the page as an experiment wants it; without one as usual."""
-        staging = experiment.staging if experiment is not None else Staging()
-        self.controls.lock(staging.lock)
-        self.views.stage(staging)
+        self.stage(experiment)
 
     def _take_frame(self, frame: Frame) -> None:
         super()._take_frame(frame)

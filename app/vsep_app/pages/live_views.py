@@ -5,8 +5,10 @@ from typing import Any
 
 from vsep_app.model.crossing import Crossing
 from vsep_app.model.picture import Picture
+from vsep_app.server.lesson import Glance
 from vsep_app.teaching.staging import Staging
 from vsep_app.views.crossing import CrossingView
+from vsep_app.views.opening import small_map
 from vsep_app.views.pointer import Drag
 from vsep_app.views.progress import ProgressView
 from vsep_app.views.signals import DelayView, FastTimeView
@@ -110,3 +112,12 @@ class LiveViews:
         for pane, key in zip(self._keys, keys, strict=True):
             if pane.object != key:
                 pane.object = key
+
+
+def glance_of(picture: Picture) -> Glance:
+    """Return the map after cancellation in small; of a scene of one ramp words alone."""
+    found = "" if picture.score is None else f", {picture.score.text}"
+    several = picture.static_picture.radar.num_ramps > 1
+    return Glance(
+        f"iteration {picture.iteration}{found}", small_map(picture.map_after) if several else None
+    )

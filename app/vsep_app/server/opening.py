@@ -10,9 +10,12 @@ from html import escape
 from string import Template
 
 from vsep_app.assets import path
-from vsep_app.pages import PAGES, PageEntry
+from vsep_app.pages import APART, PAGES, PageEntry
 
 _SCRIPT = re.compile(r'<script type="text/javascript" src="([^"]+)"')
+# No page draws by WebGL.
+_UNUSED = re.compile(r'<script type="text/javascript" src="[^"]*bokeh-gl\.min\.js[^"]*"></script>')
+ENTRIES = (*PAGES.values(), *APART.values())
 _OUTER_TAGS = re.compile(r"<!DOCTYPE html>|</?(?:html|head|body)(?:\s[^>]*)?>|<title>.*?</title>")
 
 
@@ -51,6 +54,7 @@ class Opening:
 
     def rest(self, route: str, html: str) -> str:
         """Return what follows of a whole page once its beginning is sent."""
+        html = _UNUSED.sub("", html)
         self._scripts[route] = tuple(_SCRIPT.findall(html))
         patched = html.replace("</head>", f"<script>{self._patches}</script>", 1)
         return _OUTER_TAGS.sub("", patched) + "</body></html>"
@@ -58,4 +62,4 @@ class Opening:
 
 def page_at(route: str) -> PageEntry:
     """Return the page of a route; the first one for any other."""
-    return next((page for page in PAGES.values() if page.route == route), PAGES["./"])
+    return next((page for page in ENTRIES if page.route == route), PAGES["./"])

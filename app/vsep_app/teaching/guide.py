@@ -9,6 +9,7 @@ import panel_material_ui as pmu
 
 from vsep_app.model.score import Score
 from vsep_app.teaching.experiment import EXPERIMENT_KEY, Experiment
+from vsep_app.teaching.question import number_of
 from vsep_app.widgets.fields import field
 from vsep_app.widgets.layout import heading, html_pane
 from vsep_app.widgets.location import set_query
@@ -18,6 +19,14 @@ EXPERIMENT_PREFIX = "experiment "
 _NONE = ""
 _BUTTON = {"size": "small", "variant": "outlined", "margin": (2, 4, 6, 0)}
 _SHOW, _HIDE = "Show the answer", "Hide the answer"
+
+_VERDICTS = {True: "Right.", False: "Not so.", None: "Your answer is taken."}
+_NO_NUMBER = '<p role="alert">An answer is a number, as 14.4.</p>'
+
+
+def _as_told(experiment: Experiment, value: float, is_right: bool | None) -> bool | None:
+    del experiment, value
+    return is_right
 
 
 class Guide:
@@ -37,6 +46,9 @@ class Guide:
         Lets the run go on, once a prediction is made.
     widgets : mapping of str to widget
         Controls by their settings, of which an experiment may show some.
+    answered : callable
+        Takes an experiment, the place of the prediction or the number that answers its question,
+        and whether that is right, None while nobody can tell; returns whether it is.
     """
 
     def __init__(
@@ -48,7 +60,9 @@ class Guide:
         opened: Experiment | None = None,
         run: Callable[[], None] = lambda: None,
         widgets: Mapping[str, Any] | None = None,
+        answered: Callable[[Experiment, float, bool | None], bool | None] = _as_told,
     ) -> None:
+        self._answered = answered
         self._here, self._take, self._run = here, take, run
         self._widgets = widgets or {}
         self._experiments = {one.name: one for one in experiments}
@@ -71,7 +85,12 @@ class Guide:
             description="Start again: set all controls as the experiment wants them.",
             **_BUTTON,
         )
-        self._buttons = pn.Row(self.ask, self.again, margin=(0, 16))
+        self.number = field(
+            pmu.TextInput, "Answer", "Your answer: a number.", max_length=24, visible=False
+        )
+        self.verdict = html_pane("teaching", sizing_mode="stretch_width", margin=(0, 16))
+        self.number.param.watch(self._take_number, "value")
+        self._buttons = pn.Row(margin=(0, 16))
         self.choice.param.watch(self._chosen, "value")
         self.ask.on_click(lambda _: self._show_answer(not self.answer.visible))
         self.again.on_click(lambda _: self._begin())
@@ -79,8 +98,12 @@ class Guide:
 
     def layout(self) -> list[Any]:
         """Return the guide from top to bottom."""
-        rows = self.texts, self.controls, self._buttons, self.answer
+        rows = self.texts, self.number, self.verdict, self.controls, self._buttons, self.answer
         return [heading("Guided experiment"), self.choice, *rows]
+
+    def open(self, experiment: Experiment | None) -> None:
+        """Choose an experiment, as a click on it does; None: none."""
+        self.choice.value = _NONE if experiment is None else experiment.name
 
     @property
     def experiment(self) -> Experiment | None:
@@ -116,6 +139,9 @@ class Guide:
         """Take note of how the run of the experiment ended; later runs change nothing."""
         if not self._is_over and self.experiment is not None:
             self._is_over, self._score = True, score
+            if self._predicted is not None and score is not None:
+                held = self.experiment.staging.predictions[self._predicted].holds(score)
+                self._answered(self.experiment, self._predicted, held)
             self._show()
 
     def _predict(self, number: int) -> None:
@@ -124,8 +150,19 @@ class Guide:
             return
         if 0 <= number < len(experiment.staging.predictions):
             self._predicted = number
+            self._answered(experiment, number, None)
             self._show()
             self._run()
+
+    def _take_number(self, event: Any) -> None:
+        """Take what was typed for an answer; what is no number is marked and counts for nothing."""
+        experiment, number = self.experiment, number_of(event.new)
+        self.number.error_state = bool(event.new) and number is None
+        if experiment is None or number is None:
+            self.verdict.object = _NO_NUMBER if event.new else ""
+            return
+        right = self._answered(experiment, number, None)
+        self.verdict.object = f'<p role="status">{_VERDICTS[right]}</p>'
 
     def _chosen(self, _: Any) -> None:
         self.write_address()
@@ -133,6 +170,7 @@ class Guide:
 
     def _begin(self) -> None:
         self._predicted, self._score, self._is_over = None, None, False
+        self.number.value = ""
         experiment = self.experiment
         self._show()
         if experiment is not None and experiment.page == self._here:
@@ -144,6 +182,14 @@ class Guide:
         is_here = experiment is not None and experiment.page == self._here
         knows = is_here and not self.awaits_prediction
         self.texts.visible = experiment is not None
+        asked = experiment.ask if experiment is not None and is_here else None
+        self.number.visible = asked is not None
+        if asked is not None:
+            unit = f" [{asked.unit}]" if asked.unit else ""
+            self.number.label = f"{asked.text}{unit}"
+        if bool(len(self._buttons)) != knows:
+            # What nobody needs yet costs the browser nothing.
+            self._buttons[:] = [self.ask, self.again] if knows else []
         self._buttons.visible = knows
         names = experiment.staging.show if experiment is not None and knows else ()
         self.controls[:] = [self._widgets[name] for name in names if name in self._widgets]

@@ -9,7 +9,9 @@ from vsep_app.model.score import Score
 from vsep_app.model.url import QUERY_NAMES
 
 VIEWS = ("chirps", "fast_time", "delay", "maps", "tables")
-"""Parts of the live page that an experiment may hide."""
+"""Views of the live page."""
+HIDDEN_PARTS = ("toolbar", *VIEWS)
+"""Parts of the live page that an experiment may hide, beside the controls of settings."""
 STAGING_KEYS = ("predict", "show", "lock", "hide", "zoom")
 _MOST_PREDICTIONS = 5
 _NUMBERS = ("found", "false")
@@ -52,7 +54,7 @@ class Staging:
     #: Settings whose controls stand in the experiment itself, and those that cannot be moved.
     show: tuple[str, ...] = ()
     lock: tuple[str, ...] = ()
-    hide: tuple[str, ...] = ()  #: Of `VIEWS`.
+    hide: tuple[str, ...] = ()  #: Of `HIDDEN_PARTS`, and settings.
     zoom: Zoom | None = None
 
 
@@ -66,7 +68,9 @@ def read_staging(content: Mapping[str, Any]) -> Staging:
         predictions=_predictions(content.get("predict", [])),
         show=tuple(settings[key] for key in _words(content, "show", settings)),
         lock=tuple(settings[key] for key in _words(content, "lock", settings)),
-        hide=_words(content, "hide", VIEWS),
+        hide=tuple(
+            settings.get(word, word) for word in _words(content, "hide", (*HIDDEN_PARTS, *settings))
+        ),
         zoom=_zoom(content["zoom"]) if "zoom" in content else None,
     )
 

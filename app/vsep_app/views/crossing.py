@@ -146,7 +146,7 @@ class CrossingView:
         self._sweeps.data = dict(zip(_ENDS, map(short, ends), strict=True))
         alone = plane.ramp is not None
         self.figure.xaxis.axis_label = "fast time [µs]" if alone else ""
-        self.figure.yaxis.axis_label = "intermediate frequency [MHz]" if alone else "frequency"
+        self.figure.yaxis.axis_label = "frequency [MHz]" if alone else "frequency"
         # Of all ramps the rise is drawn shortened, so that numbers would be wrong.
         self.figure.yaxis.major_label_text_alpha = 1.0 if alone else 0.0
 

@@ -13,6 +13,7 @@ from vsep_app.model.picture import Picture
 from vsep_app.views.style import COLOURS
 
 _WIDTH, _HEIGHT = 1000, 200
+_SMALL = 128
 
 
 def opening_html(picture: Picture) -> str:
@@ -107,6 +108,14 @@ def _map_html(picture: Picture) -> str:
         "<figure><figcaption>Range-Doppler, received</figcaption>"
         f'<img alt="" src="data:image/png;base64,{image}"></figure>'
     )
+
+
+def small_map(pixels: "np.ndarray[Any, np.dtype[np.uint8]]") -> bytes:
+    """Return a map, from its lowest row, as a small PNG file: of every cell the strongest kept."""
+    step = max(1, pixels.shape[1] // _SMALL)
+    columns = pixels.shape[1] // step * step
+    strongest = pixels[::-1, :columns].reshape(len(pixels), -1, step).max(axis=2)
+    return png(strongest)
 
 
 def png(pixels: "np.ndarray[Any, np.dtype[np.uint8]]") -> bytes:

@@ -192,6 +192,7 @@ class Controls:
         #: Whether the settings of the scene are those of the frame that is loaded.
         self.keeps_scene = False
         self._locked: frozenset[str] = frozenset()
+        self._hidden: frozenset[str] = frozenset()
         self._load = load
         self._scene = SceneControls(settings)
         self._filters = FilterControls(settings)
@@ -253,11 +254,14 @@ class Controls:
         """Return what decides on objects and when to stop."""
         return self._estimator.thresholds()
 
-    def lock(self, names: Iterable[str]) -> None:
-        """Let the controls of these settings stand still, and those of no others."""
+    def lock(self, names: Iterable[str], hidden: Iterable[str] = ()) -> None:
+        """Let the controls of these settings stand still, hide some, and those of no others."""
         for name in self._locked:
             self.widgets[name].disabled = False
-        self._locked = frozenset(name for name in names if name in self.widgets)
+        for name in self._hidden:
+            self.widgets[name].visible = True
+        self._hidden = frozenset(name for name in hidden if name in self.widgets)
+        self._locked = self._hidden | {name for name in names if name in self.widgets}
         self._arrange()
 
     def show_levels(self, text: str) -> None:
@@ -289,6 +293,8 @@ class Controls:
             group.arrange(self.settings, loaded=loaded)
         for name in self._locked:
             self.widgets[name].disabled = True
+        for name in self._hidden:
+            self.widgets[name].visible = False
         preset = PRESETS.get(self.settings.preset)
         for name, (start, end) in ({} if preset is None else preset.ranges()).items():
             value = getattr(self.settings, name)

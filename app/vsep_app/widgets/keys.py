@@ -23,10 +23,10 @@ class Keys:
 
     def __init__(self, source: ColumnDataSource, press: Callable[[str], object]) -> None:
         self._press = press
-        self._pressed = ColumnDataSource({"name": [""], "number": [0]}, name="pressed")
-        self._pressed.on_change("data", self._taken)
+        self.pressed = ColumnDataSource({"name": [""], "number": [0]}, name="pressed")
+        self.pressed.on_change("data", self._taken)
         code = path("page/keys.js").read_text(encoding="utf-8")
-        source.js_on_change("data", CustomJS(args={"pressed": self._pressed}, code=code))
+        source.js_on_change("data", CustomJS(args={"pressed": self.pressed}, code=code))
 
     def _taken(self, attr: str, old: Any, new: Any) -> None:
         del attr, old

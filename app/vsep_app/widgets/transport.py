@@ -142,16 +142,15 @@ class Transport(RunTransport):
         )
         self.chirps = setting_widget(settings, SETTINGS["crossing"])
         self.chirps.param.update(width=130, margin=(7, 4, 0, 4), sizing_mode=None)
-        self.antenna = _field(
-            pmu.Select, "antenna", width=100, options={"0": 0}, value=0, visible=False
-        )
+        self.antenna = _field(pmu.Select, "antenna", width=100, options={"0": 0}, value=0)
+        self._antennas = pn.Row(margin=0, visible=False)
         self.antenna.param.watch(self._antenna_set, "value")
         settings.param.watch(self._show_settings, "antenna")
         self._drawn: Picture | None = None
 
     def layout(self) -> Any:
         """Return the row."""
-        choices = self.speed, self.scrub, self.antenna, self.chirps, self.mode
+        choices = self.speed, self.scrub, self._antennas, self.chirps, self.mode
         return toolbar(*self.buttons.values(), *choices)
 
     def show(self, picture: Picture, rate: float) -> None:
@@ -190,8 +189,9 @@ class Transport(RunTransport):
             self.antenna.param.update(
                 options={str(place): place for place in range(number)},
                 value=min(self._settings.antenna, number - 1),
-                visible=number > 1,
             )
+            self._antennas[:] = [self.antenna] if number > 1 else []
+            self._antennas.visible = number > 1
 
     def _antenna_set(self, event: Any) -> None:
         if event.new is not None:

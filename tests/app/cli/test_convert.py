@@ -51,7 +51,7 @@ def test_the_shipped_frame_comes_back(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "An object at 0.575 m/s" in told
     assert "moves by 0.28 range cells within the frame" in told
     frame, original = read_frame(tmp_path / "frame.npz"), read_frame(shipped)
-    # 70 m/s would be 34 cells; what the recording does not say is taken from carrier and slope.
+    # What the recording does not say is seen in it.
     assert frame.radar == replace(original.radar, range_migration=True)
     assert np.array_equal(frame.received, original.received)
 

@@ -132,9 +132,9 @@ class MethodCard:
         panes = self._map_pane, self._profile_pane
         self.column = stack(*panes, sheet="strip", margin=3, flex="0 1 auto")
         self._drawn: MethodView | None = None
-        for plot in (self.map, self.profile):
-            # The colour that the table and the curves have.
-            plot.outline_line_color, plot.outline_line_width = SLOT_COLOURS[number], 2
+        # The colour that the table and the curves have.
+        top = {"border-top": f"4px solid {SLOT_COLOURS[number]}"}
+        self.column.styles = {**self.column.styles, **top}
 
     def show(self, static_picture: StaticPicture, view: MethodView, true_objects: Markers) -> None:
         """Draw a method's view; one that has ended is not sent again."""

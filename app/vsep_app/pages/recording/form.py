@@ -59,9 +59,9 @@ _CHOICES: dict[str, tuple[str, dict[str, str], str]] = {
     ),
     "range_migration": (
         "Range migration",
-        {"If needed": "automatic", "Modelled": "modelled", "Neglected": "neglected"},
+        {"If visible": "automatic", "Modelled": "modelled", "Neglected": "neglected"},
         "Objects that move through range cells within the frame: one object each, or one cell and "
-        "satellites beside it. Needed where a fast object walks.",
+        "satellites beside it. If visible: where an object of this frame has satellites.",
     ),
 }
 _NUMBERS: dict[str, tuple[str, str]] = {
