@@ -190,14 +190,13 @@ class _Evidence:
     def _image_factors(self) -> ComplexArray:
         """Epsilon of every antenna, zero where it is not evident."""
         last, precision = self.last.image_factors, self.noise_precision
-        residual = self._turned(self._turned(self.residual))
-        if not last.any():
-            shape = self.shape[1], self.shape[2]
-            suspects = possible_images(self.objects, self.powers, shape, precision)
-            if suspects.any():
-                residual = self._turned(self._turned(self._without(suspects)[1]))
-            elif not is_evident(self.signal, residual, precision):
-                return last
+        # What may be an image, or the rest of one, must not tell that there is none.
+        shape = self.shape[1], self.shape[2]
+        suspects = possible_images(self.objects, self.powers, shape, precision)
+        residual = self._turned(self._turned(self._without(suspects)[1]))
+        known = last.any() or suspects.any()
+        if not (known or is_evident(self.signal, residual, precision)):
+            return last
         return image_factors(
             self.objects, self.powers, residual, last, precision, self.model.migration
         )
