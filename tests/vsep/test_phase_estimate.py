@@ -140,3 +140,11 @@ def test_an_object_beside_a_strong_one_is_no_phase():
     found = products(75.0, theta, 14, shape, extra=line).estimate(within_ramps=True, last=None)
     # The half of the line that turns would make phases of 7 mrad; it stays out.
     assert np.std(found.phases - alone.phases) < 1.5e-3
+
+
+def test_a_course_of_phases_is_no_jitter():
+    ramps = np.linspace(-1.0, 1.0, SHAPE[0])[:, None]
+    course = 0.1 * ramps**2  # of an object that accelerates
+    assert products(70.0, course, 15).estimate(within_ramps=False, last=None) is None
+    jitter = np.random.default_rng(16).normal(0.0, 0.03, (SHAPE[0], 1))
+    assert products(70.0, jitter, 15).estimate(within_ramps=False, last=None) is not None

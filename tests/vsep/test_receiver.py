@@ -17,8 +17,10 @@ from vsep.inference.deviations import state_deviations
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.masked import MaskedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.kernels.moving_atoms import Migration, moving_signals
 from vsep.presets.antennas import simulate_preset_antennas
 from vsep.presets.scenes import simulate_preset
+from vsep.signal.impairments import impaired
 from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.template import SignalModel
 
@@ -220,3 +222,22 @@ def test_images_of_bursts_go_with_those_of_objects(seed):
     assert abs(solution.objects.num_components - len(seen.truth.beats)) <= 1
     true_slopes = {np.sign(burst.slope_hz_per_s) for burst in seen.truth.bursts}
     assert {np.sign(burst.slope) for burst in solution.state.bursts} == true_slopes
+
+
+def test_objects_that_move_through_cells_tell_the_receiver_as_well():
+    rng = np.random.default_rng(30)
+    model = replace(bench.MODEL, migration=Migration(coupling=2e-4, ramp_share=1e-3, folds=0))
+    points = np.array([[0.1, 0.3], [-0.13, -0.4], [0.2, 0.05]])
+    weights = np.array([[3e3], [2e3], [1e3 + 1e3j]])
+    ideal = moving_signals(points, weights.astype(np.complex128), model.migration, *bench.SHAPE)
+    received, truth = impaired(
+        ideal + bench.noise(bench.SHAPE, rng),
+        bench.IMPAIRED["all"],
+        noise_power=1.0,
+        sample_rate_hz=bench.RATE_HZ,
+        rng=rng,
+    )
+    state = run(ObjectOnlySeparator(model=model), received).state
+    assert state.objects.num_components == len(points)
+    assert abs(state.receiver.image_factors[0] - truth.image_factor) < 1e-3
+    assert abs(state.receiver.offsets[0] - truth.offset) < 0.1

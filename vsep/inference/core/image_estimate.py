@@ -11,6 +11,7 @@ import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.inference.core.state import ObjectComponents
+from vsep.kernels.moving_atoms import STATIONARY, Migration, moving_products
 from vsep.signal.atoms import line_factors
 
 EVIDENCE = 20.0  # what a factor must explain, exponential with mean one of each object without any
@@ -54,6 +55,7 @@ def image_factors(
     residual: ComplexArray,
     last: ComplexArray,
     noise_precision: float,
+    migration: Migration = STATIONARY,
 ) -> ComplexArray:
     """Image factor of every antenna (A,), zero where it is not evident.
 
@@ -69,13 +71,22 @@ def image_factors(
         What has been taken off the frame already.
     noise_precision : float
         lambda.
+    migration : Migration
+        Of the objects' atoms.
     """
     strongest = np.argsort(powers)[-ASKED:]
-    beat = line_factors(objects.beats[strongest], residual.shape[2])
-    doppler = line_factors(objects.dopplers[strongest], residual.shape[1])
     weights = objects.amplitudes.reshape(len(powers), -1)[strongest].T  # (A, K)
-    along = residual @ beat.T  # (A, P, K)
-    products = weights * np.einsum("apk,kp->ak", along, doppler)
+    num_ramps, num_samples = residual.shape[1:]
+    if migration.coupling == 0.0:
+        beat = line_factors(objects.beats[strongest], num_samples)
+        doppler = line_factors(objects.dopplers[strongest], num_ramps)
+        along = residual @ beat.T  # (A, P, K)
+        products = weights * np.einsum("apk,kp->ak", along, doppler)
+    else:
+        # The conjugate of an atom is that of the negative frequencies.
+        points = -np.stack([objects.beats[strongest], objects.dopplers[strongest]], axis=1)
+        rows = residual.reshape(-1, num_samples).copy()
+        products = weights * moving_products(points, migration, num_ramps, rows).T
     precisions = noise_precision * np.abs(weights) ** 2
     told = noise_precision * products / np.maximum(precisions, 1e-300) + last[:, None]
     return np.array([_agreed(*each) for each in zip(told, precisions, strict=True)])

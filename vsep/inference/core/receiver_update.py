@@ -20,6 +20,7 @@ from vsep.inference.core.image_estimate import image_factors, is_evident, possib
 from vsep.inference.core.phase_estimate import PhaseEstimate, PhaseProducts
 from vsep.inference.core.receiver import PhasePrior, ReceiverErrors, no_errors
 from vsep.inference.core.state import ObjectComponents, SeparationState
+from vsep.kernels.moving_atoms import moving_signals
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.template import SignalModel
 from vsep.units import wrap_frequency
@@ -100,7 +101,7 @@ class _Evidence:
         model: SignalModel,
     ) -> None:
         self.objects, self.iteration = objects, state.iteration
-        self.noise_precision = noise_precision
+        self.model, self.noise_precision = model, noise_precision
         self.shape = model.num_antennas, *model.shape
         self.signal = object_signal.reshape(self.shape)
         self.residual = noise_residual.reshape(self.shape)
@@ -144,17 +145,19 @@ class _Evidence:
         """Return signal and residual as they are without some of the objects."""
         if not suspects.any():
             return self.signal, self.residual
-        beat = line_factors(self.objects.beats[suspects], self.shape[2])
-        doppler = line_factors(self.objects.dopplers[suspects], self.shape[1])
-        weights = self.objects.amplitudes[suspects].reshape(np.count_nonzero(suspects), -1)
-        made = np.array([synthesize(own, beat, doppler) for own in weights.T])
+        made = self._made_by(suspects)
         return self.signal - made, self.residual + made
 
-    def _signal_of(self, index: int) -> ComplexArray:
-        one = slice(index, index + 1)
-        beat = line_factors(self.objects.beats[one], self.shape[2])
-        doppler = line_factors(self.objects.dopplers[one], self.shape[1])
-        weights = self.objects.amplitudes[one].reshape(1, -1)
+    def _made_by(self, which: BoolArray) -> ComplexArray:
+        """Return the signal (A, P, N) of some of the objects."""
+        objects, migration = self.objects, self.model.migration
+        weights = objects.amplitudes[which].reshape(np.count_nonzero(which), -1)
+        if not self.model.is_stationary:
+            points = np.stack([objects.beats[which], objects.dopplers[which]], axis=1)
+            made = moving_signals(points, weights.copy(), migration, *self.model.shape)
+            return made.reshape(self.shape)
+        beat = line_factors(objects.beats[which], self.shape[2])
+        doppler = line_factors(objects.dopplers[which], self.shape[1])
         return np.array([synthesize(own, beat, doppler) for own in weights.T])
 
     def _offsets(self) -> ComplexArray:
@@ -187,15 +190,16 @@ class _Evidence:
     def _image_factors(self) -> ComplexArray:
         """Epsilon of every antenna, zero where it is not evident."""
         last, precision = self.last.image_factors, self.noise_precision
-        residual = self._turned(self._turned(self.residual))
-        if not last.any():
-            shape = self.shape[1], self.shape[2]
-            suspects = possible_images(self.objects, self.powers, shape, precision)
-            if suspects.any():
-                residual = self._turned(self._turned(self._without(suspects)[1]))
-            elif not is_evident(self.signal, residual, precision):
-                return last
-        return image_factors(self.objects, self.powers, residual, last, precision)
+        # What may be an image, or the rest of one, must not tell that there is none.
+        shape = self.shape[1], self.shape[2]
+        suspects = possible_images(self.objects, self.powers, shape, precision)
+        residual = self._turned(self._turned(self._without(suspects)[1]))
+        known = last.any() or suspects.any()
+        if not (known or is_evident(self.signal, residual, precision)):
+            return last
+        return image_factors(
+            self.objects, self.powers, residual, last, precision, self.model.migration
+        )
 
     def _phases(self) -> PhaseEstimate | None:
         """Phases of the oscillator, None where none are evident."""
@@ -237,7 +241,8 @@ class _Evidence:
 
     def _others_agree(self, phases: FloatArray) -> bool:
         """Whether phases suit the objects beside the strongest one, as far as these tell."""
-        others = self.signal - self._signal_of(int(np.argmax(self.powers)))
+        strongest = np.arange(len(self.powers)) == np.argmax(self.powers)
+        others = self.signal - self._made_by(strongest)
         energy = (others.real**2 + others.imag**2).sum(axis=0)
         # twice the likelihood ratio of the phases and none, of these objects alone
         explained = 2.0 * self.noise_precision * float(np.sum(energy * phases**2))
