@@ -41,9 +41,14 @@ FENCE = re.compile(r"^```(\w+|\{[\w-]+\})?\n(.*?)^```$", flags=re.DOTALL | re.MU
 NOT_RUN = {
     r"vsep serve": "runs until it is stopped",
     r"vsep study run (?!.*--repeat)": "takes minutes; its points and methods are looked up",
+    r"vsep bench --scenes": "starts a process: tests/app/cli/test_bench.py",
+    r"vsep reproduce (?!--list)": "takes minutes: tests/app/cli/test_reproduce.py",
     r"vsep calibrate": "needs bursts in most ramps: examples/calibrate-a-receiver.py",
     r"vsep separate .*--response": "needs the response of a calibration",
-    r"vsep convert adc_data": "needs a raw capture: tests/vsep/test_raw_words.py",
+    r"vsep (convert|report) (adc_data|master|slave1|radar\.npy)": "needs a raw capture: "
+    "tests/vsep/test_raw_words.py",
+    r"vsep watch": "follows a folder: tests/app/cli/test_watch.py",
+    r"vsep advise": "needs another radar's bursts: tests/app/cli/test_advise.py",
     r"vsep report .*--animate": "draws every iteration: tests/app/test_report_animation.py",
     r"vsep report .*--record": "draws every iteration: tests/app/test_report_replay.py",
     r"vsep \w+ .*--scheduler": "needs a cluster: tests/app/cli/test_scheduler.py",

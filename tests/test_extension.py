@@ -56,11 +56,28 @@ class Patient(ObjectOnlySeparator):
 
     false_alarm_rate: float = 0.05 / 3.0
 '''
-FILES = {"vsep_attenuation": METHOD, "vsep_patient": ESTIMATOR}
+READER = '''
+"""A kind of recordings: nothing but ones."""
+
+import numpy as np
+
+from vsep.recordings.readers import RecordingReader
+
+
+def ones(path, key):
+    return np.ones((4, 16), dtype=complex)
+
+
+ENTRY = RecordingReader(name="ones", label="Ones (.one)", read=ones, suffixes=(".one",))
+'''
+FILES = {"vsep_attenuation": METHOD, "vsep_patient": ESTIMATOR, "vsep_ones": READER}
 ENTRY_POINTS = """\
 [vsep.mitigations]
 attenuation = vsep_attenuation:ENTRY
 broken = vsep_no_such_module:ENTRY
+
+[vsep.readers]
+ones = vsep_ones:ENTRY
 
 [vsep.estimators]
 patient = vsep_patient:Patient
@@ -101,8 +118,10 @@ def seen(run: Run) -> dict[str, list[str]]:
 import json
 from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.registry import MITIGATIONS
+from vsep.recordings.settings import FORMATS
 from vsep.studies.methods import method_names
 from vsep_app.model.compare_settings import method_labels
+from vsep_app.pages.recording.form import _CHOICES
 from vsep_app.teaching.help import methods_html
 
 print(json.dumps({
@@ -110,6 +129,8 @@ print(json.dumps({
     "mitigations": list(MITIGATIONS),
     "methods of studies": list(method_names()),
     "compare page": list(method_labels()),
+    "formats": list(FORMATS),
+    "recording page": list(_CHOICES["format"][1].values()),
     "help": methods_html().replace("(", " ").replace(")", " ").split(),
 }))
 """
@@ -123,6 +144,7 @@ print(json.dumps({
     [
         ("attenuation", ("mitigations", "methods of studies", "compare page", "help")),
         ("patient", ("estimators", "methods of studies", "compare page", "help")),
+        ("ones", ("formats", "recording page")),
     ],
 )
 def test_it_is_listed(seen: dict[str, list[str]], name: str, places: tuple[str, ...]) -> None:

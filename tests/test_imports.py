@@ -19,6 +19,7 @@ FLOORS = {
     "vsep._processes": 0,
     "vsep._entry_points": 1,
     "vsep._optional": 1,
+    "vsep._shipped": 1,
     "vsep._validation": 1,
     "vsep.units": 1,
     "vsep._state_tree": 1,
@@ -46,6 +47,10 @@ FLOORS = {
     "vsep.tracking": 7,
     # The trials of a separability map are those of the studies.
     "vsep.separability": 8,
+    # The bench is a study of frozen scenes.
+    "vsep.bench": 8,
+    # Claims of the papers are measured by studies.
+    "vsep.reproduction": 8,
     "vsep": 8,
     "vsep.__main__": 9,
 }

@@ -25,6 +25,7 @@ IMPORT_NAMES = {"pillow": "PIL", "panel-material-ui": "panel_material_ui", "pyya
 # Pandas comes with Panel.
 MISSING = {"panel", "panel_material_ui", "bokeh", "holoviews", "jinja2", "matplotlib", "pandas"}
 MISSING |= {"param", "PIL", "tqdm", "yaml", "distributed", "imageio_ffmpeg"}
+MISSING |= {"h5py", "rosbags", "sigmf"}
 
 # Runs the command lines that it is given one after the other, in a Python without some libraries.
 DRIVER = f"""\
@@ -83,6 +84,12 @@ REFUSED = {
     "dashboard: pip install 'vsep[dashboard]'.",
     "convert raw.npz --settings radar.yaml --out a.npz": "radar.yaml is YAML; it needs yaml: pip "
     "install 'vsep[yaml]'.",
+    "convert adc.h5 --settings radar-hdf5.json --out a.npz": "adc.h5 is HDF5; it needs h5py: pip "
+    "install 'vsep[hdf5]'.",
+    "convert adc.bag --settings radar-raw.json --out a.npz": "adc.bag is a ROS bag; it needs "
+    "rosbags: pip install 'vsep[ros]'.",
+    "convert adc.sigmf-meta --settings radar-sigmf.json --out a.npz": "adc.sigmf-meta is SigMF; it "
+    "needs sigmf: pip install 'vsep[sigmf]'.",
     "study run fig-2 --scheduler tcp://127.0.0.1:1 --out a.jsonl": "A scheduler needs distributed: "
     "pip install 'vsep[cluster]'.",
 }
@@ -114,6 +121,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     np.savez(folder / "raw.npz", x=noise[0] + 1j * noise[1])
     for suffix in ("json", "yaml"):
         (folder / f"radar.{suffix}").write_text(json.dumps(RADAR))
+    (folder / "adc.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(1000))
+    (folder / "adc.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(1000))
+    for name, kind in (("hdf5", "hdf5"), ("raw", "dca1000-xwr16xx"), ("sigmf", "sigmf")):
+        said = RADAR | {"format": kind, "key": None, "num_samples": 64}
+        (folder / f"radar-{name}.json").write_text(json.dumps(said))
     return folder
 
 
@@ -179,7 +191,7 @@ def test_the_library_depends_on_numpy_scipy_and_numba_alone() -> None:
 def test_the_extra_of_the_developers_contains_what_users_may_add() -> None:
     (own,) = (each for each in EXTRAS["dev"] if name_of(each) == "vsep")
     assert set(own.removeprefix("vsep[").removesuffix("]").split(",")) == (
-        {"cluster", "dashboard", "video", "yaml"}
+        {"cluster", "dashboard", "hdf5", "ros", "sigmf", "video", "xarray", "yaml"}
     )
 
 

@@ -1,5 +1,6 @@
 from vsep._version import __version__ as __version__
 from vsep.analysis.crlb import dispersion_bound as dispersion_bound
+from vsep.bench.scenes import bench_study as bench_study
 from vsep.check import check_estimator as check_estimator
 from vsep.check import check_mitigation as check_mitigation
 from vsep.errors import InputError as InputError
@@ -13,11 +14,11 @@ from vsep.inference.core.progress import Step as Step
 from vsep.inference.core.progress import Termination as Termination
 from vsep.inference.core.run import iterate as iterate
 from vsep.inference.core.run import run as run
+from vsep.inference.deviations import state_deviations as state_deviations
 from vsep.inference.factorised import FactorisedSeparator as FactorisedSeparator
 from vsep.inference.joint import JointSeparator as JointSeparator
 from vsep.inference.objects.masked import MaskedSeparator as MaskedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator as ObjectOnlySeparator
-from vsep.inference.objects.uncertainty import dispersion_std as dispersion_std
 from vsep.inference.registry import make_estimator as make_estimator
 from vsep.mitigation.entry import MitigationEntry as MitigationEntry
 from vsep.mitigation.method import Mitigation as Mitigation
@@ -30,6 +31,7 @@ from vsep.signal.filters import ButterworthFilter as ButterworthFilter
 from vsep.signal.filters import MeasuredFilter as MeasuredFilter
 from vsep.signal.filters import NoFilter as NoFilter
 from vsep.signal.filters import RaisedCosineFilter as RaisedCosineFilter
+from vsep.signal.impairments import ReceiverImpairments as ReceiverImpairments
 from vsep.signal.radar import ChirpSequence as ChirpSequence
 from vsep.signal.radar import InterfererSequence as InterfererSequence
 from vsep.signal.scene import Channel as Channel

@@ -14,7 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.inference.core.estimator import is_quiet, require_one_antenna, settle
+from vsep.inference.core.estimator import (
+    is_quiet,
+    require_one_antenna,
+    require_stationary,
+    settle,
+)
 from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo, Termination
 from vsep.inference.core.state import BurstComponents, ObjectComponents, SeparationState
 from vsep.inference.objects.workspace import no_objects
@@ -221,6 +226,7 @@ class ReferenceSeparator:
     def __post_init__(self) -> None:
         """Check the model."""
         require_one_antenna(self.model, "reference")
+        require_stationary(self.model, "reference")
 
     def init(self, received: ComplexArray) -> SeparationState:
         """Empty dictionaries, and lambda = 2 (NP - 1) / ||r||^2."""

@@ -13,11 +13,8 @@ from typing import Final
 import numpy as np
 
 from vsep._typing import ComplexArray
-from vsep.analysis.interferer_timing import (
-    Crossings,
-    InterfererTiming,
-    fit_interferer_timings,
-)
+from vsep.analysis.crossings import Crossings, InterfererTiming
+from vsep.analysis.interferer_timing import fit_interferer_timings
 from vsep.errors import InputError
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.core.estimator import Estimator

@@ -1,9 +1,13 @@
 // Keys of the live page. Runs with every picture; the first one begins to listen.
 const PROJECTOR = {size: "20px", width: 1.6, scale: 1.5}
+const WIDE = {from: 1700, size: "14px", width: 1.2, scale: 1.2}
 const WRITES = "input:not([type=checkbox]):not([type=range]), textarea, [contenteditable=true]"
 const MOVES = `${WRITES}, [role=slider], input[type=range], [role=combobox], [role=option],
   [role=menuitem], [role=tab]`
-const KEYS = {ArrowRight: "step", ArrowLeft: "step_back", r: "reset", R: "reset"}
+const KEYS = {
+  ArrowRight: "step", ArrowLeft: "step_back", r: "reset", R: "reset",
+  ",": "ramp_back", ".": "ramp_next", b: "swipe", B: "swipe", Delete: "delete",
+}
 const SIZES = [
   "axis_label_text_font_size", "major_label_text_font_size", "title_text_font_size",
   "text_font_size",
@@ -13,17 +17,25 @@ function all_models() {
   return [...Bokeh.documents[0].all_models]
 }
 
-function enlarge(model, kept) {
+function enlarge(model, look, kept) {
   const set = (name, value) => {
     kept.push([model, name, model[name]])
     // Of this browser alone: the program is not told.
     model.setv({[name]: value}, {sync: false})
   }
   for (const name of SIZES) {
-    if (typeof model[name] === "string") set(name, PROJECTOR.size)
+    if (typeof model[name] === "string") set(name, look.size)
   }
   const width = model.line_width?.value
-  if (typeof width === "number") set("line_width", {value: width * PROJECTOR.width})
+  if (typeof width === "number") set("line_width", {value: width * look.width})
+}
+
+function enlarge_all(figure, look, kept) {
+  for (const part of figure.references()) {
+    if (/Axis$|^Title$|^Line$|^Segment$|^Scatter$|^ColorBar$/.test(part.type)) {
+      enlarge(part, look, kept)
+    }
+  }
 }
 
 function project() {
@@ -32,7 +44,7 @@ function project() {
   if (mode) {
     for (const [model, name, value] of mode.kept) model.setv({[name]: value}, {sync: false})
     if (page) page.data.sidebar_open = mode.sidebar
-    document.documentElement.style.removeProperty("--vsep-scale")
+    document.documentElement.style.setProperty("--vsep-scale", window.vsep_scale)
     if (document.fullscreenElement) document.exitFullscreen()
     window.vsep_projector = null
     return
@@ -40,11 +52,7 @@ function project() {
   const kept = []
   const figures = all_models().filter((model) => model.type === "Figure")
   for (const figure of figures) {
-    for (const part of figure.references()) {
-      if (/Axis$|^Title$|^Line$|^Segment$|^Scatter$|^ColorBar$/.test(part.type)) {
-        enlarge(part, kept)
-      }
-    }
+    enlarge_all(figure, PROJECTOR, kept)
   }
   window.vsep_projector = {kept, sidebar: page?.data.sidebar_open}
   if (page) page.data.sidebar_open = false
@@ -68,6 +76,8 @@ function taken(event) {
     press(KEYS[event.key])
   } else if (event.key in KEYS) {
     press(KEYS[event.key])
+  } else if (/^[1-9]$/.test(event.key)) {
+    press(`experiment ${event.key}`)
   } else if (event.key === "f" || event.key === "F") {
     project()
   } else if (event.key === "?") {
@@ -94,6 +104,18 @@ function open_help() {
 
 if (!window.vsep_keys) {
   window.vsep_keys = true
+  window.vsep_scale = window.innerWidth >= WIDE.from ? WIDE.scale : 1
+  if (window.innerWidth >= WIDE.from) {
+    document.documentElement.style.setProperty("--vsep-scale", WIDE.scale)
+    for (const figure of all_models().filter((model) => model.type === "Figure")) {
+      enlarge_all(figure, WIDE, [])
+    }
+  }
+  window.addEventListener("click", (event) => {
+    const at = event.composedPath()[0]
+    const named = at instanceof Element ? at.closest("[data-press]") : null
+    if (named && !named.disabled) press(named.dataset.press)
+  })
   window.addEventListener("keydown", (event) => {
     if (taken(event)) event.preventDefault()
   })

@@ -4,8 +4,7 @@
   const by = (id) => document.getElementById(id)
   const decoded = new Map()
   const current = new Map()
-  const LOWEST_CODE = -32767
-  const UNDEFINED = -32768
+  const UNDEFINED = -1024
   const PERIOD_MS = 400
   let timer = null
 
@@ -18,9 +17,11 @@
     if (value.kind === "short") column = new Float32Array(bytes(value.data).buffer)
     if (value.kind === "map") column = bytes(value.data)
     if (value.kind === "curve") {
-      const codes = new Int16Array(bytes(value.data).buffer)
-      column = Float32Array.from(codes, (code) =>
-        code === UNDEFINED ? NaN : value.lowest + (code - LOWEST_CODE) * value.step)
+      let code = 0
+      column = Float32Array.from(value.data, (difference) => {
+        code += difference
+        return code === UNDEFINED ? NaN : value.lowest + code * value.step
+      })
     }
     decoded.set(number, column)
     return column
@@ -94,3 +95,11 @@
   }
   wait()
 })()
+
+// Says of a prediction whether it came, once one is chosen.
+for (const choice of document.querySelectorAll("input[name=predict]")) {
+  choice.addEventListener("change", () => {
+    const right = choice.dataset.right === "true"
+    document.getElementById("verdict").textContent = right ? "Right: so it ends." : "Not so: watch the run."
+  })
+}

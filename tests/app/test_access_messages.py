@@ -11,6 +11,7 @@ import zlib
 
 import pytest
 from tornado.websocket import WebSocketClosedError
+from vsep_app.pages.live import Dashboard
 from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT, Upload
 
 from tests.app.raw_client import ask, change, connected, ended, receive, send
@@ -38,6 +39,10 @@ class Page:
             if isinstance(m["attributes"].get("data"), dict)
             and m["attributes"]["data"].get("id") == number
         )
+
+    def named(self, name):
+        """The number of the model of a name."""
+        return next(m["id"] for m in self.models if m["attributes"].get("name") == name)
 
     def kind(self, name):
         return next(m["id"] for m in self.models if m["name"].startswith(name))
@@ -234,12 +239,10 @@ def test_frames_are_not_unpacked_either(app_server):
 
 def test_sliders_end_menus_have_items_and_no_models_are_made(app_server):
     async def scene(page):
-        slider, alarms = page.model("SNR [dB, total]"), page.model("False alarms a frame")
+        slider = page.model("SNR [dB, total]")
         for name in ("value", "value_throttled"):
             assert (await page.set(slider, name, 1e9))[0] == "ERROR"
             assert (await page.set(slider, name, 41))[0] == "OK"
-        assert (await page.set(alarms, "value", 99))[0] == "ERROR"
-        assert (await page.set(alarms, "value", 1))[0] == "OK"
         for place in (9, -1, "0", [0, 0]):
             told = await page.tell(page.component("Snapshot"), {"type": "click", "item": place})
             assert "menu has no item" in told[1]["text"]
@@ -258,6 +261,49 @@ def test_sliders_end_menus_have_items_and_no_models_are_made(app_server):
             assert (await send(page.connection, kind, {}))[0] == "ERROR"
 
     visit(app_server, scene, "/")
+
+
+def test_a_slider_over_some_values_offers_these_only(app_server):
+    async def scene(page):
+        alarms = page.model("False alarms a frame")
+        assert (await page.set(alarms, "value", 99))[0] == "ERROR"
+        assert (await page.set(alarms, "value", 1))[0] == "OK"
+
+    visit(app_server, scene, "/compare")
+
+
+def test_a_browser_says_what_is_pressed_and_dragged_and_writes_no_figure(app_server):
+    """Sources of that name only, with their columns, one short word or number each."""
+
+    def columns(**values):
+        return {"type": "map", "entries": [[key, [value]] for key, value in values.items()]}
+
+    async def scene(page):
+        live = next(
+            one
+            for one in app_server.registry.open_sessions
+            if isinstance(one, Dashboard) and one.settings.seed == 4711
+        )
+        pressed, dragged = (page.named(name) for name in ("pressed", "dragged"))
+        drag = {"x": 1.0, "y": 0.0, "dx": 0.01, "dy": 0.01, "number": 1}
+        for model, data in (
+            (pressed, columns(name="x" * 101, number=1)),
+            (pressed, columns(name="reset")),
+            (pressed, {"type": "map", "entries": [["name", ["a", "b"]], ["number", [1, 2]]]}),
+            (dragged, columns(phase=0, **drag, more=1)),
+            (live.views.fast_time.source.id, columns(axis=1.0)),
+        ):
+            assert (await page.set(model, "data", data))[0] == "ERROR"
+        for model, data in (
+            (pressed, columns(name="format the disk", number=1)),
+            (dragged, columns(phase=9, **drag)),
+            (dragged, columns(phase="0", **drag)),
+            (dragged, columns(phase=0, **{**drag, "x": {"type": "number", "value": "nan"}})),
+        ):
+            assert (await page.set(model, "data", data))[0] == "OK"
+        assert live.chirps._grip is None
+
+    visit(app_server, scene, "/?seed=4711")
 
 
 NO_MESSAGES = (

@@ -30,9 +30,13 @@ def test_the_table_has_a_row_for_the_frame_and_each_method():
     assert received[2] == MISSING
     # One iteration of the repair, one of the estimator.
     assert (prior[2], masked[2]) == ("1", "1")
-    assert (prior[4], prior[8], masked[8]) == (MISSING, "0 peaks", MISSING)
+    assert (prior[4], prior[10], masked[10]) == (MISSING, "0 peaks", MISSING)
     assert prior[6] == f"{picture.method_runs[0].metrics.windowed_error_db:.1f}"
     assert masked[4] == str(picture.method_runs[1].metrics.misses)
+    assert [received[8], received[9]] == [
+        f"{picture.received.nsinr_db:.1f}",
+        f"{picture.received.gtnr:.2f}",
+    ]
 
 
 def test_earlier_frames_are_in_the_curves():

@@ -9,6 +9,7 @@ import pytest
 from vsep_app.assets import folder
 from vsep_app.jobs.tasks import advance, prepare
 from vsep_app.model.compare_settings import ComparePlan
+from vsep_app.model.score import score_of
 from vsep_app.model.settings import PLAN_NAMES, Settings
 from vsep_app.model.url import QUERY_NAMES
 from vsep_app.pages.compare.metrics import judge_objects
@@ -55,9 +56,11 @@ class Outcome:
     def __init__(self, prepared, steps):
         verdict = judge_objects(prepared.observation.truth, steps[-1].state)
         self.misses, self.false_alarms = verdict
+        self.score = score_of(prepared.static_picture, steps[-1].state.objects)
         self.iterations, self.termination = len(steps), steps[-1].termination
         self.objects, self.bursts = steps[-1].state.objects, steps[-1].state.bursts
         self.radar, self.truth = prepared.static_picture.radar, prepared.observation.truth
+        self.receiver = steps[-1].state.receiver
         self.threshold_db = prepared.estimator.threshold_db
         power = 1.0 / (steps[-1].state.noise_precision * prepared.static_picture.reference_power)
         self.noise_db = 10.0 * math.log10(power)
@@ -83,8 +86,9 @@ def run(name, **changes):
     return Outcome(prepared, steps)
 
 
-def test_there_are_six_in_their_order():
-    names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope"]
+def test_there_are_eight_in_their_order():
+    names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope", "oscillator"]
+    names.append("moving-car")
     assert [one.name for one in shipped_experiments()] == names
     assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
 
@@ -115,6 +119,42 @@ def test_the_pedestrian_is_lost_and_found():
     assert speed == pytest.approx(1.0, abs=0.05)
 
 
+def came(name, score):
+    """The beginning of the one prediction that holds."""
+    (text,) = [each.text for each in named(name).staging.predictions if each.holds(score)]
+    return text[:44]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("pedestrian", "Half of them: the weak ones drown."),
+        ("dip", "Some are lost, though all four bursts are fo"),
+        ("threshold", "Ten objects and several false ones."),
+        ("filter", "One object, and many false ones."),
+        ("same-slope", "Two objects: the other radar looks like one."),
+        ("oscillator", "Ten objects: what the receiver makes is told"),
+        ("moving-car", "One car, and several objects around it that "),
+    ],
+)
+def test_one_prediction_is_right_on_its_own_seed(name, text):
+    assert came(name, run(name).score) == text
+    assert len(named(name).staging.predictions) == 3
+
+
+def test_the_arrow_points_at_the_pedestrian():
+    zoom, truth = named("pedestrian").staging.zoom, run("pedestrian").truth
+    radar = run("pedestrian").radar
+    ranges, velocities = (
+        radar.range_from_beat(truth.beats),
+        radar.velocity_from_doppler(truth.dopplers),
+    )
+    at = int(np.argmin(np.abs(ranges - zoom.arrow[0])))
+    assert (ranges[at], velocities[at]) == pytest.approx(zoom.arrow, abs=0.05)
+    assert zoom.range[0] < ranges[at] < zoom.range[1]
+    assert zoom.velocity[0] < velocities[at] < zoom.velocity[1]
+
+
 def test_zeroing_leaves_ghosts():
     experiment = named("zeroing")
     plan = ComparePlan(
@@ -130,9 +170,10 @@ def test_zeroing_leaves_ghosts():
     step = advance_all(comparison, comparison.initial_state)
     while step.termination is Termination.RUNNING:
         step = advance_all(comparison, step.state)
+    assert came("zeroing", step.views[0].score) == "Zeroing finds dozens of objects that are not"
     zeroing, masked, factorised = (view.metrics for view in step.views)
-    # "about 55 false ones", "and it has not ended"
-    assert 50 <= zeroing.false_alarms <= 60
+    # "about 90 false ones", "and it has not ended"
+    assert 85 <= zeroing.false_alarms <= 95
     assert zeroing.num_detections == plan.scene.max_iterations
     assert (masked.misses, masked.false_alarms) == (0, 0)
     assert (factorised.misses, factorised.false_alarms) == (0, 0)
@@ -156,7 +197,7 @@ def test_the_letter_loses_objects_under_strong_bursts():
     assert run("dip", sir_db=15.0, max_iterations=60).false_alarms == 0
     assert {burst.ramp for burst in robust.bursts} == true_ramps
     assert (robust.misses, robust.false_alarms, len(robust.objects.beats)) == (0, 0, 10)
-    assert robust.iterations == pytest.approx(26, abs=2)
+    assert robust.iterations == pytest.approx(12, abs=2)
 
 
 def test_nine_decibels_are_many_false_alarms():
@@ -174,7 +215,7 @@ def test_nine_decibels_are_many_false_alarms():
 
 def test_a_wrong_filter_makes_false_objects():
     wrong, right = run("filter"), run("filter", assume_true_filter=True)
-    assert (wrong.misses, wrong.false_alarms, len(wrong.bursts)) == (0, 19, 1)
+    assert (wrong.misses, wrong.false_alarms, len(wrong.bursts)) == (0, 20, 1)
     assert (right.misses, right.false_alarms) == (0, 0)
     assert run("filter", sir_db=-10.0).false_alarms == 0
     assert run("filter", estimator="factorised").false_alarms == 0
@@ -191,6 +232,22 @@ def test_the_same_slope_cannot_be_separated():
     for slope in (9.8, 9.2):
         apart = run("same-slope", interferer_slope=slope)
         assert (apart.misses, apart.false_alarms, len(apart.bursts)) == (0, 0, 1)
+
+
+def test_an_oscillator_and_a_receiver_are_corrected():
+    bad = run("oscillator")
+    assert (bad.misses, bad.false_alarms, len(bad.objects.beats)) == (0, 0, 10)
+    truth, receiver = bad.truth.receiver, bad.receiver
+    assert 20.0 * math.log10(abs(truth.image_factor)) == pytest.approx(-28.0, abs=0.5)
+    assert receiver.image_factors[0] == pytest.approx(truth.image_factor, abs=1e-3)
+    assert 1e3 * receiver.prior.jitter_std == pytest.approx(5.0, abs=2.0)
+    perfect = run("oscillator", phase_jitter=0.0, iq_gain=0.0, iq_phase=0.0)
+    assert perfect.receiver is None
+    both = run("oscillator", phase_noise=10.0, dc_offset=5.0)
+    assert (both.misses, both.false_alarms) == (0, 0)
+    assert abs(both.receiver.offsets[0] - both.truth.receiver.offset) < 0.1 * abs(
+        both.truth.receiver.offset
+    )
 
 
 def test_a_folder_of_ones_own_is_read_in_order(write, tmp_path):
@@ -226,6 +283,21 @@ def test_a_folder_of_ones_own_is_read_in_order(write, tmp_path):
         (TEXT + "[values]\nslope = 60", "slope is 60; it must be a number between 8 and 12."),
         (TEXT + '[values]\npreset = "night"', "preset is night; it must be one of simulation-1"),
         (TEXT + 'page = "compare"\n[values]\nmethods = "iht"', "The number of methods is 1; it"),
+        (TEXT + 'show = "sir"', "its show is 'sir'; it must be a list of words."),
+        (TEXT + 'lock = ["colour"]', "its lock has 'colour'; it may have preset, snr"),
+        (TEXT + 'hide = ["sky"]', "its hide has 'sky'; it may have chirps, fast_time, delay"),
+        (TEXT + "predict = 3", "its predict is no list of tables; begin each with a line"),
+        (TEXT + '[[predict]]\ntext = "A"\nfound = 1', "it has 1 predictions; it may have 2 to 5"),
+        (TEXT + 2 * '[[predict]]\ntext = "A"\n', "a prediction says neither found nor false"),
+        (TEXT + 2 * "[[predict]]\nfound = 1\n", "a prediction has no text."),
+        (TEXT + 2 * '[[predict]]\ntext = "A"\nfound = [3, 1]\n', "found of a prediction is [3, 1]"),
+        (TEXT + 2 * '[[predict]]\ntext = "A"\nfound = true\n', "found of a prediction is True; it"),
+        (TEXT + 2 * "[[predict]]\nhits = 1\n", "a prediction has 'hits'; it may have text, found"),
+        (TEXT + "zoom = 3", "its zoom is no table; write it below a line [zoom]."),
+        (TEXT + "[zoom]\nrange = [5, 5]", "range of its zoom is [5, 5]; the smaller end is first."),
+        (TEXT + "[zoom]\nheight = [5, 6]", "its zoom has 'height'; it may have range, velocity"),
+        (TEXT + "[zoom]\narrow = [5]", "arrow of its zoom is [5]; it must be two numbers."),
+        (TEXT + "[zoom]\nlabel = 5", "label of its zoom is 5; it must be a text."),
     ],
 )
 def test_a_bad_file_is_one_sentence(write, content, sentence):
@@ -273,3 +345,23 @@ def test_an_unknown_experiment_is_told():
 def test_an_experiment_is_a_frozen_record():
     with pytest.raises(dataclasses.FrozenInstanceError):
         named("dip").title = "another"
+
+
+def test_a_moving_car_is_eleven_objects_or_one():
+    still, moving = run("moving-car"), run("moving-car", range_migration="modelled")
+    assert (still.misses, still.objects.num_components) == (0, 11)
+    power_db = 20.0 * np.log10(np.abs(still.objects.amplitudes / still.truth.amplitudes[0]))
+    four = np.argsort(-power_db)[:4]
+    assert power_db[four[0]] == pytest.approx(-1.4, abs=0.1)
+    away_m = np.abs(still.radar.range_from_beat(still.objects.beats[four]) - 20.0)
+    away_mps = np.abs(still.radar.velocity_from_doppler(still.objects.dopplers[four]) - 15.0)
+    assert away_m.max() == pytest.approx(0.1, abs=0.01)
+    assert away_mps.max() == pytest.approx(0.14, abs=0.01)
+    assert moving.ranges_m == pytest.approx([20.0], abs=0.0005)
+    velocity = moving.radar.velocity_from_doppler(moving.objects.dopplers)
+    assert velocity == pytest.approx([15.0], abs=0.0005)
+    ten = [
+        run("moving-car", num_objects=10, range_migration=choice).objects.num_components
+        for choice in ("modelled", "neglected")
+    ]
+    assert ten == [10, 21]

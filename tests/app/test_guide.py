@@ -1,13 +1,26 @@
 """The guide without a browser: what it shows, sets and keeps to itself."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from vsep_app.jobs.run_session import Phase
+from vsep_app.model.score import Score
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.compare.page import ComparePage
 from vsep_app.pages.live import Dashboard
 from vsep_app.teaching.experiment import LIVE, shipped_experiments
-from vsep_app.teaching.guide import Guide
+from vsep_app.teaching.guide import Guide, cards_html
+from vsep_app.teaching.staging import Staging
+
+SIX_OF_TEN = Score(
+    found=np.ones(6, dtype=np.bool_),
+    missed=np.arange(6, 10),
+    nearest=np.zeros(4, dtype=np.int64),
+    num_true=10,
+    partners={number: number for number in range(6)},
+)
 
 
 @pytest.fixture
@@ -16,8 +29,13 @@ def taken():
 
 
 @pytest.fixture
-def guide(taken):
-    return Guide(shipped_experiments(), here=LIVE, take=taken.append)
+def ran():
+    return []
+
+
+@pytest.fixture
+def guide(taken, ran):
+    return Guide(shipped_experiments(), here=LIVE, take=taken.append, run=lambda: ran.append(True))
 
 
 @pytest.fixture
@@ -39,11 +57,76 @@ def test_nothing_is_shown_before_a_choice(guide, taken):
     assert taken == []
 
 
-def test_a_choice_sets_the_controls_and_shows_the_question_only(guide, taken):
+def test_a_choice_sets_the_controls_and_asks_for_a_prediction_first(guide, taken, ran):
     guide.choice.value = "dip"
     assert [one.name for one in taken] == ["dip"]
+    assert guide.awaits_prediction
+    assert guide.texts.object.count('data-press="predict ') == 3
+    assert "Question" not in guide.texts.object
+    assert not guide._buttons.visible
+    assert guide.press("predict 2")
+    assert ran == [True]
+    assert not guide.awaits_prediction
     assert "Question" in guide.texts.object
+    assert guide.texts.object.count("disabled") == 3
     assert answer_of("dip")[:30] not in guide.texts.object + guide.answer.object
+
+
+@pytest.mark.parametrize(("number", "verdict"), [(0, "Not so: 6 of 10 found"), (2, "Right: 6 of")])
+def test_the_outcome_is_told_beside_the_prediction(guide, number, verdict):
+    guide.choice.value = "dip"
+    guide.press(f"predict {number}")
+    guide.finished(SIX_OF_TEN)
+    assert verdict in guide.texts.object
+    (line,) = [line for line in guide.texts.object.split("<button") if "what happened" in line]
+    assert "Some are lost" in line
+    guide.press("predict 1")
+    assert guide.texts.object.count("(your prediction)") == 1
+
+
+def test_an_experiment_without_predictions_asks_at_once(taken):
+    plain = replace(shipped_experiments()[0], staging=Staging())
+    guide = Guide([plain], here=LIVE, take=taken.append, opened=plain)
+    assert not guide.awaits_prediction
+    assert "Question" in guide.texts.object
+
+
+def test_only_the_controls_of_the_question_stand_in_the_experiment(context):
+    page = Dashboard(context(experiment="pedestrian"))
+    page.page()
+    assert len(page.guide.controls) == 0
+    page.guide.press("predict 1")
+    assert list(page.guide.controls) == [page.controls.widgets["estimator"]]
+
+
+def test_a_card_or_its_number_chooses_an_experiment(guide):
+    for name, chosen in (("experiment filter", "filter"), ("experiment 3", "dip")):
+        assert guide.press(name)
+        assert guide.choice.value == chosen
+    assert guide.press("experiment 99")
+    assert guide.press("experiment none-such")
+    assert guide.choice.value == "dip"
+    assert not guide.press("toggle")
+    assert cards_html(shipped_experiments()).count("<button") == 6
+
+
+def test_locked_controls_and_hidden_views_are_free_again_after_it(context):
+    page = Dashboard(context(experiment="threshold"))
+    page.page()
+    assert page.controls.widgets["interference"].disabled
+    hides = replace(shipped_experiments()[0], staging=Staging(hide=("delay",)))
+    page._stage(hides)
+    assert not page.controls.widgets["interference"].disabled
+    assert not page.views._parts["delay"].visible
+    page._stage(None)
+    assert page.views._parts["delay"].visible
+
+
+def test_an_experiment_waits_at_its_first_picture_for_a_prediction(context):
+    page = Dashboard(context())
+    page.guide.press("experiment dip")
+    assert page.session.phase is Phase.PAUSED
+    page.guide.press("predict 0")
 
 
 def test_the_answer_comes_and_goes(guide):
@@ -71,9 +154,9 @@ def test_an_experiment_of_another_page_is_a_link(guide, taken):
 
 
 def test_texts_cannot_bring_markup():
-    from dataclasses import replace
-
-    bad = replace(shipped_experiments()[0], setting="<script>x</script>", question="<b>?")
+    bad = replace(
+        shipped_experiments()[0], setting="<script>x</script>", question="<b>?", staging=Staging()
+    )
     shown = Guide([bad], here=LIVE, take=lambda _: None, opened=bad)
     assert "<script>" not in shown.texts.object
     assert "<b>" not in shown.texts.object

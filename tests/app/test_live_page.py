@@ -114,7 +114,75 @@ def test_the_keys_name_a_truth_where_one_is_known(opened, preset, named):
     page = opened(preset=preset)
     page.page()
     prepared = prepare(page.settings.plan())
-    page._show_keys(make_picture(prepared.static_picture, prepared.initial_state, ()))
-    fast_time, delay = (pane.object for pane in page._keys)
+    page.views._show_keys(make_picture(prepared.static_picture, prepared.initial_state, ()))
+    fast_time, delay = (pane.object for pane in page.views._keys)
     assert named in fast_time
     assert ("true object" in delay) == (preset == "simulation-1")
+
+
+def test_keys_change_the_ramp_within_the_frame(opened):
+    page = opened()
+    page._pressed("ramp_next")
+    assert page.settings.ramp == 0
+    page.session._prepared_run = prepare(page.settings.plan())
+    for name, ramp in (("ramp_back", 0), ("ramp_next", 1), ("ramp_next", 2), ("ramp_back", 1)):
+        page._pressed(name)
+        assert page.settings.ramp == ramp
+    page._ramp_selected(16)
+    assert page.settings.ramp == 1
+
+
+def test_a_click_on_a_bead_shows_its_iteration(opened):
+    page = opened()
+    page.session.restart(page.settings.plan())
+    page.session._steps = [object()] * 9
+    page.session._ended = lambda: False
+    page._pressed("iteration 4")
+    assert page.session.cursor == 4
+    page._pressed("iteration 999999")
+    assert page.session.cursor == 9
+
+
+def test_settings_that_move_are_shown_until_they_stand(opened):
+    page = opened()
+    wanted = []
+    page.preview._background.call = lambda _: wanted.append(page.preview._wanted)
+    page.session._prepared_run = prepare(page.settings.plan())
+    slider = page.controls.widgets["sir_db"]
+    slider.value = -30.0
+    assert page.preview.is_active
+    assert wanted[-1][0].sir_db == -30.0
+    assert page.settings.sir_db == -20.0
+    slider.value = -20.0
+    assert not page.preview.is_active
+    slider.value = -25.0
+    page.settings.sir_db = -25.0
+    assert not page.preview.is_active
+
+
+def test_pictures_of_the_run_wait_while_settings_move(opened, many_ramps):
+    page = opened()
+    page.page()
+    page.preview._background.call = lambda _: None
+    page.session._prepared_run = many_ramps.prepared
+    picture = make_picture(many_ramps.prepared.static_picture, many_ramps.steps[-1].state, ())
+    page.controls.widgets["sir_db"].value = -30.0
+    page.show(picture)
+    assert page.headline.text.object == ""
+    page.controls.widgets["sir_db"].value = page.settings.sir_db
+    page.show(picture)
+    assert "headline" in page.headline.text.object
+
+
+def test_the_start_stage_has_cards_until_the_run_begins(opened, many_ramps):
+    page = opened()
+    page.page()
+    page.session._prepared_run = many_ramps.prepared
+    first = make_picture(many_ramps.prepared.static_picture, many_ramps.prepared.initial_state, ())
+    page.show(first)
+    assert (page.views._cards.visible, page.views._tables.visible) == (True, False)
+    later = make_picture(
+        many_ramps.prepared.static_picture, many_ramps.prepared.initial_state, many_ramps.steps[:2]
+    )
+    page.show(later)
+    assert (page.views._cards.visible, page.views._tables.visible) == (False, True)

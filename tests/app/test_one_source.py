@@ -21,7 +21,7 @@ from vsep.signal.simulate import INTERFERENCE_MODELS
 from vsep.studies.axes import X_LABELS
 
 ROOT = Path(__file__).parents[2]
-HOME = ROOT / "vsep" / "parameters.py"
+HOME = ROOT / "vsep" / "parameters" / "__init__.py"
 SOURCES = [*ROOT.glob("vsep/**/*.py"), *ROOT.glob("app/vsep_app/**/*.py")]
 SIR = PARAMETERS["sir_db"]
 
@@ -102,7 +102,7 @@ def test_every_setting_is_declared_as_its_record_says(name):
         record.form_label,
         record.help,
     )
-    if record.choices is None and not isinstance(record.default, bool):
+    if record.choices is None and not isinstance(record.default, bool | str):
         assert declared.bounds == record.offered
         if record.default is not None:
             assert record.offered[0] <= record.default <= record.offered[1]
@@ -113,4 +113,4 @@ def test_the_models_of_the_simulator_are_the_choices():
 
 
 def test_every_setting_of_a_run_has_a_widget(controls):
-    assert set(controls.widgets) == {*PARAMETERS, "preset", "estimator"}
+    assert set(controls.widgets) == {*PARAMETERS, "preset", "estimator", "placed"}

@@ -187,6 +187,42 @@ def test_an_address_that_names_a_module_leaves_the_server_alive(app_server):
     assert json.loads(get(app_server, "/health")[1])["pages"] >= 0
 
 
+class EndedConnection:
+    """What Bokeh leaves of a connection whose session has ended: it asserts that there is one."""
+
+    def __init__(self):
+        self.closed, self.lost = [], []
+
+    @property
+    def session(self):
+        raise AssertionError
+
+    @property
+    def handler(self):
+        return SimpleNamespace(
+            connection=self,
+            application=SimpleNamespace(client_lost=self.lost.append),
+            close=lambda code, _: self.closed.append(code),
+        )
+
+
+def test_a_message_after_its_session_closes_the_connection():
+    connection = EndedConnection()
+    asyncio.run(PromptHandler._answer(connection.handler, SimpleNamespace()))
+    assert connection.closed == [1001]  # going away, RFC 6455
+
+
+def test_a_connection_is_let_go_that_outlived_its_session():
+    connection = EndedConnection()
+    with pytest.raises(AssertionError):  # as Bokeh has it
+        WSHandler.on_close(
+            SimpleNamespace(close_code=1000, close_reason="", **vars(connection.handler))
+        )
+    assert connection.lost == []
+    PromptHandler.on_close(connection.handler)
+    assert connection.lost == [connection]
+
+
 def test_every_page_has_a_signed_session_of_its_own(app_server):
     texts = [get(app_server, "/studies")[1] for _ in range(2)]
     first, second = (get_session_id(token_of(text)) for text in texts)

@@ -2,6 +2,7 @@
 
 import asyncio
 import io
+import tempfile
 import time
 import urllib.request
 from pathlib import Path
@@ -18,6 +19,7 @@ from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.page import EXAMPLE, RecordingPage
 
 from tests.app.conftest import until
+from tests.vsep.layout_scenes import LAYOUT_SETTINGS, LAYOUTS, capture
 from vsep.files.frame import read_frame
 
 
@@ -269,3 +271,55 @@ def test_a_file_that_takes_long_to_read_is_given_up_and_nobody_waits_for_it(
     assert told == ["The file takes more than 1.5 s; give a smaller one."]
     assert len(times) > 5
     assert max(times) < 0.5
+
+
+@on_a_page
+async def test_a_capture_without_settings_shows_three_layouts_and_a_click_chooses(driven):
+    page = driven.page
+    layout = LAYOUTS[2]
+    page.drop([("adc.bin", capture(layout, "clutter", np.random.default_rng(3)))])
+    await until(lambda: page.form.guesses.panel.visible)
+    # The best one is taken at once; what the radar was is still asked for.
+    assert tuple(page.form.values()[name] for name in LAYOUT_SETTINGS) == layout.settings
+    assert "start_frequency_hz is not given" in page.view.facts.object
+    second = page.form.guesses.buttons[1]
+    assert second.label.startswith("2 · ")
+    assert "of the cells" in second.description
+    second.clicks += 1
+    assert f"{page.form.values()['num_samples']} samples" in second.label
+    assert page.form.values()["num_samples"] != layout.num_samples or (
+        page.form.values()["format"] != layout.format
+    )
+    # Settings that name the layout are not doubted.
+    page.drop([("b.bin", driven.capture.content), ("b.yaml", driven.capture.settings)])
+    await driven.shown("b.bin")
+    assert not page.form.guesses.panel.visible
+
+
+@on_a_page
+async def test_captures_of_a_folder_are_shown_judged_and_kept_as_a_clip(driven):
+    page = driven.page
+    with tempfile.TemporaryDirectory() as folder:
+        page.folder.folder.value = folder
+        page.folder.follow.value = True
+        await until(lambda: page._context.background.num_running > 0)
+        await asyncio.sleep(0.1)
+        # Of the example's settings nothing follows for a capture.
+        (Path(folder) / "first.bin").write_bytes(driven.capture.content)
+        await until(lambda: "Drop the configuration" in page.folder.list.object)
+        page.drop([("radar.yaml", driven.capture.settings)])
+        # The example is no raw capture, so that nothing is shown until one comes.
+        await until(lambda: page._prepared_run is None)
+        (Path(folder) / "second.bin").write_bytes(driven.capture.content)
+        await driven.shown("second.bin")
+        await until(lambda: "<strong>second.bin" in page.folder.list.object)
+        assert "Yes, with separation" in page.folder.list.object
+        page.folder.save.clicks += 1
+        await until(lambda: "2 captures are kept" in page.folder.list.object)
+        kept = Path(folder) / "clips" / "second"
+        assert sorted(path.name for path in kept.iterdir()) == ["first.bin", "second.bin"]
+        page.folder.follow.value = False
+        page.folder.folder.value = str(Path(folder) / "nowhere")
+        page.folder.follow.value = True
+        await driven.told_of("cannot be watched")
+        assert not page.folder.follow.value

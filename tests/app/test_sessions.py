@@ -15,6 +15,7 @@ from vsep_app.server.sessions import (
     Session,
     SessionRegistry,
     _has_gone,
+    _post,
 )
 
 from tests.app.test_shared_runs import _run
@@ -141,3 +142,19 @@ def test_a_browser_that_has_hung_up_is_noticed():
         assert _has_gone(context)
     assert not _has_gone(None)
     assert not _has_gone(SimpleNamespace(request=None))
+
+
+def test_what_comes_after_the_session_is_left():
+    queue, shown = [], []
+    document = SimpleNamespace(
+        session_context=SimpleNamespace(destroyed=False), add_next_tick_callback=queue.append
+    )
+    _post(document, lambda: shown.append("shown"))
+    _post(document, lambda: shown.append("shown"))
+    asyncio.run(queue.pop()())
+    assert shown == ["shown"]
+    document.session_context.destroyed = True
+    asyncio.run(queue.pop()())
+    document.session_context = None
+    _post(document, lambda: shown.append("shown"))
+    assert (shown, queue) == (["shown"], [])

@@ -11,7 +11,11 @@ from vsep.studies.panels import FigurePanel, reference
 
 
 def of_figure_3a(rows):
-    return [panel for panel in study_panels(rows) if panel.title.startswith("Fig. 3a")]
+    return [
+        panel
+        for panel in study_panels(rows)
+        if panel.title.startswith("Fig. 3a") and "half a cell" in panel.title
+    ]
 
 
 def plots(view):

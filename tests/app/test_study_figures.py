@@ -14,7 +14,7 @@ from vsep_app.figures.study_figure import (
 from vsep_app.figures.study_style import colour, marker
 
 from vsep import InputError
-from vsep.studies.panels import Box, BoxPanel, FigurePanel, Series
+from vsep.studies.panels import Box, BoxPanel, FigurePanel, ImagePanel, Series
 
 X = np.array([-20.0, 0.0, 20.0])
 
@@ -57,6 +57,15 @@ BOXES = BoxPanel(
         ),
     ),
 )
+IMAGE = ImagePanel(
+    title="Fig. Y",
+    x_label="time",
+    y_label="frequency",
+    x=np.arange(4.0),
+    y=np.array([0.0, 0.5, 1.0]),
+    levels_db=np.arange(12.0).reshape(3, 4),
+    series=(series("crosses", role="true object"),),
+)
 OTHER = FigurePanel(title="Fig. Y", x_label="x", y_label="y", series=(series(),), log_x=False)
 
 
@@ -85,7 +94,7 @@ def test_boxes_name_their_methods_and_count_their_outliers():
 
 def test_every_mark_has_the_columns_that_bokeh_draws():
     # A page updates a figure by these columns, in this order.
-    for panel in (PANEL, BOXES, OTHER):
+    for panel in (PANEL, BOXES, IMAGE, OTHER):
         plot = draw_panel(panel)
         marks = panel_marks(panel)
         for renderer, mark in zip(plot.renderers, marks, strict=True):
@@ -96,7 +105,7 @@ def test_every_mark_has_the_columns_that_bokeh_draws():
 
 
 def test_the_document_asks_for_nothing():
-    text, again = (figure_html([PANEL, BOXES, OTHER], title="vsep: fig-x") for _ in range(2))
+    text, again = (figure_html([PANEL, BOXES, IMAGE, OTHER], title="vsep: fig-x") for _ in range(2))
     assert text == again
     assert "<title>vsep: fig-x</title>" in text
     assert not re.search(r"<(?:script|link|img)[^>]*(?:src|href)=[\"']?https?:", text)
@@ -106,7 +115,7 @@ def test_print_has_the_right_format_and_the_same_bytes_each_time(tmp_path):
     for suffix, start in ((".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")):
         paths = [tmp_path / f"{name}{suffix}" for name in ("one", "two")]
         for path in paths:
-            write_panels([PANEL, BOXES, OTHER], path)
+            write_panels([PANEL, BOXES, IMAGE, OTHER], path)
         assert paths[0].read_bytes().startswith(start)
         assert paths[0].read_bytes() == paths[1].read_bytes()
 

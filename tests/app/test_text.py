@@ -1,3 +1,4 @@
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,6 +14,7 @@ from vsep_app.model.text import (
 )
 
 from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo, Termination
+from vsep.inference.core.receiver import PhasePrior, no_errors
 
 
 def _info(*events):
@@ -63,6 +65,32 @@ def test_channel_events_are_counted(small_radar):
         "3 interference paths added in 2 ramps",
         "1 interference path pruned in ramp 3",
     ]
+
+
+def test_errors_of_the_receiver_are_told_once_in_the_units_of_the_controls(small_radar):
+    ramps = small_radar.num_ramps
+    errors = replace(
+        no_errors(ramps, 1),
+        prior=PhasePrior(jitter_std=0.005, noise_std=0.01, half_width=0.01),
+        image_factors=np.array([0.02j]),
+        offsets=np.array([2.0 + 0j]),
+    )
+    info = _info(_event(EventKind.RECEIVER_CHANGED))
+    states = [
+        SimpleNamespace(iteration=number, receiver=receiver, noise_precision=4.0)
+        for number, receiver in ((3, errors), (5, errors), (7, None))
+    ]
+    steps = [
+        SimpleNamespace(state=state, info=info, termination=Termination.RUNNING) for state in states
+    ]
+    first, last = (line.text for line in log_lines(steps, small_radar))
+    width_khz = 1e-3 * 0.01 * small_radar.sample_rate_hz
+    assert first == (
+        "oscillator and receiver: Phase jitter 5 mrad; Phase noise 10 mrad; "
+        f"Phase noise bandwidth {width_khz:.3g} kHz; I/Q gain error 0 dB; "
+        "I/Q phase error 2.29 °; DC offset 4 noise deviations"
+    )
+    assert last == "oscillator and receiver: no error is evident any more"
 
 
 def test_the_log_ends_with_why_the_run_ended(many_ramps):

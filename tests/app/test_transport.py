@@ -58,16 +58,6 @@ def test_the_same_iteration_can_be_looked_at_twice(session, transport):
         assert transport.scrub.value_throttled == -1
 
 
-def test_a_ramp_is_taken_from_its_field_within_the_frame(session):
-    settings = Settings()
-    transport = Transport(settings, session, lambda: None)
-    transport.ramp.end = 15
-    transport.ramp.value = 4
-    assert settings.ramp == 4
-    transport.ramp.value = 99
-    assert settings.ramp == 15
-
-
 def test_a_error_leaves_the_status_of_the_run_as_it_is(session, transport):
     transport.show(compose(session.snapshot(), 0, "level"), 0.0)
     status = transport.status.object

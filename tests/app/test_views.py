@@ -19,6 +19,7 @@ from vsep_app.views.range_doppler import (
 )
 from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import COLOURS, EDGE_SHARE, Axis
+from vsep_app.views.swiped_map import SwipedMap
 from vsep_app.views.tables import MISSING, log_html, table_html, value_text
 
 
@@ -320,3 +321,20 @@ def test_the_log_shows_the_newest_line_first_and_escapes():
     html = log_html(lines)
     assert html.index("&lt;b&gt;last") < html.index("first")
     assert "Nothing" in log_html([])
+
+
+def test_the_map_is_as_received_until_a_burst_is_cancelled_and_then_has_a_line(many_ramps):
+    view = SwipedMap(Axis(), Span(dimension="height"))
+    view.update(compose(many_ramps.snapshot(0), 0, "level"))
+    assert not view._line.visible
+    assert view.after.title.text == "Range-Doppler, received"
+    view.update(compose(many_ramps.snapshot(), 0, "level"))
+    assert view._line.visible
+    assert "left of the line as received" in view.after.title.text
+    view._x.range.update(start=0.0, end=30.0)
+    view._line.location = 12.0
+    for place in (0.0, 30.0, 0.0):
+        view.swipe()
+        assert view._line.location == place
+    # The browser puts both together and says nothing of it.
+    assert not view._shown.syncable

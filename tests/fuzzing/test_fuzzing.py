@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
+import h5py
 import numpy as np
 import pytest
 import scipy.io
@@ -45,6 +46,7 @@ from vsep.inference.core.run import run
 from vsep.inference.registry import make_estimator
 from vsep.presets.scenes import simulate_preset
 from vsep.recordings.convert import convert_recording
+from vsep.recordings.guess import guess_layouts
 from vsep.recordings.settings import parse_settings, read_settings
 from vsep.recordings.settings_text import with_value
 from vsep.recordings.suggest import suggest_settings
@@ -166,6 +168,30 @@ def matlab_content() -> Content:
         scipy.io.savemat(file, {"adc": data, "other": np.arange(3)}, do_compression=packed)
         strategies.append(damaged(file.getvalue()))
     return st.one_of(*strategies)
+
+
+def hdf5_content() -> Content:
+    file = io.BytesIO()
+    with h5py.File(file, "w") as content:
+        data = np.ones((2, 4, 8)) + 1j
+        content.create_dataset("radar/adc", data=data, chunks=(1, 4, 8), compression="gzip")
+        content["adc"] = data
+    return damaged(file.getvalue())
+
+
+def sigmf_content() -> Content:
+    said = {
+        "global": {
+            "core:datatype": "cf64_le",
+            "core:sample_rate": 1e7,
+            "core:version": "1.2.0",
+            "core:num_channels": 2,
+            "vsep:slope_hz_per_s": 3e13,
+        },
+        "captures": [{"core:sample_start": 0, "core:frequency": 77e9}],
+        "annotations": [],
+    }
+    return of_data([said])
 
 
 def recording(kind: str, **more: Any) -> Callable[[Path], None]:
@@ -383,6 +409,19 @@ PARSERS = (
         suffix=".bin",
         parse=recording("dca1000-xwr16xx", num_samples=32, num_antennas=2),
         content=raw_content,
+    ),
+    Parser(
+        name="undescribed words",
+        suffix=".bin",
+        parse=lambda path: guess_layouts(str(path)),
+        content=lambda: damaged(bytes(range(256)) * 64),
+    ),
+    Parser(name="HDF5", suffix=".h5", parse=recording("hdf5", key="adc"), content=hdf5_content),
+    Parser(
+        name="SigMF",
+        suffix=".sigmf-meta",
+        parse=recording("sigmf", num_samples=8),
+        content=sigmf_content,
     ),
     Parser(name="YAML", suffix=".yaml", parse=use_settings, content=yaml_content),
     Parser(name="JSON", suffix=".json", parse=use_settings, content=lambda: of_data([SETTINGS])),

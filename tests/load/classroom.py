@@ -13,6 +13,7 @@ import argparse
 import asyncio
 import contextlib
 import json
+import os
 import random
 import re
 import shutil
@@ -53,6 +54,7 @@ class Student:
     url: str
     preset: str
     number: int
+    cookie: str = ""
     opened_s: float = 0.0
     pictures: list[float] = field(default_factory=list)
     latencies: list[float] = field(default_factory=list)
@@ -141,10 +143,15 @@ class Student:
     @contextlib.asynccontextmanager
     async def _connected(self, tab: str) -> AsyncIterator[WebSocketClientConnection]:
         """Open a page and its connection; leave when both sides have closed it."""
-        page = await asyncio.to_thread(_get, self.url + tab + self.query)
+        page = await asyncio.to_thread(_get, self.url + tab + self.query, self.cookie)
         token = re.search(r'"token":"([^"]+)"', page).group(1)
         where = self.url.replace("http", "ws") + (f"{tab}/ws" if tab else "ws")
-        request = HTTPRequest(where, connect_timeout=PATIENCE_S, request_timeout=PATIENCE_S)
+        request = HTTPRequest(
+            where,
+            headers={"Cookie": self.cookie},
+            connect_timeout=PATIENCE_S,
+            request_timeout=PATIENCE_S,
+        )
         connection = await websocket_connect(
             request, subprotocols=["bokeh", token], max_message_size=2**26
         )
@@ -175,7 +182,8 @@ class Student:
             attributes = model.get("attributes", {})
             if attributes.get("label") in SLIDERS and "value_throttled" in attributes:
                 self._sliders[attributes["label"]] = model["id"]
-                self._places[attributes["label"]] = attributes.get("value")
+                # Bokeh leaves out what has its default.
+                self._places[attributes["label"]] = attributes.get("value", 0)
             if "drawn" in str(attributes.get("js_property_callbacks")):
                 source = model["id"]
             if attributes.get("name") == "drawn":
@@ -272,8 +280,9 @@ def _models(value) -> Iterator[dict]:
             yield from _models(one)
 
 
-def _get(url: str) -> str:
-    with urllib.request.urlopen(url, timeout=PATIENCE_S) as answer:
+def _get(url: str, cookie: str = "") -> str:
+    asked = urllib.request.Request(url, headers={"Cookie": cookie})
+    with urllib.request.urlopen(asked, timeout=PATIENCE_S) as answer:
         return answer.read().decode()
 
 
@@ -434,7 +443,27 @@ def watch(url: str, seconds: float) -> list[float]:
     return latencies
 
 
+async def _lead(options: argparse.Namespace) -> None:
+    """Lead a class in the place of letting it play."""
+    from tests.load.leading import figures, led_lesson
+
+    token = "a-token-of-the-load-test"
+    os.environ["VSEP_TOKEN"] = token
+    with served() as url:
+        led = await led_lesson(
+            url,
+            token=token,
+            sessions=options.sessions,
+            rounds=options.rounds,
+            pause_s=options.pause[0],
+        )
+        sys.stdout.write(json.dumps(figures(led), indent=1) + "\n")
+
+
 async def _main(options: argparse.Namespace) -> None:
+    if options.lead:
+        await _lead(options)
+        return
     with served() as url:
         # The first page loads what all others share.
         await lesson(url, sessions=1, seconds=5.0, pause_s=(1.0, 2.0))
@@ -470,6 +499,8 @@ if __name__ == "__main__":
     parser.add_argument("--sessions", type=int, default=30)
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--reopen-every", type=float, default=0.0, metavar="S")
+    parser.add_argument("--lead", action="store_true", help="a lecturer leads; see leading.py")
+    parser.add_argument("--rounds", type=int, default=1, help="through all experiments")
     parser.add_argument("--browsers", type=int, default=0)
     parser.add_argument("--pause", type=float, nargs=2, default=(5.0, 15.0))
     asyncio.run(_main(parser.parse_args()))

@@ -2,7 +2,12 @@
 
 import asyncio
 
+from vsep_app.server.access import EntryRules
+from vsep_app.server.main import CLASSROOM
+
+from tests.app.conftest import served as server_here
 from tests.load.classroom import health, lesson, served, summary
+from tests.load.leading import led_lesson
 
 
 def test_a_small_class_gets_its_pictures_and_leaves_nothing_running():
@@ -16,3 +21,24 @@ def test_a_small_class_gets_its_pictures_and_leaves_nothing_running():
     assert all(each.latencies and each.rate > 0.0 for each in students)
     assert after["jobs_waiting"] == 0
     assert after["workers_replaced"] == 0
+
+
+def test_a_small_class_follows_its_lecturer_and_answers():
+    """Through all experiments once; the figures of a whole class are measured by hand."""
+    token = "a-token-of-the-load-test"
+    with server_here(entry=EntryRules(token=token, with_code=True), rules=CLASSROOM) as server:
+        led = asyncio.run(
+            led_lesson(
+                f"http://127.0.0.1:{server.port}/",
+                token=token,
+                code=server.access.code,
+                sessions=2,
+                rounds=1,
+                pause_s=0.1,
+            )
+        )
+        seats = server.registry.lesson.visitors
+    assert led.unseen == []
+    assert {"experiment", "another tab", "slider", "iteration", "answers"} <= led.latencies.keys()
+    assert [each.errors for each in (led.desk, led.own, *led.students)] == [[]] * 4
+    assert {seat.person.name for seat in seats} <= {"Student 0", "Student 1"}

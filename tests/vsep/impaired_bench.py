@@ -41,7 +41,7 @@ IMPAIRED = {
 def scene(bursts, seed):
     """Points (30, 2) of the objects, and the frame with bursts and noise."""
     rng = np.random.default_rng(seed)
-    points = _separated_points(rng)
+    points = separated_points(rng)
     received = rng.standard_normal((2, *SHAPE)) / np.sqrt(2.0)
     received = received[0] + 1j * received[1]
     ramps, samples = np.arange(SHAPE[0])[:, None], np.arange(SHAPE[1])
@@ -51,7 +51,7 @@ def scene(bursts, seed):
         received += np.sqrt(level) * np.exp(-2j * np.pi * phase)
     for ramp in range(SHAPE[0]):
         if rng.uniform() < bursts.share_of_ramps:
-            received[ramp] += _burst(bursts, rng)
+            received[ramp] += burst(bursts, rng)
     if bursts.clipped:
         limit = 0.5 * 10.0 ** (bursts.level_db / 20.0)
         received = np.clip(received.real, -limit, limit) + 1j * np.clip(
@@ -69,7 +69,7 @@ def missed(objects, points):
     return int(np.sum(cells.max(axis=2).min(axis=0) > 1.0))
 
 
-def _separated_points(rng):
+def separated_points(rng):
     points = np.empty((0, 2))
     while len(points) < NUM_OBJECTS:
         point = np.array([rng.uniform(-0.24, 0.24), rng.uniform(-0.5, 0.5)])
@@ -79,7 +79,7 @@ def _separated_points(rng):
     return points
 
 
-def _burst(bursts, rng):
+def burst(bursts, rng):
     """One chirp of two to three paths through the receiver's filter, exactly."""
     size = 3 * SHAPE[1] * OVERSAMPLED
     time = (np.arange(size) - SHAPE[1] * OVERSAMPLED) / OVERSAMPLED  # in samples

@@ -177,7 +177,7 @@ def test_headers_of_packets_are_sorted_by_and_stripped(tmp_path: Path, header: i
         (b"\x93NUMPY\x01\x00", "a NumPy array; say format: npy"),
         (b"PK\x03\x04", "a ZIP archive"),
         (b"MATLAB 5.0 MAT-file, Platform", "a MATLAB file; say format: mat"),
-        (b"MATLAB 7.3 MAT-file, Platform", "version 7.3; save it again"),
+        (b"MATLAB 7.3 MAT-file, Platform", "version 7.3; say format: mat"),
         (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
     ],
 )

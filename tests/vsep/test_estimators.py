@@ -58,7 +58,7 @@ def test_settings_reach_the_estimators_that_have_them():
             "object-only",
             {"colour": "red"},
             "colour is 'red'; object-only takes none; its settings are false_alarm_rate, "
-            "object_threshold_db, max_iterations.",
+            "object_threshold_db, max_iterations, range_migration.",
         ),
     ],
 )
@@ -74,7 +74,12 @@ def test_a_setting_that_is_not_given_is_refused_by_nobody():
 
 
 def test_an_entry_says_which_settings_there_are_and_their_defaults():
-    defaults = {"false_alarm_rate": 0.05, "object_threshold_db": None, "max_iterations": 100}
+    defaults = {
+        "false_alarm_rate": 0.05,
+        "object_threshold_db": None,
+        "max_iterations": 100,
+        "range_migration": "modelled",
+    }
     assert ESTIMATORS["object-only"].defaults == defaults
     assert ESTIMATORS["masked"].defaults == {"mask": None, **defaults}
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from vsep._typing import ComplexArray
-from vsep.analysis.interferer_timing import Crossings, fit_interferer_timings
+from vsep.analysis.crossings import Crossings
+from vsep.analysis.interferer_timing import fit_interferer_timings
 from vsep.errors import InputError
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
@@ -205,6 +206,48 @@ def test_unusable_crossings_are_refused() -> None:
         Crossings(ramps=np.arange(3), samples=np.ones(2), slopes_hz_per_s=np.ones(3))
     with pytest.raises(InputError, match="NaN or infinite"):
         Crossings(ramps=np.arange(1), samples=np.array([np.nan]), slopes_hz_per_s=np.ones(1))
+
+
+def with_gap(ramp: int, gap_s: float, *, pauses: bool, period: float = OTHER_PERIOD) -> Crossings:
+    """Crossings of a frame in which the victim, or the interferer, stops for a while at a ramp."""
+    before = interferer(num_ramps=4000, time_offset_s=-30.33e-3, ramp_period_s=period)
+    # Of a victim that pauses the later ramps are later than their numbers say, so that the
+    # interferer's chirps come earlier; an interferer that pauses sends later ones.
+    shift = gap_s if pauses else -gap_s
+    after = replace(before, time_offset_s=before.time_offset_s + shift)
+    first, second = simulated(before), simulated(after)
+    parts = first.select(first.ramps < ramp), second.select(second.ramps >= ramp)
+    return Crossings(
+        ramps=np.concatenate([part.ramps for part in parts]),
+        samples=np.concatenate([part.samples for part in parts]),
+        slopes_hz_per_s=np.concatenate([part.slopes_hz_per_s for part in parts]),
+    )
+
+
+@pytest.mark.parametrize(("ramp", "pauses"), [(32, False), (64, True), (100, False)])
+@pytest.mark.parametrize("gap_s", [7.137e-3, 0.5 * OTHER_PERIOD, OTHER_PERIOD / 11.0])
+def test_behind_a_gap_the_same_radar_is_told_again(ramp: int, gap_s: float, pauses: bool) -> None:
+    crossings = with_gap(ramp, gap_s, pauses=pauses)
+    found = disturbed(crossings, deviation=0.07, outliers=0.05, kept=0.9, seed=3)
+    timings = fit_interferer_timings(found, RADAR)
+    assert len(timings) in (1, 2)
+    for timing in timings:
+        # 11 bursts at least, over a fifth of the frame
+        assert timing.ramp_period_s == pytest.approx(OTHER_PERIOD, rel=1e-3)
+        assert timing.merit > 0.8
+    # Not all of a short part need be told.
+    told = sum(len(timing.chirps) for timing in timings)
+    assert told >= 0.7 * len(found.ramps)
+    predicted = sum(len(timing.predicted().ramps) for timing in timings)
+    assert predicted <= 1.25 * len(crossings.ramps)
+
+
+def test_a_fraction_of_the_step_is_no_evidence() -> None:
+    (timing,) = fit_interferer_timings(simulated(interferer()), RADAR)
+    assert timing.merit > 0.95
+    eleventh = replace(timing, step=timing.step / 11.0, chirps=11 * timing.chirps)
+    assert np.abs(eleventh.residuals).max() < 1e-6
+    assert eleventh.merit < 0.15
 
 
 # The recording of a car and a second radar

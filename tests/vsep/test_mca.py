@@ -48,3 +48,22 @@ def test_thresholds_fall_and_the_run_ends():
 def test_no_iterations_are_refused():
     with pytest.raises(InputError, match="iterations is 0"):
         MorphologicalComponents(iterations=0)
+
+
+def test_without_a_mask_noise_alone_stays_what_it_is():
+    rng = np.random.default_rng(2)
+    noise = rng.standard_normal((4, 64)) + 1j * rng.standard_normal((4, 64))
+    method = MorphologicalComponents(masked=False, iterations=20)
+    cleaned = mitigate(method, noise, np.zeros(noise.shape, dtype=bool)).cleaned
+    assert np.sum(np.abs(cleaned) ** 2) > 0.5 * np.sum(np.abs(noise) ** 2)
+
+
+def test_without_a_mask_the_object_layer_is_the_cleaned_frame():
+    line = np.exp(-2j * np.pi * 8 * np.arange(64) / 64)
+    frame = np.tile(line, (3, 1))
+    frame[1, 20:30] += 20.0 * np.exp(1j * np.pi * 0.05 * np.arange(-5, 5) ** 2)
+    method = MorphologicalComponents(masked=False)
+    cleaned = mitigate(method, frame, np.ones(frame.shape, dtype=bool)).cleaned
+    assert np.linalg.norm(cleaned[1] - line) < 0.2 * np.linalg.norm(frame[1] - line)
+    # What no burst hits is left as it is, but for the noise below the threshold.
+    assert np.abs(cleaned[[0, 2]] - line).max() < 0.05

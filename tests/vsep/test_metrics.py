@@ -88,5 +88,4 @@ def test_the_metrics_of_a_frame_are_those_of_its_parts():
     assert metrics["mean_assigned_error"] == pytest.approx(1e-3, abs=1e-15)
     # One pair at 32e-3 cells, one miss and one false alarm at half a cell each.
     assert metrics["gospa"] == pytest.approx(32e-3 + 1.0, abs=1e-12)
-    assert metrics["sinr_db"] == pytest.approx(20.0, abs=1e-9)
     assert metrics["error_vector_magnitude"] == pytest.approx(0.1, abs=1e-12)

@@ -4,7 +4,7 @@ import pytest
 
 from vsep.studies.catalogue import CATALOGUE
 from vsep.studies.measures import METRICS
-from vsep.studies.study import Point
+from vsep.studies.study import GapPoint
 
 STATISTICAL = [name for name, study in CATALOGUE.items() if not study.example]
 
@@ -19,7 +19,7 @@ def test_an_example_has_no_panels_of_statistics():
 def test_panels_show_points_metrics_and_parameters_that_exist(name):
     study = CATALOGUE[name]
     panels = {point.panel for point in study.points}
-    parameters = {field.name for field in fields(Point)}
+    parameters = {field.name for field in fields(GapPoint)}
     for spec in study.curves:
         assert spec.metric in METRICS
         assert spec.x in parameters

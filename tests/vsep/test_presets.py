@@ -8,7 +8,8 @@ from vsep.presets.registry import PRESET_NAMES
 from vsep.presets.scenes import interferer_sequence, preset, preset_radar, simulate_preset
 from vsep.signal.filters import ButterworthFilter
 
-SIMULATION_2 = PRESET_NAMES[1:]
+SIMULATIONS = [name for name in PRESET_NAMES if name.startswith("simulation-")]
+SIMULATION_2 = SIMULATIONS[1:]
 # f_I in GHz, k_I in 10^3 GHz/s, T_swI and T_pI in us, P_I.
 TABLE_1 = {
     "simulation-1": (79.01, 9.2, 25.0, 25.0, 1),
@@ -19,7 +20,7 @@ TABLE_1 = {
 LEVELS = {"snr_db": 60.0, "sir_db": -20.0}
 
 
-@pytest.mark.parametrize("name", PRESET_NAMES)
+@pytest.mark.parametrize("name", SIMULATIONS)
 def test_interferers_are_those_of_table_1(name):
     sequence = interferer_sequence(name)
     values = (
@@ -31,6 +32,20 @@ def test_interferers_are_those_of_table_1(name):
     )
     assert values == pytest.approx(TABLE_1[name], rel=1e-12)
     assert sequence.time_offset_s == 0.0
+
+
+def test_the_preset_of_the_measurements_has_the_radars_of_table_1():
+    victim, other = preset_radar("measurement"), interferer_sequence("measurement")
+    assert (victim.shape, victim.sample_rate_hz, victim.ramp_period_s) == ((32, 256), 40e6, 44e-6)
+    assert (victim.start_frequency_hz, victim.slope_hz_per_s) == (76.2e9, 2.08e13)
+    assert (other.start_frequency_hz, other.slope_hz_per_s) == (76.1e9, 2.6923e13)
+    assert (other.ramp_duration_s, other.ramp_period_s, other.num_ramps) == (26e-6, 25e-6, 8)
+    _, observation = simulate_preset("measurement", **LEVELS, seed=1)
+    # 4 x 44 us are 7 x 25 us and one more: 27 MHz later, at the end of the ramp.
+    assert [burst.ramp for burst in observation.truth.bursts] == [0, 4]
+    first = observation.truth.bursts[0]
+    # In the middle of the 6.4 us of a ramp it crosses zero.
+    assert first.start_frequency_hz == pytest.approx(-first.slope_hz_per_s * 3.2e-6, abs=1.0)
 
 
 def test_victims_are_those_of_table_1():
@@ -171,13 +186,17 @@ def test_levels_change_neither_scene_nor_noise():
     np.testing.assert_allclose(noises[1], 10 * noises[0], rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("name", PRESET_NAMES)
+@pytest.mark.parametrize("name", SIMULATIONS)
 @pytest.mark.parametrize("slope", [5e12, 9.9e12, 14e12, 30e12])
 def test_another_slope_keeps_the_first_crossing(name, slope):
     radar = preset_radar(name)
     own, moved = (interferer_sequence(name), interferer_sequence(name, slope_hz_per_s=slope))
     crossings = [
-        -(sequence.start_frequency_hz - 79e9) / (sequence.slope_hz_per_s - 1e13)
+        (
+            sequence.slope_hz_per_s * sequence.time_offset_s
+            - (sequence.start_frequency_hz - radar.start_frequency_hz)
+        )
+        / (sequence.slope_hz_per_s - radar.slope_hz_per_s)
         for sequence in (own, moved)
     ]
     # Carriers of 8e10 Hz are right to 1e-5 Hz, 1e-16 s at 1e11 Hz/s.
@@ -185,7 +204,7 @@ def test_another_slope_keeps_the_first_crossing(name, slope):
     assert 0.0 < crossings[0] < radar.sample_times_s[-1]
     truth = simulate_preset(name, **LEVELS, seed=1, interferer_slope_hz_per_s=slope)[1].truth
     assert truth.bursts[0].ramp == 0
-    assert truth.bursts[0].slope_hz_per_s == pytest.approx(slope - 1e13)
+    assert truth.bursts[0].slope_hz_per_s == pytest.approx(slope - radar.slope_hz_per_s)
 
 
 def test_time_offset_moves_the_crossing():

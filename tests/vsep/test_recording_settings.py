@@ -64,7 +64,7 @@ def test_yaml_and_json_say_the_same(tmp_path: Path) -> None:
     [
         ({"formt": "npy"}, "'formt' is no setting; did you mean format?"),
         ({"zzz": 1}, "'zzz' is no setting; did you mean format, start_frequency_hz"),
-        ({"format": "wav"}, "format is 'wav'; it must be one of mat, npy"),
+        ({"format": "wav"}, "format is 'wav'; it must be one of npz, npy"),
         ({"format": 3}, "format is 3; a text is needed"),
         ({"format": "tsw1400"}, "num_samples is not given"),
         ({"sign": "plus"}, "sign is 'plus'; it must be one of positive, negative"),

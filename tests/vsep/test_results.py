@@ -8,6 +8,7 @@ import pytest
 from vsep.files.frame import Frame
 from vsep.files.results import as_json, result_line, separated_signals
 from vsep.inference.core.progress import Solution, Termination
+from vsep.inference.core.receiver import PhasePrior, no_errors
 from vsep.inference.core.state import BurstComponents, ObjectComponents, SeparationState
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 
@@ -109,6 +110,30 @@ def test_a_burst_is_given_in_hertz_with_its_energy(small_radar: ChirpSequence) -
     assert entry["slope_hz_per_s"] == pytest.approx(-0.02 * 5.1e6**2)
     assert entry["num_components"] == 3
     assert entry["energy"] == pytest.approx(5 * 5.0)
+
+
+def test_errors_of_the_receiver_are_given_where_there_are_any(small_radar: ChirpSequence) -> None:
+    solution = example_solution(small_radar.shape, [0.1])
+    assert "receiver" not in result_line("a.npz", solution, small_radar)
+    errors = replace(
+        no_errors(small_radar.num_ramps, 2),
+        prior=PhasePrior(jitter_std=0.005),
+        image_factors=np.array([0.0, 0.02j]),
+    )
+    line = result_line(
+        "a.npz",
+        replace(solution, state=replace(solution.state, receiver=errors)),
+        small_radar,
+    )
+    assert line["receiver"] == {
+        "phase_jitter_rad": 0.005,
+        "iq_gain_db": [0.0, 0.0],
+        "iq_phase_deg": [0.0, 2.292],
+    }
+    assert (
+        line["objects"][0]["doppler_std"]
+        > result_line("a.npz", solution, small_radar)["objects"][0]["doppler_std"]
+    )
 
 
 def test_a_frame_without_objects_has_an_empty_list(small_radar: ChirpSequence) -> None:

@@ -67,6 +67,35 @@ def object_angles(
     return ObjectAngles(angles_deg=angles.reshape(-1), stds_deg=stds.reshape(-1))
 
 
+def without_motion(
+    amplitudes: ComplexArray, dopplers: FloatArray, num_transmitters: int
+) -> ComplexArray:
+    """Turn the weights of transmitters that take turns back to the time of the first.
+
+    Transmitter t of T sends t/T of a ramp period later; until then an object turns by
+    ``exp(-j 2 pi doppler t / T)``.
+
+    Parameters
+    ----------
+    amplitudes : (L, A) complex
+        Weights of the objects, transmitter by transmitter.
+    dopplers : (L,) float
+        Their Doppler frequencies in cycles per ramp of one transmitter.
+    num_transmitters : int
+        T.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> without_motion(np.array([[1.0, -1.0j]]), np.array([0.5]), 2).round(9)
+    array([[1.+0.j, 1.+0.j]])
+    """
+    later = np.repeat(np.arange(num_transmitters), amplitudes.shape[1] // num_transmitters)
+    return np.asarray(
+        amplitudes * np.exp(2j * np.pi * np.outer(dopplers, later / num_transmitters))
+    )
+
+
 def angle_bound_deg(
     snr: FloatArray, angles_deg: FloatArray, num_antennas: int, spacing_wavelengths: float
 ) -> FloatArray:

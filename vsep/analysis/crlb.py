@@ -20,7 +20,7 @@ from scipy.linalg import qr
 from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.analysis.burst_model import Burst
-from vsep.signal.atoms import DispersionStd, line_factors
+from vsep.signal.atoms import DispersionStd, dense_atoms, doppler_course
 from vsep.signal.scene import GroundTruth
 from vsep.signal.template import SignalModel
 
@@ -144,16 +144,15 @@ def shared_dispersion_bound(truth: GroundTruth, model: SignalModel) -> Dispersio
 def _object_columns(truth: GroundTruth, model: SignalModel) -> tuple[ComplexArray, ComplexArray]:
     """Atoms (L, P, N), and derivatives of the mean by beats, then Dopplers, (L or 2L, P, N)."""
     num_ramps, num_samples = model.shape
-    beat_lines = line_factors(truth.beats, num_samples)
-    doppler_lines = line_factors(truth.dopplers, num_ramps)
     # Counted from the middle: the unknown phases absorb the difference, the columns stay apart.
     samples = -2j * np.pi * (np.arange(num_samples) - 0.5 * (num_samples - 1))
-    ramps = -2j * np.pi * (np.arange(num_ramps) - 0.5 * (num_ramps - 1))
-    atoms = doppler_lines[:, :, None] * beat_lines[:, None, :]
+    course = doppler_course(model.shape, model.migration)
+    turns = -2j * np.pi * (course - 0.5 * (num_ramps - 1))
+    atoms = dense_atoms(truth.beats, truth.dopplers, model.shape, model.migration)
     weighted = truth.amplitudes[:, None, None] * atoms
     if num_ramps == 1:
         return atoms, weighted * samples
-    return atoms, np.concatenate([weighted * samples, weighted * ramps[:, None]])
+    return atoms, np.concatenate([weighted * samples, weighted * turns])
 
 
 def _burst_columns(burst: Burst, model: SignalModel) -> ComplexArray:

@@ -3,11 +3,13 @@
 An ``.npz`` archive without pickles. ``received`` is complex, (ramps, samples), (samples,) for a
 single ramp, or (antennas, ramps, samples); the scalars ``sample_rate_hz``, ``slope_hz_per_s``,
 ``start_frequency_hz`` and ``ramp_period_s`` are needed. Optional: ``beat_sign``, -1 (the paper's
-sign, by default) or +1 for sensors whose targets lie at positive beat frequency; ``lowest_beat``,
-see `ChirpSequence`; ``antenna_spacing_wavelengths`` of a uniform line of antennas; the assumed
-filter, ``filter_kind`` with ``filter_cutoff_hz`` (half amplitude), ``filter_rolloff``,
-``filter_order``, or ``filter_frequency_hz`` and ``filter_response``; ``missing``, boolean and of
-the shape of ``received``, samples that were never received; the truth of a simulation, ``truth_*``.
+sign, by default) or +1 for sensors whose targets lie at positive beat frequency; ``lowest_beat``
+and ``range_migration``, 1 where it is modelled, see `ChirpSequence`;
+``antenna_spacing_wavelengths`` of a uniform line of antennas, and how many ``num_transmitters``
+take turns; the assumed filter, ``filter_kind``
+with ``filter_cutoff_hz`` (half amplitude), ``filter_rolloff``, ``filter_order``, or
+``filter_frequency_hz`` and ``filter_response``; ``missing``, boolean and of the shape of
+``received``, samples that were never received; the truth of a simulation, ``truth_*``.
 
 Signals and the filter's response keep the file's own sign; numbers such as ``truth_beat`` are in
 the paper's. In memory everything has the paper's sign.
@@ -27,6 +29,7 @@ from vsep.errors import InputError
 from vsep.files.archive import Archive, Source, naming, require_npz_name, source_name
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
 from vsep.files.frame_checks import require_antenna, require_signal, require_usable
+from vsep.files.labelled import labelled
 from vsep.files.truth_keys import read_truth, read_truth_mask, truth_arrays
 from vsep.files.writing import write_npz
 from vsep.parameters import FILTER_PARAMETERS, SCENE_PARAMETERS
@@ -89,6 +92,8 @@ class Frame:
         The truth of all antennas, where it is known; `truth` is that of the one in use.
     missing : (A, P, N) bool or None
         Which samples of each antenna were never received.
+    num_transmitters : int
+        How many take turns, ramp by ramp; each has antennas of its own, one after the other.
 
     Raises
     ------
@@ -110,6 +115,7 @@ class Frame:
     antenna_spacing_wavelengths: float | None = None
     antennas_truth: GroundTruth | None = None
     missing: BoolArray | None = None
+    num_transmitters: int = 1
 
     def __post_init__(self) -> None:
         """Check the signal and freeze it."""
@@ -135,6 +141,7 @@ class Frame:
             self._freeze_antennas(self.antennas)
         if self.missing is not None:
             self._freeze_missing(self.missing)
+        require_range(f"{self.name}: num_transmitters", self.num_transmitters, 1, self.num_antennas)
         of_all = self.antennas_truth
         if of_all is not None and of_all.object_signal.shape[:-2] != (self.num_antennas,):
             raise InputError(
@@ -194,6 +201,7 @@ class Frame:
             antenna_spacing_wavelengths=None,
             antennas_truth=None,
             missing=None if self.missing is None else _missing_of(self.missing, antenna),
+            num_transmitters=1,
         )
 
     def missing_rows(self, *, together: bool) -> BoolArray | None:
@@ -214,6 +222,29 @@ class Frame:
         if self.truth_mask is not None:
             return self.truth_mask
         return None if self.truth is None else self.truth.perfect_mask()
+
+    def to_xarray(self) -> Any:
+        """Return the samples with their labels.
+
+        Returns
+        -------
+        xarray.DataArray
+            (antenna, ramp, sample) complex in the sign of the file, with `ramp_start_s`,
+            `sample_time_s` and, where there are such, `missing` as coordinates and the radar's
+            values as attributes.
+
+        Raises
+        ------
+        InputError
+            If xarray is missing; the sentence says what to install.
+        """
+        signal = self.received[None] if self.antennas is None else self.antennas
+        more = {
+            "beat_sign": self.beat_sign,
+            "antenna_spacing_wavelengths": self.antenna_spacing_wavelengths,
+        }
+        in_sign = np.conj(signal) if self.beat_sign == 1 else np.array(signal)
+        return labelled(self.name, in_sign, self.radar, self.missing, more)
 
     def in_file_sign(self, signal: ComplexArray) -> ComplexArray:
         """Turn a (P, N) signal of the paper's sign into the sign and shape of the file."""
@@ -255,6 +286,7 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
             truth_mask = read_truth_mask(archive, radar.shape)
             missing = archive.array("missing") if "missing" in archive else None
             spacing = _read_spacing(archive)
+            transmitters = archive.whole_number("num_transmitters", 1)
         except InputError as error:
             raise naming(label, error) from error
         antennas = _in_paper_sign(every, beat_sign)
@@ -274,6 +306,7 @@ def read_frame(source: Source, *, name: str | None = None, antenna: int = 0) -> 
             antenna_spacing_wavelengths=spacing,
             antennas_truth=of_all,
             missing=None if missing is None else missing.reshape((1, 1, *missing.shape)[-3:]),
+            num_transmitters=transmitters,
         )
 
 
@@ -306,6 +339,10 @@ def write_frame(path: str | Path, frame: Frame) -> None:
         "lowest_beat": radar.lowest_beat,
         "beat_sign": frame.beat_sign,
     }
+    if radar.range_migration:
+        arrays["range_migration"] = 1
+    if frame.num_transmitters > 1:
+        arrays["num_transmitters"] = frame.num_transmitters
     if frame.antenna_spacing_wavelengths is not None:
         arrays["antenna_spacing_wavelengths"] = frame.antenna_spacing_wavelengths
     if frame.anti_aliasing_filter is not None:
@@ -336,6 +373,7 @@ def _read_radar(archive: Archive, shape: tuple[int, ...]) -> ChirpSequence:
         num_ramps=shape[0],
         num_samples=shape[1],
         lowest_beat=archive.number("lowest_beat", -0.5),
+        range_migration=archive.whole_number("range_migration", 0) != 0,
     )
 
 

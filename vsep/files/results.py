@@ -12,17 +12,21 @@ from typing import Any
 import numpy as np
 
 from vsep._version import __version__
-from vsep.analysis.angles import object_angles
+from vsep.analysis.angles import object_angles, without_motion
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
-from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.inference.deviations import state_deviations
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
 
 def result_line(
-    file: str, solution: Solution, radar: ChirpSequence, spacing_wavelengths: float | None = None
+    file: str,
+    solution: Solution,
+    radar: ChirpSequence,
+    spacing_wavelengths: float | None = None,
+    num_transmitters: int = 1,
 ) -> dict[str, Any]:
     """Describe one frame's solution by numbers, texts, lists and dictionaries.
 
@@ -36,21 +40,25 @@ def result_line(
         The victim radar, which gives the units.
     spacing_wavelengths : float, optional
         Of a uniform line of antennas that were separated together: objects have angles.
+    num_transmitters : int
+        How many take turns: of the angles their motion in between is taken off.
 
     Returns
     -------
     dict
         ``file``; ``radar``; ``objects``; ``interference``, one entry per burst of all antennas;
-        ``noise_precision`` in 1/power; ``iterations``; ``termination``; ``seconds``; ``version`` of
+        ``noise_precision`` in 1/power; ``receiver``, the errors of oscillator and receivers where
+        any are evident; ``iterations``; ``termination``; ``seconds``; ``version`` of
         this package.
     """
     state = solution.state
     return {
         "file": file,
         "radar": asdict(radar),
-        "objects": _object_entries(solution, radar, spacing_wavelengths),
+        "objects": _object_entries(solution, radar, spacing_wavelengths, num_transmitters),
         "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
         "noise_precision": state.noise_precision,
+        **_receiver_entry(solution, radar),
         "iterations": solution.iterations,
         "termination": solution.termination.name.lower(),
         "seconds": round(solution.seconds, 6),
@@ -104,11 +112,14 @@ def separated_signals(frame: Frame, solution: Solution) -> dict[str, Any]:
 
 
 def _object_entries(
-    solution: Solution, radar: ChirpSequence, spacing_wavelengths: float | None
+    solution: Solution,
+    radar: ChirpSequence,
+    spacing_wavelengths: float | None,
+    num_transmitters: int,
 ) -> list[dict[str, Any]]:
     objects = solution.objects
     state = solution.state
-    std = dispersion_std(objects, state.effective_precision, radar.shape, state.relative_noise)
+    std = state_deviations(state, radar.shape, radar.migration)
     columns = {
         "beat": objects.beats,
         "doppler": objects.dopplers,
@@ -123,12 +134,20 @@ def _object_entries(
     }
     if spacing_wavelengths is not None and objects.amplitudes.ndim == 2:
         variances = np.diagonal(objects.covariance).real
-        angles = object_angles(objects.amplitudes, variances, spacing_wavelengths)
+        weights = without_motion(objects.amplitudes, objects.dopplers, num_transmitters)
+        angles = object_angles(weights, variances, spacing_wavelengths)
         columns |= {"angle_deg": angles.angles_deg, "angle_std_deg": angles.stds_deg}
     return [
         {key: column[index].tolist() for key, column in columns.items()}
         for index in range(objects.num_components)
     ]
+
+
+def _receiver_entry(solution: Solution, radar: ChirpSequence) -> dict[str, Any]:
+    state = solution.state
+    if state.receiver is None:
+        return {}
+    return {"receiver": state.receiver.figures(radar.sample_rate_hz, state.noise_precision)}
 
 
 def _of_antennas(bursts: Iterable[BurstComponents]) -> list[list[BurstComponents]]:

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from vsep.analysis.interferer_timing import Crossings, InterfererTiming, fit_interferer_timings
+from vsep.analysis.crossings import Crossings, InterfererTiming
+from vsep.analysis.interferer_timing import fit_interferer_timings
+from vsep.analysis.timing_search import MIN_BURSTS
 from vsep.errors import InputError
 from vsep.files.writing import printable, write_table
 from vsep.signal.radar import ChirpSequence
@@ -22,6 +24,7 @@ class FrameTimings:
     """The interferers of one frame."""
 
     file: str  #: the frame
+    radar: ChirpSequence  #: this radar
     crossings: Crossings  #: all bursts that a separation found
     timings: tuple[InterfererTiming, ...]  #: those of the interferers
     parallel_ramps: tuple[int, ...]  #: ramps with a tone that others lack
@@ -58,14 +61,26 @@ def timing_line(frame: FrameTimings) -> dict[str, Any]:
         "bursts": len(frame.crossings.ramps),
         "interferers": [_entry(timing) for timing in frame.timings],
     }
+    remarks = []
+    explained = sum(len(timing.chirps) for timing in frame.timings)
+    if not frame.timings and len(frame.crossings.ramps) >= MIN_BURSTS:
+        remarks.append(
+            f"Not enough evidence for a timing: no equal intervals explain the "
+            f"{len(frame.crossings.ramps)} bursts better than chance, with a fifth of the bursts "
+            "that they predict."
+        )
+    elif frame.timings and 2 * explained < len(frame.crossings.ramps):
+        remarks.append(
+            f"Not enough evidence for the other {len(frame.crossings.ramps) - explained} bursts."
+        )
     if frame.parallel_ramps:
         ramps = ", ".join(str(ramp) for ramp in frame.parallel_ramps[:10])
         more = " and more" if len(frame.parallel_ramps) > 10 else ""
-        line["remark"] = (
+        remarks.append(
             f"Ramps {ramps}{more} hold a strong tone that others lack: an interferer of the same "
             "slope, which cannot be told from objects within a ramp and is not separated."
         )
-    return line
+    return line | ({"remark": " ".join(remarks)} if remarks else {})
 
 
 def write_timing_table(path: str, frames: list[FrameTimings]) -> None:
@@ -96,6 +111,8 @@ def _entry(timing: InterfererTiming) -> dict[str, Any]:
         "bursts": len(timing.chirps),
         "predicted": len(timing.predicted().ramps),
         "median_residual_samples": timing.median_residual,
+        "merit": round(timing.merit, 4),
+        **({} if timing.part is None else {"ramps": list(timing.part)}),
     }
 
 
@@ -132,6 +149,7 @@ def _timings(path: str, number: int, stored: dict[str, Any]) -> FrameTimings:
         raise _no_result(path, number) from error
     return FrameTimings(
         file=printable(Path(file).name),
+        radar=radar,
         crossings=crossings,
         timings=fit_interferer_timings(crossings, radar),
         parallel_ramps=parallel,

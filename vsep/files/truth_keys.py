@@ -4,7 +4,9 @@
 ``truth_object_signal`` and ``truth_interference_signal`` have the shape and sign of ``received``;
 ``truth_noise_precision`` is a number; ``truth_bursts`` is (K, 3): ramp, start frequency in Hz and
 slope in Hz/s of every burst. Of several antennas the amplitudes are (L, A), and ``truth_angle_deg``
-(L,) and ``truth_interferer_angle_deg`` (I,) say where objects and interferers are. An incomplete
+(L,) and ``truth_interferer_angle_deg`` (I,) say where objects and interferers are.
+Where oscillator or receivers were not perfect, ``truth_ramp_phases_rad`` (P,),
+``truth_phase_noise_rad``, ``truth_image_factor`` and ``truth_offset`` say so. An incomplete
 truth is no truth: nothing needs it. ``truth_mask``, boolean and of the shape of ``received``, says
 by itself which samples are interfered.
 """
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
 from vsep.errors import InputError
 from vsep.files.archive import Archive
+from vsep.signal.impairments import TrueReceiver
 from vsep.signal.scene import GroundTruth, TrueBurst
 
 _NEEDED = (
@@ -61,6 +64,7 @@ def read_truth(
         noise_precision=archive.number("truth_noise_precision", float("nan")),
         angles_deg=_angles(archive, "truth_angle_deg", len(beats)),
         interferer_angles_deg=_angles(archive, "truth_interferer_angle_deg"),
+        receiver=_read_receiver(archive, shape[0], full_shape),
     )
 
 
@@ -99,6 +103,7 @@ def truth_arrays(
     }
     return {
         **{key: value for key, value in angles.items() if value is not None},
+        **({} if truth.receiver is None else _receiver_arrays(truth.receiver)),
         "truth_beat": truth.beats,
         "truth_doppler": truth.dopplers,
         "truth_amplitude": truth.amplitudes,
@@ -107,6 +112,36 @@ def truth_arrays(
         "truth_bursts": np.array(bursts, dtype=np.float64).reshape(-1, 3),
         "truth_noise_precision": truth.noise_precision,
     }
+
+
+def _receiver_arrays(receiver: TrueReceiver) -> dict[str, Any]:
+    return {
+        "truth_ramp_phases_rad": receiver.ramp_phases_rad,
+        "truth_phase_noise_rad": receiver.phase_noise_rad,
+        "truth_image_factor": np.array([receiver.image_factor]),
+        "truth_offset": np.atleast_1d(receiver.offset),
+    }
+
+
+def _read_receiver(archive: Archive, num_ramps: int, shape: tuple[int, ...]) -> TrueReceiver | None:
+    """Read what oscillator and receivers did; None where the file does not say."""
+    keys = "truth_ramp_phases_rad", "truth_image_factor", "truth_offset"
+    if any(key not in archive for key in keys):
+        return None
+    phases, factor, offset = (_vector(archive, key, "iufc") for key in keys)
+    lengths = len(phases), len(factor), len(offset)
+    expected = num_ramps, 1, shape[0] if len(shape) == 3 else 1
+    if lengths != expected or phases.dtype.kind == "c":
+        raise InputError(
+            f"{', '.join(keys)} have {lengths} entries; they must have {expected}, the first of "
+            "real numbers."
+        )
+    return TrueReceiver(
+        ramp_phases_rad=frozen(phases.astype(np.float64)),
+        phase_noise_rad=archive.number("truth_phase_noise_rad", float("nan")),
+        image_factor=complex(factor[0]),
+        offset=frozen(offset.astype(np.complex128) if len(shape) == 3 else offset[0] + 0j),
+    )
 
 
 def _read_bursts(archive: Archive, num_ramps: int) -> tuple[TrueBurst, ...]:

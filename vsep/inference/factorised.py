@@ -12,11 +12,14 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep._validation import require_range
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.bursts.filter_correction import update_correction
+from vsep.inference.bursts.image_bursts import without_image_bursts
 from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.workspace import InterferenceWorkspace
+from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
+from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
-from vsep.inference.core.noise_update import next_noise_spectrum, noise_spectrum_due
+from vsep.inference.core.noise_update import noise_spectrum_due
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.schedule import Schedule, schedule_by_name
 from vsep.inference.core.state import SeparationState
@@ -83,6 +86,7 @@ class FactorisedSeparator(ObjectSettings):
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
+        received = state.corrected(received)
         interference, searched, weights = self.prepare(received, state)
         frame = WeighedFrame(received, state, weights)
         residual = frame.used - state.object_signal  # r_beta = r - Phi alpha
@@ -144,9 +148,9 @@ class FactorisedSeparator(ObjectSettings):
         return update_objects(
             residual,
             state,
+            self.model,
             self.threshold_db,
             max_additions,
-            self.model.num_antennas,
             relative_noise,
             1.0 if share == 1.0 else KEEP_MAJORISED,
             jointly=schedule_by_name(self.schedule).joint_object_step,
@@ -181,7 +185,7 @@ class FactorisedSeparator(ObjectSettings):
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
-        return objects_trace(state.objects, self.model.shape, self.model.num_antennas)
+        return objects_trace(state.objects, self.model)
 
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
         """Return the noise precision that bursts see, lambda itself in white noise."""
@@ -287,24 +291,9 @@ class FactorisedSeparator(ObjectSettings):
             searched=searched,
             separability_ratio_db=separability_ratio_db(objects, signal),
         )
-        spectrum = state.noise_spectrum
-        if interference.schedule.noise_spectrum and noise_spectrum_due(state):
-            # A burst that is hardly more than noise is looked at as noise.
-            strong = interference.strong_bursts(noise_precision)
-            noise_residual, table = used - object_signal - signal, interference.table
-            np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
-            spectrum = next_noise_spectrum(
-                state,
-                objects.events,
-                noise_residual,
-                # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
-                state.noise_precision if 2 * np.sum(~strong) > len(used) else noise_precision,
-                self.model,
-                interfered=self._rows_with_gaps(table.rows[strong]),
-                share=share,
-            )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
+        calm = calm_iterations(interference.schedule, state, info, components, self.model)
         new_state = replace(
             state,
             iteration=state.iteration + 1,
@@ -315,14 +304,31 @@ class FactorisedSeparator(ObjectSettings):
             object_signal=object_signal,
             interference_signal=signal,
             next_component_id=objects.next_id,
-            search_pending=search_again and is_quiet(info),
+            search_pending=search_again and (is_quiet(info) or calm >= CALM_ITERATIONS),
             search_cache=interference.search_cache,
-            noise_spectrum=spectrum,
             quiet_iterations=state.quiet_iterations + 1
             if self._is_quiet(interference, objects)
             else 0,
+            calm_iterations=calm,
         )
-        return new_state, info
+        if not interference.schedule.noise_spectrum or not noise_spectrum_due(state):
+            return new_state, info
+        # A burst that is hardly more than noise is looked at as noise.
+        strong = interference.strong_bursts(noise_precision)
+        noise_residual, table = used - object_signal - signal, interference.table
+        np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
+        new_state, info = with_environment(
+            state,
+            new_state,
+            info,
+            noise_residual,
+            self.model,
+            # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
+            noise_precision=state.noise_precision if 2 * np.sum(~strong) > len(used) else None,
+            interfered=self._rows_with_gaps(table.rows[strong]),
+            share=share,
+        )
+        return without_image_bursts(state, new_state, table), info
 
     def _rows_with_gaps(self, interfered: IntArray) -> IntArray:
         """Return rows with bursts or missing samples."""
@@ -342,12 +348,16 @@ class FactorisedSeparator(ObjectSettings):
     ) -> tuple[SeparationState, IterationInfo]:
         """Spare the next step if all it would begin with, a search, finds nothing new.
 
-        That is, where it would move nothing either: the objects stand still and the filter is the
-        assumed one, whose correction would go on changing.
+        That is, where it would move nothing either: the objects stand still, or have been calm for
+        long enough, and the filter's correction is none, or does not go on changing.
         """
         # The next step would repeat this one: only its search can tell something new.
-        moved = info.max_frequency_change > STILL_DEVIATIONS
-        if not state.search_pending or moved or state.filter_correction.num_splines:
+        calm = state.calm_iterations >= CALM_ITERATIONS
+        moved = info.max_frequency_change > STILL_DEVIATIONS and not calm
+        correcting = state.filter_correction.num_splines > 0 and (
+            not calm or self.correction_due(state, searched=True)
+        )
+        if not state.search_pending or moved or correcting:
             return state, info
         interference = self.interference_workspace(state)
         with part(SEARCH):
@@ -366,7 +376,8 @@ class FactorisedSeparator(ObjectSettings):
         """Converged when quiet, and (robust schedule) a burst search agreed."""
         schedule = schedule_by_name(self.schedule)
         confirmed = info.searched or not schedule.search_before_convergence
-        return settle(state, self.max_iterations, converged=confirmed and is_quiet(info))
+        settled = is_quiet(info) or state.calm_iterations >= CALM_ITERATIONS
+        return settle(state, self.max_iterations, converged=confirmed and settled)
 
 
 ENTRIES = (

@@ -11,7 +11,7 @@ import numpy as np
 
 from vsep._typing import ComplexArray
 from vsep.inference.core.elbo import noise_bound, weights_bound
-from vsep.inference.core.estimator import EstimatorEntry, require_one_antenna
+from vsep.inference.core.estimator import EstimatorEntry, require_one_antenna, require_stationary
 from vsep.inference.core.progress import IterationInfo
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, part
@@ -32,11 +32,13 @@ class JointSeparator(FactorisedSeparator):
         """Check the settings."""
         FactorisedSeparator.__post_init__(self)
         require_one_antenna(self.model, "joint")
+        require_stationary(self.model, "joint")
 
     def step(
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
         """One main iteration: interference, lambda, objects, lambda, all on one posterior."""
+        received = state.corrected(received)
         interference, searched, weights = self.prepare(received, state)
         used, num_used = received, received.size
         if weights is not None:  # one posterior has no step of its own for the objects: all or none

@@ -9,7 +9,6 @@ from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.objects.object_only import expected_error
 from vsep.inference.objects.workspace import ObjectWorkspace
-from vsep.kernels.object_posterior import separable_projections
 
 
 def separation_bound(
@@ -57,7 +56,7 @@ def separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray) 
     count = len(objects.ids)
     active = objects.active
     own = active.gram[:count, :count] @ active.amplitudes[:count]  # Phi^H Phi alpha
-    other = separable_projections(interference, *objects.factors)  # Phi^H U Psi beta
+    other = objects.products(interference)  # Phi^H U Psi beta
     energies = float(np.vdot(own, own).real), float(np.vdot(other, other).real)
     if 0.0 in energies:
         return float("nan")

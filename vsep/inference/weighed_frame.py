@@ -36,6 +36,7 @@ class WeighedFrame:
         self, received: ComplexArray, state: SeparationState, weights: SampleWeights | None
     ) -> None:
         self.received, self.weights = received, weights
+        self._unexplained = state.unexplained_share
         self.used = received
         if weights is not None:
             self.used = weights.fitted(received, state.object_signal + state.interference_signal)
@@ -72,9 +73,10 @@ class WeighedFrame:
         """
         left = self.received - object_signal - bursts
         if self.weights is None:
-            return left.size / expected_error(left, trace)
+            return left.size * self._unexplained / expected_error(left, trace)
         counted = (np.sqrt(self.weights.values) * left)[self.weights.counted]
-        return self.weights.num_counted / expected_error(counted, self.weights.share * trace)
+        num_counted = self.weights.num_counted * self._unexplained
+        return num_counted / expected_error(counted, self.weights.share * trace)
 
     def share_for_objects(
         self, interference: InterferenceWorkspace, noise_precision: float

@@ -9,7 +9,8 @@ from vsep._typing import ComplexArray, FloatArray, IntArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.newton_ascent import ascend
+from vsep.kernels.moving_atoms import fold_loss, fold_width
+from vsep.kernels.newton_ascent import FOLD_GAIN, FOLD_SHARE, ascend
 from vsep.kernels.object_cost import MIN_SCHUR, CostJet
 
 NEW_COMPONENT_STEPS = 8  # Newton steps of a candidate from its grid point (half a cell at most)
@@ -39,12 +40,16 @@ def candidate_at(
     num_antennas: int,
     noise_precision: float,
     level: float,
+    is_moving: bool,
 ) -> Candidate:
     """Evaluate a point where the cost of a component without prior is `jet`.
 
-    The ratio is that over the noise there, `level` times 1/lambda.
+    The ratio is that over the noise there, `level` times 1/lambda. Of a moving atom the Doppler
+    frequency has no period.
     """
-    beat, doppler = (beat + 0.5) % 1.0 - 0.5, (doppler + 0.5) % 1.0 - 0.5
+    beat = (beat + 0.5) % 1.0 - 0.5
+    if not is_moving:
+        doppler = (doppler + 0.5) % 1.0 - 0.5
     # nothing of the atom is left beside the others
     if jet.inverse_rho <= MIN_SCHUR * noise_precision:
         return Candidate(beat, doppler, 0.0, np.inf, True)
@@ -105,6 +110,32 @@ def next_peak(power: NDArray[np.float32], highest: IntArray) -> tuple[int, int]:
 
 
 @compiled
+def favour_first_interval(power: NDArray[np.float32], columns: Columns) -> None:
+    """Lower the rows of a grid (R, C) that are no Doppler frequencies of the first interval.
+
+    Noise is much the same in all intervals of Doppler frequency, and what is no line fits here and
+    there; an object exceeds its image in another interval by its `fold_loss`.
+    """
+    num_ramps, num_samples = columns.doppler_factors.shape[1], columns.beat_factors.shape[1]
+    share = 1.0 / (1.0 + FOLD_SHARE * fold_loss(columns.migration, num_ramps, num_samples))
+    lead = FOLD_GAIN / columns.noise_precision
+    half = len(power) // 2
+    for row in range(len(power)):
+        if abs(row - half) > num_ramps:
+            for column in range(power.shape[1]):
+                rest = np.float32(share) * power[row, column] - np.float32(lead)
+                power[row, column] = max(rest, np.float32(0.0))
+
+
+@compiled
+def moving_doppler(row: int, num_rows: int, columns: Columns) -> float:
+    """Doppler frequency of a row of `keystone_transform`."""
+    width = fold_width(columns.migration, columns.beat_factors.shape[1])
+    doppler: float = width * (row - num_rows // 2) / (2.0 * columns.doppler_factors.shape[1])
+    return doppler
+
+
+@compiled
 def best_candidate(
     transforms: NDArray[np.complex64],
     residual: ComplexArray,
@@ -117,7 +148,8 @@ def best_candidate(
     Parameters
     ----------
     transforms : (A, R, C) complex
-        Fourier transforms of what the columns leave unexplained, on a grid of half a cell.
+        Fourier transforms of what the columns leave unexplained, on a grid of half a cell. With
+        migration they are inner products with moving atoms, Doppler frequency zero in row R/2.
     residual : (A P, N) complex
         Received signal minus the interference estimate.
     columns : Columns
@@ -135,12 +167,17 @@ def best_candidate(
             for column in range(num_columns):
                 power[row, column] /= np.float32(levels[column])  # in noise that is not white
     num_antennas, noise_precision = len(transforms), columns.noise_precision
+    is_moving = columns.migration.coupling != 0.0
+    if is_moving:
+        favour_first_interval(power, columns)
     # The best of each row is kept, so that the next peak costs one row search per cleared row.
     highest = np.array([_highest(power[row]) for row in range(num_rows)])
     best = Candidate(0.0, 0.0, 0.0, 0.0, True)
     for _ in range(CANDIDATE_PEAKS):
         row, column = next_peak(power, highest)
         peak = np.array([column / num_columns, row / num_rows])
+        if is_moving:
+            peak[1] = moving_doppler(row, num_rows, columns)
         # zeta from (70) with gamma = 0
         top = ascend(peak, 0.0, parts, others, NEW_COMPONENT_STEPS)
         # The refined point first; where it ran into a component, the grid point itself.
@@ -149,7 +186,9 @@ def best_candidate(
             (peak[0], peak[1], top.start),
         ):
             level = levels[int(np.rint(beat * len(levels))) % len(levels)]
-            candidate = candidate_at(beat, doppler, jet, num_antennas, noise_precision, level)
+            candidate = candidate_at(
+                beat, doppler, jet, num_antennas, noise_precision, level, is_moving
+            )
             if candidate.ratio > threshold and not candidate.absorbed:
                 return candidate
             if candidate.ratio > best.ratio:

@@ -24,6 +24,8 @@ OPTIONS: Final[dict[str, Any]] = {
     # depend on what the process has loaded or compiled before, and with it the last bit of every
     # result.
     "forceinline": True,
+    # No kernel is handed to C: an eighth of the time that compiling takes.
+    "no_cfunc_wrapper": True,
 }
 _PACKAGE: Final = __name__.partition(".")[0]
 _LOCK = threading.RLock()

@@ -5,7 +5,13 @@ import numpy as np
 from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import ComplexParts, row_of, split
-from vsep.kernels.line_spectra import Columns, ComplexPartColumns, atom_jet, columns_as_parts
+from vsep.kernels.line_spectra import (
+    Columns,
+    ComplexPartColumns,
+    atom_jet,
+    columns_as_parts,
+    moving_products_at,
+)
 
 
 @compiled
@@ -79,7 +85,7 @@ def joint_slopes(
     curvature : (2 L, 2 L) float, of a single ramp (L, L)
     """
     parts, posterior = split(residual), columns_as_parts(columns)
-    covariance, amplitudes, noise_precision, _ = posterior[2:]
+    covariance, amplitudes, noise_precision, scratch = posterior[2:6]
     size, num_antennas = amplitudes.real.shape
     axes = 2 if columns.doppler_factors.shape[1] > 1 else 1
     rows = ComplexParts(np.empty((num_objects, 6, size)), np.empty((num_objects, 6, size)))
@@ -87,12 +93,17 @@ def joint_slopes(
     gradient = np.empty(axes * num_objects)
     for i in range(num_objects):
         # phi_i^H Phi, phi_i^H (r - Phi alpha) and their derivatives
-        jet = atom_jet(
-            row_of(posterior.beat_factors, i),
-            row_of(posterior.doppler_factors, i),
-            parts,
-            posterior,
-        )
+        jet = scratch.jet
+        if posterior.migration.coupling != 0.0:
+            beat, doppler = posterior.points[i, 0], posterior.points[i, 1]
+            moving_products_at(beat, doppler, parts, posterior, 6)
+        else:
+            atom_jet(
+                row_of(posterior.beat_factors, i),
+                row_of(posterior.doppler_factors, i),
+                parts,
+                posterior,
+            )
         for j in range(size):
             for s in range(6):
                 rows.real[i, s, j], rows.imag[i, s, j] = jet.rows.real[s, j], jet.rows.imag[s, j]

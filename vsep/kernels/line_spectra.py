@@ -4,6 +4,8 @@ An atom is a Kronecker product phi of a line over the samples and one over the r
 all or all but one of the components, are such products too: matrix Phi, with weights of mean mu and
 covariance C at each of A antennas. A downdated component leaves zeros in C and mu behind and
 drops out of all sums.
+
+Where objects move through range cells, atoms are no Kronecker products; `moving_atoms` has theirs.
 """
 
 from typing import NamedTuple
@@ -21,6 +23,7 @@ from vsep.kernels.complex_parts import (
     multiply,
     split,
 )
+from vsep.kernels.moving_atoms import STATIONARY, Migration, frame_products, pair_products
 
 EXACT = 4  # samples of an exponential set one by one; the others are these, rotated
 
@@ -29,11 +32,15 @@ BEAT_ORDERS = (0, 1, 0, 2, 1, 0)
 DOPPLER_ORDERS = (0, 0, 1, 0, 1, 2)
 
 
+NO_POINTS = np.empty((0, 2))
+
+
 class Columns(NamedTuple):
     """Separable columns and the posterior of their weights.
 
     ``beat_factors`` (L, N), ``doppler_factors`` (L, P), ``covariance`` (L, L), ``amplitudes``
-    (L, A), and the noise precision lambda.
+    (L, A), and the noise precision lambda. With migration the columns are the moving atoms at
+    ``points`` (L, 2), and of the factors the sizes count.
     """
 
     beat_factors: ComplexArray
@@ -41,6 +48,8 @@ class Columns(NamedTuple):
     covariance: ComplexArray
     amplitudes: ComplexArray
     noise_precision: float
+    points: FloatArray = NO_POINTS
+    migration: Migration = STATIONARY
 
 
 class AtomJet(NamedTuple):
@@ -61,7 +70,8 @@ class Scratch(NamedTuple):
 
     Its lines (N,) and (P,); moments with the residual, ``along`` (3, A P) the samples, the same
     memory ``by_ramps`` (3 A, P), and over the ``whole`` (3, 3 A) frame; moments ``beat`` and
-    ``doppler`` (3, L) with the columns' factors.
+    ``doppler`` (3, L) with the columns' factors. Of a moving atom: its ``point`` (2,), and
+    ``courses`` (3 A + 2, N) over the samples.
     """
 
     beat_line: ComplexParts
@@ -72,6 +82,8 @@ class Scratch(NamedTuple):
     beat: ComplexParts
     doppler: ComplexParts
     jet: AtomJet
+    point: FloatArray
+    courses: ComplexParts
 
 
 class ComplexPartColumns(NamedTuple):
@@ -83,6 +95,8 @@ class ComplexPartColumns(NamedTuple):
     amplitudes: ComplexParts
     noise_precision: float
     scratch: Scratch
+    points: FloatArray
+    migration: Migration
 
 
 @compiled
@@ -106,6 +120,8 @@ def columns_as_parts(columns: Columns) -> ComplexPartColumns:
         empty_rows(3, size),
         empty_rows(3, size),
         AtomJet(empty_rows(6, size), empty_rows(6, num_antennas), empty_rows(3, size)),
+        np.zeros(2),
+        empty_rows(3 * num_antennas + 2, columns.beat_factors.shape[1]),
     )
     return ComplexPartColumns(
         split(columns.beat_factors),
@@ -114,6 +130,8 @@ def columns_as_parts(columns: Columns) -> ComplexPartColumns:
         split(columns.amplitudes),
         columns.noise_precision,
         scratch,
+        columns.points.copy(),
+        columns.migration,
     )
 
 
@@ -198,7 +216,7 @@ def atom_jet(
     columns : ComplexPartColumns
         All columns, or all others.
     """
-    along, along_ramps, whole, beat, doppler, jet = columns.scratch[2:]
+    along, along_ramps, whole, beat, doppler, jet = columns.scratch[2:8]
     # phi^H r by derivative of the beat line, (3, A P), then of the Doppler line
     line_moments(residual, beat_line, along)
     line_moments(along_ramps, doppler_line, whole)
@@ -217,3 +235,23 @@ def atom_jet(
     # C v; second derivatives meet it only from the left
     apply_covariance(jet.rows, columns.covariance, jet.weighted, 3)
     return jet
+
+
+@compiled
+def moving_products_at(
+    beat: float,
+    doppler: float,
+    residual: ComplexParts,
+    columns: ComplexPartColumns,
+    num_rows: int,
+) -> None:
+    """Inner products of one moving atom in scratch: all six rows of its jet, or values only."""
+    scratch, migration = columns.scratch, columns.migration
+    num_ramps, courses, jet = len(scratch.doppler_line.real), scratch.courses, scratch.jet
+    scratch.point[0], scratch.point[1] = beat, doppler
+    point = beat, doppler
+    frame_products(point, migration, num_ramps, residual, courses, jet.innovations, num_rows)
+    sums = ComplexParts(courses.real[:3], courses.imag[:3])
+    pair_products(point, columns.points, migration, num_ramps, sums, jet.rows, num_rows)
+    subtract_fit(jet.rows, columns.amplitudes, jet.innovations, num_rows)
+    apply_covariance(jet.rows, columns.covariance, jet.weighted, min(3, num_rows))

@@ -8,10 +8,13 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import ComplexParts, split, write_row
 from vsep.kernels.line_spectra import Columns, ComplexPartColumns, columns_as_parts
+from vsep.kernels.moving_atoms import fold_loss, fold_width
 from vsep.kernels.object_cost import MIN_SCHUR, AtomFit, CostJet, atom_fit, cost_jet
 
 NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
 MAX_STEP_CELLS = 0.25  # longest Newton step, in resolution cells 1/N and 1/P
+FOLD_GAIN = 7.0  # nats of log evidence: what another interval of Doppler frequency must gain,
+FOLD_SHARE = 0.5  # and how much of what an object that is there gains
 TRIALS = 4  # lengths that are tried of one step, each a quarter of the one before
 
 
@@ -148,7 +151,7 @@ def update_inverse(
     inverse_rho : float
         The atom's, beside the others.
     """
-    covariance, amplitudes, noise_precision, scratch = columns[2:]
+    covariance, amplitudes, noise_precision, scratch = columns[2:6]
     _, innovations, weighted = scratch.jet
     size, num_antennas = amplitudes.real.shape
     variance = 1.0 / (inverse_rho + precision)  # c'_l = 1/(1/rho + gamma), (68)
@@ -174,8 +177,11 @@ def update_inverse(
         # mu_l = lambda c' phi^H (r - Phi mu)
         amplitudes.real[index, a] = gain * innovations.real[0, a]
         amplitudes.imag[index, a] = gain * innovations.imag[0, a]
-    write_row(scratch.beat_line, columns.beat_factors, index)
-    write_row(scratch.doppler_line, columns.doppler_factors, index)
+    if columns.migration.coupling != 0.0:
+        columns.points[index] = scratch.point
+    else:
+        write_row(scratch.beat_line, columns.beat_factors, index)
+        write_row(scratch.doppler_line, columns.doppler_factors, index)
 
 
 @compiled
@@ -202,6 +208,36 @@ def refine_line(
     point[0] += beat
     point[1] += doppler
     return fit
+
+
+@compiled
+def unfold(
+    point: FloatArray,
+    precision: float,
+    residual: ComplexParts,
+    others: ComplexPartColumns,
+    fit: AtomFit,
+    loss: float,
+) -> AtomFit:
+    """Move a point to the next interval of Doppler frequency, in place, if evidence says so.
+
+    What tells the intervals apart is the migration alone: by `fold_loss` of the object's power.
+    """
+    if fit.power * loss <= FOLD_GAIN * fit.inverse_rho:
+        return fit
+    migration = others.migration
+    width = fold_width(migration, others.beat_factors.real.shape[1])
+    best = fit.value + max(FOLD_GAIN, FOLD_SHARE * loss * fit.power / fit.inverse_rho)
+    side = 0.0
+    for step in (-1.0, 1.0):
+        # The beat frequency makes up for the Doppler within the ramp.
+        beat, doppler = point[0] - step * migration.ramp_share, point[1] + step * width
+        value = atom_fit(beat, doppler, precision, residual, others).value
+        if value > best:
+            best, side = value, step
+    point[0] -= side * migration.ramp_share
+    point[1] += side * width
+    return atom_fit(point[0], point[1], precision, residual, others)  # which stays in scratch
 
 
 @compiled
@@ -233,12 +269,18 @@ def update_lines(
     count, num_antennas = len(points), columns.amplitudes.shape[1]
     parts, posterior = split(residual), columns_as_parts(columns)
     new = Updated(points.copy(), precisions.copy(), np.ones(count, np.bool_), np.zeros(count))
+    loss = 0.0
+    if columns.migration.coupling != 0.0:
+        num_ramps, num_samples = columns.doppler_factors.shape[1], columns.beat_factors.shape[1]
+        loss = fold_loss(columns.migration, num_ramps, num_samples)
     for index in range(count):
         # C and mu of the others, C_{l-bar} and mu_{l-bar}.
         downdate(posterior, index)
         moved = points[index].copy()
         # zeta_l from (70)
         fit = refine_line(moved, precisions[index], parts, posterior)
+        if posterior.migration.coupling != 0.0:
+            fit = unfold(moved, precisions[index], parts, posterior, fit, loss)
         if fit.inverse_rho > MIN_SCHUR * columns.noise_precision:
             # omega^2 / rho of (23)-(24)
             new.ratios[index] = fit.power / fit.inverse_rho / levels[index]

@@ -18,6 +18,7 @@ from vsep.kernels.line_spectra import (
     apply_covariance,
     atom_jet,
     fill_line,
+    moving_products_at,
     subtract_fit,
 )
 
@@ -92,10 +93,14 @@ def cost_jet(
         The other components.
     """
     beat_line, doppler_line = others.scratch[:2]
-    # phi = line over the ramps (x) line over the samples, (10)
-    fill_line(beat, beat_line)
-    fill_line(doppler, doppler_line)
-    jet = atom_jet(beat_line, doppler_line, residual, others)
+    jet = others.scratch.jet
+    if others.migration.coupling != 0.0:
+        moving_products_at(beat, doppler, residual, others, 6)
+    else:
+        # phi = line over the ramps (x) line over the samples, (10)
+        fill_line(beat, beat_line)
+        fill_line(doppler, doppler_line)
+        atom_jet(beat_line, doppler_line, residual, others)
     num_antennas, noise_precision = others.amplitudes.real.shape[1], others.noise_precision
     square = noise_precision * noise_precision
     # P = lambda^2 sum |q|^2 and its derivatives by beat (b) and Doppler (d)
@@ -145,18 +150,21 @@ def atom_fit(
 
     What block inversion takes stays in scratch: the lines, and the jet's first row of each.
     """
-    beat_line, doppler_line, along, along_ramps, _, beats, dopplers, jet = others.scratch
-    fill_line(beat, beat_line)
-    fill_line(doppler, doppler_line)
+    beat_line, doppler_line, along, along_ramps, _, beats, dopplers, jet = others.scratch[:8]
     num_antennas = others.amplitudes.real.shape[1]
-    # phi^H r, along the samples and then the ramps
-    line_products(residual, beat_line, along)
-    line_products(rows_to(along_ramps, num_antennas), doppler_line, jet.innovations)
-    line_products(others.beat_factors, beat_line, beats)
-    line_products(others.doppler_factors, doppler_line, dopplers)
-    multiply(beats, 0, dopplers, 0, jet.rows, 0)  # phi^H Phi
-    subtract_fit(jet.rows, others.amplitudes, jet.innovations, 1)  # q = phi^H r - phi^H Phi mu
-    apply_covariance(jet.rows, others.covariance, jet.weighted, 1)  # C Phi^H phi
+    if others.migration.coupling != 0.0:
+        moving_products_at(beat, doppler, residual, others, 1)
+    else:
+        fill_line(beat, beat_line)
+        fill_line(doppler, doppler_line)
+        # phi^H r, along the samples and then the ramps
+        line_products(residual, beat_line, along)
+        line_products(rows_to(along_ramps, num_antennas), doppler_line, jet.innovations)
+        line_products(others.beat_factors, beat_line, beats)
+        line_products(others.doppler_factors, doppler_line, dopplers)
+        multiply(beats, 0, dopplers, 0, jet.rows, 0)  # phi^H Phi
+        subtract_fit(jet.rows, others.amplitudes, jet.innovations, 1)  # q = phi^H r - phi^H Phi mu
+        apply_covariance(jet.rows, others.covariance, jet.weighted, 1)  # C Phi^H phi
     power = overlap = 0.0
     for a in range(num_antennas):
         power += jet.innovations.real[0, a] ** 2 + jet.innovations.imag[0, a] ** 2

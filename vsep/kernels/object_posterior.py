@@ -16,6 +16,12 @@ from vsep.kernels.complex_parts import (
     split,
 )
 from vsep.kernels.line_spectra import Columns, by_ramps, fill_lines
+from vsep.kernels.moving_atoms import (
+    Migration,
+    add_moving_signals,
+    moving_jets,
+    moving_products,
+)
 from vsep.kernels.posterior import weight_posterior
 
 
@@ -136,6 +142,22 @@ def place_columns(
     beat, doppler = split(beat_factors), split(doppler_factors)
     projections = separable_products(split(residual), beat, doppler)  # Phi^H r
     gram = separable_gram(beat, doppler)  # Phi^H Phi
+    return columns_posterior(
+        beat_factors, doppler_factors, gram, projections, precisions, noise_precision
+    )
+
+
+@compiled
+def columns_posterior(
+    beat_factors: ComplexArray,
+    doppler_factors: ComplexArray,
+    gram: ComplexArray,
+    projections: ComplexArray,
+    precisions: FloatArray,
+    noise_precision: float,
+) -> ObjectPosterior:
+    """Posterior (58)-(59) of columns with their Gram matrix and projections (K, A)."""
+    size = len(precisions)
     # C from (59)
     fit = weight_posterior(gram, projections[:, 0].copy(), precisions, noise_precision)
     amplitudes = np.zeros_like(projections)
@@ -152,6 +174,31 @@ def place_columns(
         fit.covariance,
         amplitudes,
         fit.log_determinant,
+    )
+
+
+@compiled
+def place_moving_columns(
+    points: FloatArray,
+    num_ramps: int,
+    precisions: FloatArray,
+    residual: ComplexArray,
+    noise_precision: float,
+    migration: Migration,
+) -> ObjectPosterior:
+    """Posterior (58)-(59) of objects that move, at the given points; as `place_columns`.
+
+    The factors are those of objects that stand still.
+    """
+    num_samples = residual.shape[1]
+    beat_factors = np.empty((len(points), num_samples), dtype=np.complex128)
+    doppler_factors = np.empty((len(points), num_ramps), dtype=np.complex128)
+    fill_lines(points[:, 0], beat_factors)
+    fill_lines(points[:, 1], doppler_factors)
+    gram = moving_jets(points, migration, num_ramps, num_samples, 1)[0]
+    projections = moving_products(points, migration, num_ramps, residual)
+    return columns_posterior(
+        beat_factors, doppler_factors, gram, projections, precisions, noise_precision
     )
 
 
@@ -198,9 +245,14 @@ def subtract_columns(residual: ComplexArray, columns: Columns) -> NDArray[np.com
     In single precision: the peaks of its transform are starting points of Newton's method.
     """
     parts = split(residual)
-    # r - Phi alpha
-    add_signals(columns.beat_factors, columns.doppler_factors, -columns.amplitudes, parts)
     num_rows, num_samples = residual.shape
+    # r - Phi alpha
+    if columns.migration.coupling != 0.0:
+        num_ramps = columns.doppler_factors.shape[1]
+        weights = -columns.amplitudes
+        add_moving_signals(columns.points, weights, columns.migration, num_ramps, parts)
+    else:
+        add_signals(columns.beat_factors, columns.doppler_factors, -columns.amplitudes, parts)
     signals = np.empty((num_rows, num_samples), dtype=np.complex64)
     for row in range(num_rows):
         for n in range(num_samples):

@@ -7,7 +7,9 @@ thresholds leak one source into the other. The object layer is a DFT per ramp, a
 of the whole frame.
 
 Chosen here: the frame is windowed (Hann) along the axes of the object layer, without which lines
-between the bins are not sparse; as the other methods do, only flagged samples are replaced.
+between the bins are not sparse; as the other methods do, only flagged samples are replaced. Without
+a mask, as in F. Uysal, Synchronous and Asynchronous Radar Interference Mitigation, IEEE Access 7
+(2019), which the paper compares with, there is neither: the object layer is the cleaned frame.
 """
 
 from dataclasses import dataclass
@@ -45,6 +47,7 @@ class MorphologicalComponents:
     name: str = "mca"  #: the name a user calls it by
     num_axes: int = 1  #: axes of the object layer: the ramp alone, or the frame
     iterations: int = ITERATIONS  #: number of thresholds
+    masked: bool = True  #: whether only flagged samples are replaced, and the frame is windowed
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -56,7 +59,8 @@ class MorphologicalComponents:
 
         Raises `InputError` if no sample is clean.
         """
-        require_clean(mask)
+        if self.masked:
+            require_clean(mask)
         windowed = received * self._window(received)
         short_time = ShortTimeFrame(received.shape[1])
         largest = [np.abs(self._to_bins(windowed)), np.abs(short_time.analyse(windowed))]
@@ -64,7 +68,7 @@ class MorphologicalComponents:
         layers = Layers(nothing, nothing, min(float(bins.max()) for bins in largest))
         return MitigationState(
             iteration=0,
-            cleaned=frozen(np.where(mask, received.dtype.type(0), received)),
+            cleaned=frozen(np.where(mask & self.masked, received.dtype.type(0), received)),
             memory=layers,
         )
 
@@ -84,7 +88,7 @@ class MorphologicalComponents:
         moved = float(np.linalg.norm(objects - layers.objects))
         return MitigationState(
             iteration=state.iteration + 1,
-            cleaned=frozen(np.where(mask, objects / window, received)),
+            cleaned=frozen(self._cleaned(received, mask, objects / window, bursts)),
             change=moved / max(float(np.linalg.norm(objects)), np.finfo(np.float64).tiny),
             memory=Layers(frozen(objects), frozen(bursts), layers.first_level),
         )
@@ -93,6 +97,14 @@ class MorphologicalComponents:
         """After the last threshold."""
         ended = state.iteration >= self.iterations
         return Termination.CONVERGED if ended else Termination.RUNNING
+
+    def _cleaned(
+        self, received: FrameArray, mask: BoolArray, objects: FrameArray, bursts: FrameArray
+    ) -> FrameArray:
+        """Fill in the object layer; where no object exceeds the noise the noise stays."""
+        if self.masked:
+            return np.where(mask, objects, received)
+        return objects if np.any(objects) else received - bursts
 
     def _level(self, unexplained: FrameArray, iteration: int, layers: Layers) -> float:
         """Threshold of an iteration; the median of noise power is ln 2 times its mean."""
@@ -103,6 +115,8 @@ class MorphologicalComponents:
     def _window(self, received: FrameArray) -> FloatArray:
         """Window in the frame's precision; it is nowhere zero."""
         num_ramps, num_samples = received.shape
+        if not self.masked:
+            return np.ones(received.shape, dtype=received.real.dtype)
         slow = hann_window(num_ramps) if self.num_axes == 2 else np.ones(num_ramps)
         return np.asarray(np.outer(slow, hann_window(num_samples)).astype(received.real.dtype))
 
@@ -126,10 +140,25 @@ ENTRIES = tuple(
         label,
         position,
         f"Morphological component analysis with a{layer}.",
-        partial(MorphologicalComponents, name=name, num_axes=num_axes),
+        partial(MorphologicalComponents, name=name, num_axes=num_axes, masked=masked),
     )
-    for name, num_axes, label, position, layer in (
-        ("mca", 1, "MCA", 70, "n object layer per ramp"),
-        ("mca-2d", 2, "MCA, two-dimensional", 80, " two-dimensional object layer"),
+    for name, num_axes, masked, label, position, layer in (
+        ("mca", 1, True, "MCA, masked", 70, "n object layer per ramp, in flagged samples"),
+        (
+            "mca-unmasked",
+            1,
+            False,
+            "MCA, without mask",
+            75,
+            "n object layer per ramp in the place of the whole frame, as the paper compares with",
+        ),
+        (
+            "mca-2d",
+            2,
+            True,
+            "MCA, two-dimensional",
+            80,
+            " two-dimensional object layer, in flagged samples",
+        ),
     )
 )

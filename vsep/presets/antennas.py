@@ -10,6 +10,7 @@ from vsep.parameters import PARAMETERS
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.scenes import PresetOptions, Scenario, preset
 from vsep.signal.filters import AntiAliasingFilter
+from vsep.signal.impairments import impairments_of
 from vsep.signal.linear_array import AntennaScene, UniformLinearArray
 from vsep.signal.scene import Observation
 from vsep.signal.simulate import InterferenceModel, simulate_antennas
@@ -107,6 +108,7 @@ def simulate_preset_antennas(
         antenna_scene,
         anti_aliasing_filter=drawn.anti_aliasing_filter,
         interference_model=model,
+        impairments=impairments_of(options),
         rng=np.random.default_rng(noise_seed),
     )
     return drawn, observation

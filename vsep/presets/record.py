@@ -9,7 +9,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from vsep.parameters import PARAMETERS, Range
+from vsep.parameters import PARAMETERS
+from vsep.parameters.record import Range
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel, Interferer
 

@@ -8,13 +8,19 @@ from typing import Final
 
 from vsep._entry_points import load_entries, require_loadable
 from vsep.errors import InputError, shown
-from vsep.presets import real_frame, simulation_1, simulation_2
+from vsep.presets import measurement, moving_car, real_frame, simulation_1, simulation_2
 from vsep.presets.record import Preset, SimulatedPreset
 
 GROUP: Final = "vsep.presets"
 _OWN: Final[dict[str, Preset]] = {
     preset.name: preset
-    for preset in (simulation_1.PRESET, *simulation_2.PRESETS, real_frame.PRESET)
+    for preset in (
+        simulation_1.PRESET,
+        *simulation_2.PRESETS,
+        measurement.PRESET,
+        moving_car.PRESET,
+        real_frame.PRESET,
+    )
 }
 PRESETS: Final[dict[str, Preset]] = {
     **_OWN,

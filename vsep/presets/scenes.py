@@ -6,6 +6,7 @@ Simulation I, a raised cosine of half amplitude at a quarter of the sampling rat
 middle of its ramp) and the Doppler frequencies of the interference paths (zero).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypedDict, Unpack
 
@@ -14,9 +15,11 @@ import numpy as np
 from vsep._validation import require_range
 from vsep.parameters import PARAMETERS
 from vsep.presets.channels import with_first_delay
+from vsep.presets.places import Place, placed_objects
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.registry import simulated_preset
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
+from vsep.signal.impairments import impairments_of
 from vsep.signal.motion import CYCLE_S, moved_paths
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, Observation, Scene
@@ -47,6 +50,13 @@ class PresetOptions(TypedDict, total=False):
     num_objects: int | None
     object_delay_s: float | None
     second_interferer: bool
+    phase_jitter_rad: float
+    phase_noise_rad: float
+    phase_noise_bandwidth_hz: float
+    iq_gain_db: float
+    iq_phase_deg: float
+    dc_offset: float
+    places: Sequence[Place]
 
 
 def preset(
@@ -88,6 +98,10 @@ def preset(
         delay zero, as far as the cut-off frequency over the victim's slope.
     second_interferer : bool
         Whether there is another interferer, see `more_interferers`.
+    phase_jitter_rad, phase_noise_rad, phase_noise_bandwidth_hz, iq_gain_db, iq_phase_deg, dc_offset
+        No part of the scene: `simulate_preset` makes `ReceiverImpairments` of them.
+    places : sequence of Place
+        Objects in the place of those that are drawn; none draws them.
 
     Raises
     ------
@@ -111,7 +125,12 @@ def preset(
         num_interfered_ramps=options.get("num_interfered_ramps"),
     )
     object_rng, channel_rng, other_rng = rng.spawn(3)
-    objects = record.draw_objects(object_rng, options.get("num_objects"))
+    places = options.get("places", ())
+    objects = (
+        placed_objects(object_rng, record.radar, places)
+        if places
+        else record.draw_objects(object_rng, options.get("num_objects"))
+    )
     objects = with_first_delay(objects, record.radar, options.get("object_delay_s"))
     present = options.get("interference", True)
     interferer = Interferer(sequence=sequence, channel=record.draw_paths(channel_rng))
@@ -191,6 +210,7 @@ def simulate_preset(
         scenario.scene,
         anti_aliasing_filter=used,
         interference_model=interference_model,
+        impairments=impairments_of(options),
         rng=np.random.default_rng(noise_seeds[-1]),
     )
     return scenario, observation
@@ -277,15 +297,16 @@ def interferer_sequence(
     own, radar = record.interferer, record.radar
     slope = own.slope_hz_per_s if slope_hz_per_s is None else slope_hz_per_s
     carrier = own.start_frequency_hz - radar.start_frequency_hz
-    crossing_s = -carrier / (own.slope_hz_per_s - radar.slope_hz_per_s)
-    moved = (own.slope_hz_per_s - slope) * crossing_s
+    late = own.slope_hz_per_s * own.time_offset_s
+    crossing_s = (late - carrier) / (own.slope_hz_per_s - radar.slope_hz_per_s)
+    moved = (own.slope_hz_per_s - slope) * (crossing_s - own.time_offset_s)
     # The course is k_I (T_p p - offset) + (k_I - k) t' + const.
     shift_s = burst_shift_s * (slope - radar.slope_hz_per_s) / slope
     sequence = replace(
         own,
         start_frequency_hz=own.start_frequency_hz + moved,
         slope_hz_per_s=slope,
-        time_offset_s=time_offset_s + shift_s,
+        time_offset_s=own.time_offset_s + time_offset_s + shift_s,
     )
     if num_interfered_ramps is None:
         return sequence

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
 
-from vsep.parameters import FILTER_PARAMETERS, PARAMETERS, Parameter, Range
+from vsep.parameters import FILTER_PARAMETERS, PARAMETERS
+from vsep.parameters.record import Parameter, Range
 from vsep.presets.settings import chosen_filter, simulator_options
 from vsep.presets.street import SIR_DB, SNR_DB
 from vsep.presets.street_traffic import FILTER, OTHER_SLOPE_HZ_PER_S

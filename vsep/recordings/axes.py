@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vsep.errors import InputError
 from vsep.recordings.settings import RecordingSettings
 
-AXES: Final = ("frames", "transmitters", "antennas", "ramps", "samples", "iq")
+AXES: Final = ("frames", "transmitters", "antennas", "ramps", "samples", "iq", "iiqq")
 _USUAL: Final = {1: ("samples",), 2: ("ramps", "samples"), 3: ("antennas", "ramps", "samples")}
 
 
@@ -24,6 +24,8 @@ def arranged(path: str, array: NDArray[Any], settings: RecordingSettings) -> NDA
     Returns (ramps, antennas, samples) array: the ramps of all transmitters in turn.
     """
     names = _names(path, array, settings)
+    if "iiqq" in names:
+        array, names = _paired(path, array, names)
     if "iq" in names:
         array, names = _combined(path, array, names)
     if "frames" in names:
@@ -80,15 +82,33 @@ def _names(path: str, array: NDArray[Any], settings: RecordingSettings) -> tuple
         return _USUAL[array.ndim]
     names = tuple(name.strip() for name in settings.axes.split(","))
     unknown = [name for name in names if name not in AXES]
-    if unknown or len(set(names)) != len(names) or "samples" not in names:
+    if unknown or len(set(names)) != len(names) or len({"samples", "iiqq"} & set(names)) != 1:
         raise InputError(
             f"axes is {settings.axes[:60]!r}; it must name samples and others of "
-            f"{', '.join(AXES)}, each once, with commas between."
+            f"{', '.join(AXES)} (samples and iq as I I Q Q), each once, with commas between."
         )
     if len(names) != array.ndim:
         shape = " x ".join(str(length) for length in array.shape[:8])
         raise InputError(f"axes names {len(names)} axes, but {path} holds an array of {shape}.")
     return names
+
+
+def _paired(
+    path: str, array: NDArray[Any], names: tuple[str, ...]
+) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """Make an axis of samples and one of I and Q of words ``I(n) I(n+1) Q(n) Q(n+1)``."""
+    place = names.index("iiqq")
+    length = array.shape[place]
+    if length % 4 or array.dtype.kind == "c" or "iq" in names:
+        raise InputError(
+            f"{path}: the axis iiqq has length {length} of type {array.dtype}; it must hold real "
+            "numbers, two of I and two of Q in turn."
+        )
+    words = np.moveaxis(array, place, -1)
+    ordered = np.moveaxis(words.reshape(*words.shape[:-1], length // 4, 2, 2), -2, -1)
+    samples = ordered.reshape(*words.shape[:-1], length // 2, 2)
+    others = tuple(name for name in names if name != "iiqq")
+    return samples, (*others, "samples", "iq")
 
 
 def _combined(

@@ -16,6 +16,7 @@ from vsep.recordings.advice import advice
 from vsep.recordings.axes import arranged, virtual_antennas
 from vsep.recordings.captured import Captured
 from vsep.recordings.half_band import complex_at_half_rate, half_band, missing_at_half_rate
+from vsep.recordings.migration import visible_walker
 from vsep.recordings.missing_samples import (
     LEAST_RUN,
     LEAST_SAMPLES,
@@ -23,10 +24,11 @@ from vsep.recordings.missing_samples import (
     zero_runs,
 )
 from vsep.recordings.raw_words import read_raw
+from vsep.recordings.readers import READERS
 from vsep.recordings.receivers import kept_receivers, spacing_of, without_offset
 from vsep.recordings.sampling import lowest_beat
 from vsep.recordings.settings import COMPLEX_2X, RAW_FORMATS, REAL, RecordingSettings
-from vsep.recordings.stored_arrays import read_stored_array
+from vsep.recordings.stored_arrays import STREAM_AXES, read_stored_array
 from vsep.recordings.suggest import is_frame
 from vsep.recordings.word_kinds import is_unsigned, wrapped
 from vsep.signal.filters import AntiAliasingFilter
@@ -75,7 +77,10 @@ def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tu
 def _captured(path: str, settings: RecordingSettings) -> Captured:
     if settings.format in RAW_FORMATS:
         return read_raw(path, settings)
-    samples = arranged(path, read_stored_array(path, settings), settings)
+    stored = read_stored_array(path, settings)
+    if READERS[settings.format].is_stream:
+        settings = replace(settings, axes=STREAM_AXES)
+    samples = arranged(path, stored, settings)
     least = LEAST_RUN if settings.samples == REAL else LEAST_SAMPLES
     runs = zero_runs(samples.reshape(-1), least)
     missing = None if runs is None else runs.reshape(samples.shape)
@@ -129,6 +134,9 @@ def _frame(
     if captured.is_doubtful and settings.samples == "complex":
         settings = replace(settings, samples=COMPLEX_2X)
     lowest, taken = lowest_beat(received, radar, settings)
+    migration = settings.range_migration == "modelled"
+    if settings.range_migration == "automatic" and radar.needs_migration:
+        migration = visible_walker(received[0], radar) is not None
     spacing = settings.antenna_spacing_wavelengths
     if settings.num_transmitters == 1:
         spacing = spacing_of(captured.kept, spacing)
@@ -136,13 +144,14 @@ def _frame(
         spacing = None  # Gaps in each transmitter's part make no uniform line.
     frame = Frame(
         received=received[0],
-        radar=replace(radar, lowest_beat=lowest),
+        radar=replace(radar, lowest_beat=lowest, range_migration=migration),
         anti_aliasing_filter=_own_filter(path, settings, beat_sign),
         name=path,
         beat_sign=beat_sign,
         antennas=received if len(received) > 1 else None,
         antenna_spacing_wavelengths=spacing,
         missing=missing,
+        num_transmitters=settings.num_transmitters,
     )
     return frame, (*remarks, *taken)
 

@@ -26,8 +26,6 @@ from vsep.recordings.matlab_4 import matrices_of_version_4, read_matrix
 _Order: TypeAlias = Literal["little", "big"]
 _HEADER = 128  # bytes
 _ORDERS: Final[dict[bytes, _Order]] = {b"IM": "little", b"MI": "big"}
-_HDF5 = b"\x89HDF\r\n\x1a\n"
-_HDF5_PLACES = (0, 512)
 _INT32, _MATRIX, _COMPRESSED = 5, 14, 15
 _STORED: Final = {
     **dict(enumerate(("i1", "u1", "i2", "u2", "i4", "u4", "f4"), 1)),
@@ -110,9 +108,7 @@ def matlab_shapes(file: IO[bytes], path: str) -> dict[str, tuple[int, ...]]:
 
 def _found(file: IO[bytes], path: str) -> dict[str, _Variable]:
     """Return all variables by their names."""
-    start = file.read(max(_HDF5_PLACES) + len(_HDF5))
-    if any(start[place : place + len(_HDF5)] == _HDF5 for place in _HDF5_PLACES):
-        raise InputError(f"{path} is a MATLAB file of version 7.3, which is HDF5; {_AGAIN}.")
+    start = file.read(_HEADER)
     order = _ORDERS.get(start[_HEADER - 2 : _HEADER])
     if order is None:
         raise InputError(f"{path} is no MATLAB file of version 4 to 7; {_AGAIN}.")

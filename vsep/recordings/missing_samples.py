@@ -9,12 +9,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._typing import BoolArray, ComplexArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray
 
 LEAST_RUN: Final = 32  # words
 LEAST_SAMPLES: Final = 16  # complex samples
 QUIET_SHARE: Final = 0.5  # of zeros outside of runs, where a converter sees hardly any noise
 _ORDER = 8  # of the prediction within a ramp
+_MOST_FITTED = 2**16  # samples from which a prediction is learnt
 _TELLING = 8.0  # how many times the usual the prediction's error is where a ramp begins
 
 
@@ -67,9 +68,36 @@ def remark_of_missing(missing: BoolArray) -> str:
     ramps = int(np.count_nonzero(missing.any(axis=(1, 2))))
     return (
         f"{np.count_nonzero(missing)} samples ({missing.mean():.1%}) in {ramps} of "
-        f"{len(missing)} ramps were lost: runs of exact zeros, or packets that are not in the "
-        "file. The frame file names them as missing, and estimators leave them out."
+        f"{len(missing)} ramps were lost: runs of exact zeros, packets that are not in the "
+        "file, or words at full scale. The frame file names them as missing, and estimators leave "
+        "them out."
     )
+
+
+def prediction_error(courses: NDArray[Any], order: int) -> FloatArray:
+    """Power of what so many samples before a sample do not tell of it, by one linear prediction.
+
+    Parameters
+    ----------
+    courses : (R, W) complex or real
+        Samples of receivers in the order in which they came; the mean over them counts.
+    order : int
+        Of the prediction, far fewer than W.
+
+    Returns
+    -------
+    (W - order,) float
+        From the first sample on that has so many before it.
+    """
+    windows = np.lib.stride_tricks.sliding_window_view(courses, order + 1, axis=-1)
+    step = -(-windows.shape[0] * windows.shape[1] // _MOST_FITTED)
+    fitted = windows[:, ::step].reshape(-1, order + 1)
+    past, present = fitted[:, :order], fitted[:, order]
+    gram = past.conj().T @ past
+    gram += np.eye(order) * (1e-9 * np.trace(gram).real + 1e-300)
+    weights = np.linalg.solve(gram, past.conj().T @ present)
+    error = np.abs(windows[..., order] - windows[..., :order] @ weights) ** 2
+    return np.asarray(error.mean(axis=0))
 
 
 def samples_before_ramp(samples: ComplexArray, num_samples: int) -> int:
@@ -93,18 +121,12 @@ def samples_before_ramp(samples: ComplexArray, num_samples: int) -> int:
     count = samples.size // num_samples
     if count < 4 or num_samples < 4 * _ORDER:
         return 0
-    samples = samples[: count * num_samples]
-    windows = np.lib.stride_tricks.sliding_window_view(samples, _ORDER + 1)[: 2**16]
-    past, present = windows[:, :_ORDER], windows[:, _ORDER]
-    gram = past.conj().T @ past
-    gram += np.eye(_ORDER) * (1e-9 * np.trace(gram).real + 1e-300)
-    weights = np.linalg.solve(gram, past.conj().T @ present)
-    error = np.abs(present - past @ weights) ** 2
+    error = prediction_error(samples[None, : min(count * num_samples, 2**16 + _ORDER)], _ORDER)
     whole = len(error) // num_samples
     if whole < 3:
         return 0
     folded = np.median(error[: whole * num_samples].reshape(whole, num_samples), axis=0)
-    around = sum(np.roll(folded, -shift) for shift in range(_ORDER)) / _ORDER
+    around = np.mean([np.roll(folded, -shift) for shift in range(_ORDER)], axis=0)
     usual = float(np.median(around))
     place = int(np.argmax(around))
     if usual <= 0.0 or around[place] < _TELLING * usual:

@@ -13,6 +13,7 @@ from vsep.errors import InputError
 from vsep.files.archive import MAX_SAMPLES
 from vsep.files.opening import open_regular
 from vsep.recordings.packets import CHECKED, LONGEST_PAYLOAD, Packets, header_bytes, without_headers
+from vsep.recordings.ros_bags import is_bag, read_bag
 
 _SIGNATURES: Final = (
     (b"\x93NUMPY", "a NumPy array", "say format: npy"),
@@ -22,12 +23,12 @@ _SIGNATURES: Final = (
     (
         b"MATLAB 7.3 MAT-file",
         "a MATLAB file of version 7.3",
-        "save it again with save(name, variable, '-v7') and say format: mat",
+        "say format: mat",
     ),
     (
         b"\x89HDF\r\n\x1a\n",
         "an HDF5 file",
-        "write its array of samples by numpy.save and say format: npy",
+        "say format: hdf5",
     ),
     (b"\x1f\x8b", "a gzip archive", "unpack it"),
 )
@@ -42,13 +43,18 @@ class RawBytes:
     ----------
     path : str
         What sentences call it.
-    file : binary file
-        The open file.
+    file : binary file or None
+        The open file; None where `packets` are all there is.
+    packets : Packets, optional
+        Content that was read by other means.
     """
 
-    def __init__(self, path: str, file: BinaryIO) -> None:
+    def __init__(self, path: str, file: BinaryIO | None, packets: Packets | None = None) -> None:
         self._file = file
-        self._packets: Packets | None = None
+        self._packets = packets
+        if file is None:
+            self.num_bytes = 0 if packets is None else packets.content.size
+            return
         self.num_bytes = os.fstat(file.fileno()).st_size
         start = file.read(_START)
         _refuse_other_kinds(path, start)
@@ -66,22 +72,28 @@ class RawBytes:
     def words(self, first_byte: int, count: int) -> tuple[NDArray[np.uint16], BoolArray | None]:
         """Return little-endian words from a byte on, and which of them were lost."""
         if self._packets is None:
+            assert self._file is not None
             self._file.seek(first_byte)
             return np.fromfile(self._file, dtype="<u2", count=count), None
         inside = slice(first_byte, first_byte + _WORD * count)
         lost = self._packets.lost
-        words = self._packets.content[inside].view("<u2")
+        content = self._packets.content[inside]
+        words = content[: content.size // _WORD * _WORD].view("<u2")
         if lost is None:
             return words, None
         return words, np.asarray(lost[inside].reshape(-1, _WORD).any(axis=1), dtype=np.bool_)
 
 
 @contextmanager
-def open_raw(path: str) -> Iterator[RawBytes]:
-    """Open a raw capture.
+def open_raw(path: str, topic: str | None = None) -> Iterator[RawBytes]:
+    """Open a raw capture, also one in the messages of a ROS bag.
 
     Raises `InputError` if it cannot be read, or begins as a file of another kind does.
     """
+    if is_bag(path):
+        content, remark = read_bag(path, topic)
+        yield RawBytes(path, None, Packets(content, None, remark))
+        return
     with open_regular(path, path, "a recording") as file:
         yield RawBytes(path, file)
 

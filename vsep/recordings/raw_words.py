@@ -19,12 +19,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from vsep._typing import BoolArray
 from vsep.errors import InputError
 from vsep.files.archive import MAX_SAMPLES
 from vsep.recordings.captured import Captured
 from vsep.recordings.layouts import better_format, remark_of_format
 from vsep.recordings.missing_samples import leading_zeros, samples_before_ramp, zero_runs
 from vsep.recordings.raw_bytes import RawBytes, open_raw
+from vsep.recordings.saturation import remark_of_saturated, saturated_words
 from vsep.recordings.settings import REAL, RecordingSettings
 from vsep.recordings.word_kinds import signed_words
 
@@ -58,7 +60,7 @@ def read_raw(path: str, settings: RecordingSettings) -> Captured:
     """
     num_samples = settings.num_samples or 0
     words_per_ramp = _words_per_ramp(settings, num_samples)
-    with open_raw(path) as source:
+    with open_raw(path, settings.key) as source:
         place = _place(path, settings, source, _WORD * words_per_ramp)
         num_ramps, first_byte, remarks = place
         _require_size(path, num_ramps * words_per_ramp)
@@ -70,9 +72,13 @@ def read_raw(path: str, settings: RecordingSettings) -> Captured:
     words = signed_words(stored, lost, unsigned=settings.format in UNSIGNED, bits=settings.adc_bits)
     half = 2 ** (words.bits - 1)
     samples = samples_of_words(words.values, settings, num_ramps)
-    missing = None
+    missing, clipped = None, None
     if lost is not None and not lost.all():
-        missing = samples_of_words(lost.astype(np.int32), settings, num_ramps) != 0
+        missing = _marked(lost, settings, num_ramps)
+    at_full_scale = saturated_words(words.values, words.bits)
+    if at_full_scale is not None:
+        clipped = _marked(at_full_scale, settings, num_ramps)
+        remarks = (*remarks, remark_of_saturated(clipped))
     better = better_format(words.values, settings, num_ramps, samples_of_words)
     told = (
         _shifted(samples, missing, settings)
@@ -81,7 +87,7 @@ def read_raw(path: str, settings: RecordingSettings) -> Captured:
     )
     return Captured(
         samples=samples / half,
-        missing=missing,
+        missing=missing if clipped is None else clipped if missing is None else missing | clipped,
         remarks=(*remarks, *words.remarks, *told),
         unit=1.0 / half,
         is_unsigned=words.is_unsigned,
@@ -89,8 +95,25 @@ def read_raw(path: str, settings: RecordingSettings) -> Captured:
     )
 
 
+def _marked(words: BoolArray, settings: RecordingSettings, num_ramps: int) -> BoolArray:
+    """Return which samples have a marked word."""
+    return np.asarray(samples_of_words(words.astype(np.int32), settings, num_ramps) != 0)
+
+
+def num_frames(path: str, settings: RecordingSettings) -> int:
+    """Return how many whole frames a raw capture holds; one without `num_ramps`.
+
+    Raises `InputError` if it cannot be read.
+    """
+    if settings.num_ramps is None:
+        return 1
+    words = settings.num_ramps * _words_per_ramp(settings, settings.num_samples or 0)
+    with open_raw(path, settings.key) as source:
+        return max(source.num_bytes - settings.skip_bytes, 0) // (_WORD * words)
+
+
 def samples_of_words(
-    words: NDArray[np.int32], settings: RecordingSettings, num_ramps: int
+    words: NDArray[Any], settings: RecordingSettings, num_ramps: int
 ) -> NDArray[Any]:
     """Put words into their places, (ramps, antennas, samples), complex128 or float64.
 

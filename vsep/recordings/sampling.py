@@ -55,6 +55,11 @@ def halves(received: ComplexArray, slope_hz_per_s: float) -> Halves:
     return Halves(lower, upper) if slope_hz_per_s > 0.0 else Halves(upper, lower)
 
 
+def is_one_sided(both: Halves) -> bool:
+    """Whether echoes lie in both halves of the band and are no images: Complex 1x."""
+    return _at_negative(both)[0] >= _FEW and both.likeness <= MIRROR_SHARE
+
+
 def lowest_beat(
     received: ComplexArray, radar: ChirpSequence, settings: RecordingSettings
 ) -> tuple[float, tuple[str, ...]]:

@@ -17,6 +17,7 @@ from vsep._optional import require_library
 from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.files.opening import read_bounded
+from vsep.recordings.readers import READERS
 
 RAW_FORMATS: Final = (
     "dca1000-xwr14xx",
@@ -25,12 +26,13 @@ RAW_FORMATS: Final = (
     "tsw1400",
     "tsw1400-xwr16xx",
 )
-FORMATS: Final = ("mat", "npy", "npz", *RAW_FORMATS)
+FORMATS: Final = (*READERS, *RAW_FORMATS)
 SIGNS: Final = ("positive", "negative")
 REAL: Final = "real"
 COMPLEX_1X, COMPLEX_2X = "complex-1x", "complex-2x"
 SAMPLE_KINDS: Final = ("complex", COMPLEX_1X, COMPLEX_2X, REAL)
 OFFSETS: Final = ("automatic", "remove", "keep")
+MIGRATIONS: Final = ("automatic", "modelled", "neglected")
 ADC_BITS: Final = (12, 14, 16)
 MAX_FILE = 65536  # bytes of a settings file
 _MOST = 2**20
@@ -46,7 +48,7 @@ _NUMBERS = (
     "lowest_beat",
     "antenna_spacing_wavelengths",
 )
-_TEXTS = ("format", "sign", "samples", "offset", "key", "axes")
+_TEXTS = ("format", "sign", "samples", "offset", "range_migration", "key", "axes")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -81,13 +83,18 @@ class RecordingSettings:
     lowest_beat: float | None = None
     #: a constant offset is removed where the words are unsigned (automatic), always or never
     offset: str = "automatic"
+    #: of objects within a frame; automatic: where one of the frame's objects walks visibly, see
+    #: `vsep.recordings.migration`
+    range_migration: str = "automatic"
     skip_bytes: int = 0  #: of a raw file, before its first frame
     #: receive antennas to keep, from 0 with commas between; all that are not dead by default
     antennas: str | None = None
     frame: int = 0  #: which frame of the file, from 0
-    key: str | None = None  #: name of the array in a .mat or .npz file that holds several
+    #: name of the array in a file that holds several, or of the topic in a ROS bag
+    key: str | None = None
     #: names of the array's axes in their order, of ``frames, transmitters, antennas, ramps,
-    #: samples, iq``; (ramps, samples) or (antennas, ramps, samples) by default
+    #: samples, iq`` and ``iiqq`` (samples and iq in words I I Q Q); (ramps, samples) or
+    #: (antennas, ramps, samples) by default
     axes: str | None = None
     #: between neighbours of a uniform line of (virtual) antennas
     antenna_spacing_wavelengths: float | None = None
@@ -99,6 +106,7 @@ class RecordingSettings:
             ("sign", SIGNS),
             ("samples", SAMPLE_KINDS),
             ("offset", OFFSETS),
+            ("range_migration", MIGRATIONS),
             ("adc_bits", ADC_BITS),
         ):
             value = getattr(self, key)

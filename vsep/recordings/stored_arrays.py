@@ -1,33 +1,47 @@
-"""Arrays of recordings: NumPy's .npy and .npz, and MATLAB's .mat.
+"""Arrays of recordings; records of two numbers and two arrays (``key: I,Q``) are complex."""
 
-Sizes are judged before data are read, and pickled objects are refused. Records of two numbers and
-two arrays (``key: I,Q``) make complex samples.
-"""
-
-import os
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vsep.errors import InputError
-from vsep.files.archive import Archive, read_array
-from vsep.files.opening import open_regular
-from vsep.recordings.matlab import choose_array, read_matlab
+from vsep.recordings.readers import READERS, RecordingReader
 from vsep.recordings.settings import RecordingSettings
+
+STREAM_AXES: Final = "frames,ramps,samples,antennas"
 
 
 def read_stored_array(path: str, settings: RecordingSettings) -> NDArray[Any]:
-    """Read the array of a recording, as it is stored.
+    """Read the array of a recording, as it is stored; streams have `STREAM_AXES`.
 
     Raises `InputError` whatever is wrong with the file.
     """
-    array = _stored(path, settings.format, settings.key)
+    reader = READERS[settings.format]
+    array = _stored(path, reader, settings.key)
     if array.dtype.names is not None:
         array = _paired(path, array)
     if array.dtype.kind not in "iufc":
         raise InputError(f"{path} holds an array of type {array.dtype}; numbers are needed.")
-    return array
+    return _cut(path, array, settings) if reader.is_stream else array
+
+
+def _cut(path: str, stream: NDArray[Any], settings: RecordingSettings) -> NDArray[Any]:
+    """Cut a stream (samples, channels) into frames with the axes `STREAM_AXES`."""
+    length = settings.num_samples
+    if length is None or settings.axes is not None:
+        raise InputError(
+            f"{path} is a stream of samples; num_samples must say where it is cut into ramps, and "
+            "axes must not be given."
+        )
+    count = settings.num_ramps or len(stream) // length
+    frames = len(stream) // (count * length) if count else 0
+    if frames == 0:
+        raise InputError(
+            f"{path} holds {len(stream)} samples of a channel, which is no frame of "
+            f"{max(count, 1)} ramps of {length}."
+        )
+    return stream[: frames * count * length].reshape(frames, count, length, -1)
 
 
 def _paired(path: str, array: NDArray[Any]) -> NDArray[Any]:
@@ -53,18 +67,10 @@ def _joined(path: str, first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any
     return samples
 
 
-def _stored(path: str, kind: str, key: str | None) -> NDArray[Any]:
-    if key is not None and "," in key:
-        names = [name.strip() for name in key.split(",")]
-        if len(names) != 2:
-            raise InputError(f"key is {key[:60]!r}; one array or two, I and Q, are needed.")
-        return _joined(path, *(_stored(path, kind, name) for name in names))
-    if kind == "npz":
-        with Archive(path, path) as archive:
-            return archive.array(choose_array(path, key, archive.names()))
-    if kind == "npy" and key is not None:
-        raise InputError(f"key is {key[:40]!r}; a .npy file holds one array without a name.")
-    with open_regular(path, path, "a recording") as file:
-        if kind == "mat":
-            return read_matlab(file, path, key)
-        return read_array(file, path, os.path.getsize(path))
+def _stored(path: str, reader: RecordingReader, key: str | None) -> NDArray[Any]:
+    if key is None or "," not in key:
+        return reader.read(path, key)
+    names = [name.strip() for name in key.split(",")]
+    if len(names) != 2:
+        raise InputError(f"key is {key[:60]!r}; one array or two, I and Q, are needed.")
+    return _joined(path, *(reader.read(path, name) for name in names))

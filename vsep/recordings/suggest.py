@@ -8,15 +8,23 @@ from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.files.frame import SETTINGS_OF_RADAR
 from vsep.files.opening import open_regular
+from vsep.recordings.hdf5 import HDF5_START, hdf5_shapes, is_hdf5, read_hdf5
 from vsep.recordings.matlab import matlab_shapes, read_matlab
+from vsep.recordings.readers import READERS, format_of_name
+from vsep.recordings.ros_bags import is_bag
 from vsep.recordings.settings import MAX_FILE, NEEDED_SETTINGS, SETTING_NAMES
 
 RAW_FORMAT: Final = "dca1000-xwr16xx"
 """Suggested for files that say nothing: the usual card and the most common sensors."""
 
 _SIGNAL = "received"
-_BY_START: Final = ((b"\x93NUMPY", "npy"), (b"PK\x03\x04", "npz"), (b"MATLAB 5.0", "mat"))
-_BY_SUFFIX: Final = {".npz": "npz", ".npy": "npy", ".mat": "mat"}
+_BY_START: Final = (
+    (b"\x93NUMPY", "npy"),
+    (b"PK\x03\x04", "npz"),
+    (b"MATLAB 5.0", "mat"),
+    (b"MATLAB 7.3", "mat"),
+    (b"\x89HDF\r\n\x1a\n", "hdf5"),
+)
 
 
 def suggest_settings(path: str, name: str) -> dict[str, Any]:
@@ -48,16 +56,21 @@ def suggest_settings(path: str, name: str) -> dict[str, Any]:
     if kind == "npz":
         with Archive(path, name) as archive:
             found |= _of_frame(archive) if is_frame(archive) else _of_archive(archive)
-    elif kind == "mat":
-        found |= _of_matlab(path, name)
-    wanted = NEEDED_SETTINGS if kind in _BY_SUFFIX.values() else (*NEEDED_SETTINGS, "num_samples")
+    elif kind in ("mat", "hdf5"):
+        found |= _of_named(path, name)
+    elif kind in READERS:
+        found |= READERS[kind].settings(path)
+    needs_length = kind not in READERS or READERS[kind].is_stream
+    wanted = (*NEEDED_SETTINGS, "num_samples") if needs_length else NEEDED_SETTINGS
     return {key: found.get(key) for key in SETTING_NAMES if key in found or key in wanted}
 
 
 def _kind(path: str, name: str) -> str:
-    known = _BY_SUFFIX.get(Path(name).suffix.lower())
+    known = format_of_name(name)
     if known is not None:
         return known
+    if is_bag(path):
+        return RAW_FORMAT
     with open_regular(path, name, "a recording") as file:
         start = file.read(16)
     return next((kind for first, kind in _BY_START if start.startswith(first)), RAW_FORMAT)
@@ -83,7 +96,8 @@ def _of_frame(archive: Archive) -> dict[str, Any]:
     for key in ("lowest_beat", "antenna_spacing_wavelengths"):
         if key in archive:
             found[key] = archive.number(key)
-    return found
+    modelled = archive.whole_number("range_migration", 0) != 0
+    return found | {"range_migration": "modelled" if modelled else "neglected"}
 
 
 def _of_archive(archive: Archive) -> dict[str, Any]:
@@ -126,15 +140,19 @@ def _of_json(text: str) -> dict[str, Any]:
     }
 
 
-def _of_matlab(path: str, name: str) -> dict[str, Any]:
+def _of_named(path: str, name: str) -> dict[str, Any]:
+    """Return what the arrays of a file of MATLAB or HDF5 tell."""
     with open_regular(path, name, "a recording") as file:
-        shapes = matlab_shapes(file, name)
+        by_hdf5 = is_hdf5(file.read(HDF5_START))
+        file.seek(0)
+        shapes = hdf5_shapes(path) if by_hdf5 else matlab_shapes(file, name)
         sizes = {key: _count(shape) for key, shape in shapes.items()}
         found: dict[str, Any] = {}
         for key in SETTING_NAMES:
             if sizes.get(key) == 1:
                 file.seek(0)
-                found[key] = _plain(read_matlab(file, name, key))
+                array = read_hdf5(path, key) if by_hdf5 else read_matlab(file, name, key)
+                found[key] = _plain(array)
     if len(sizes) > 1:
         found["key"] = max(sizes, key=lambda key: sizes[key])
     return found

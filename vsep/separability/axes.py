@@ -8,7 +8,8 @@ import numpy as np
 from vsep._typing import FloatArray
 from vsep._validation import require_choice, require_range
 from vsep.errors import InputError, shown
-from vsep.parameters import MAX_OBJECTS, PARAMETERS, Parameter
+from vsep.parameters import MAX_OBJECTS, PARAMETERS
+from vsep.parameters.record import Parameter
 
 MAX_VALUES = 129
 _MIN_SLOPE_HZ_PER_S = 1e9  # of a slope difference: the burst lasts for hundreds of ramps

@@ -9,6 +9,7 @@ import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.line_spectra import fill_lines
+from vsep.kernels.moving_atoms import STATIONARY, Migration
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -115,3 +116,35 @@ def moved_atoms(factors: Factors, amplitudes: ComplexArray) -> Factors:
         np.concatenate([line_slopes(weighted), weighted]),
         np.concatenate([doppler_lines, line_slopes(doppler_lines)]),
     )
+
+
+def doppler_course(shape: tuple[int, int], migration: Migration = STATIONARY) -> FloatArray:
+    """Cycles by which an atom turns per unit of Doppler frequency, (P, N); p without migration.
+
+    See `vsep.kernels.moving_atoms`.
+    """
+    num_ramps, num_samples = shape
+    middle, samples = 0.5 * (num_ramps - 1), np.arange(num_samples, dtype=np.float64)
+    along = migration.ramp_share * (samples - 0.5 * (num_samples - 1))
+    ramps = np.arange(num_ramps, dtype=np.float64)[:, None] - middle
+    return np.asarray((ramps + along) * (1.0 + migration.coupling * samples) + middle)
+
+
+def dense_atoms(
+    beats: FloatArray,
+    dopplers: FloatArray,
+    shape: tuple[int, int],
+    migration: Migration = STATIONARY,
+) -> ComplexArray:
+    """Unit-norm atoms in full, (L, P, N), of objects that may move through range cells.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> atom = dense_atoms(np.array([0.1]), np.array([0.2]), (4, 16))[0]
+    >>> bool(np.isclose(np.linalg.norm(atom), 1.0))
+    True
+    """
+    course = doppler_course(shape, migration)
+    cycles = beats[:, None, None] * np.arange(shape[1]) + dopplers[:, None, None] * course
+    return np.asarray(np.exp(-2j * np.pi * cycles) / np.sqrt(shape[0] * shape[1]))

@@ -4,6 +4,7 @@ The modified response is linear in the response, so the correction of a burst is
 response of the spline, in closed form for every slope difference.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
@@ -12,18 +13,21 @@ import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.signal.filters import AntiAliasingFilter, FilterKind
+from vsep.signal.measured_filter import MeasuredFilter
 from vsep.signal.modified_response import (
     ModifiedResponse,
     ResponseJet,
     bspline_responses,
     spline_jet,
 )
+from vsep.signal.smooth_response import MAX_GRID, Jet, SmoothResponse
 from vsep.signal.template import SignalModel
 
 # In cut-offs. A quarter resolves impulse responses as long as four over the cut-off; at the reach
 # a filter of order 4 has fallen by 55 dB.
 SPACING: Final = 0.25
 REACH: Final = 4.375
+STEP: Final = 1 / 16  # of the spacing: an integral over cubic pieces then errs by 16^-4 of them
 NUM_KNOTS: Final = int(2.0 * REACH / SPACING) + 1
 NUM_SPLINES: Final = NUM_KNOTS - 4
 _FOURTH_DIFFERENCE: Final = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
@@ -63,18 +67,42 @@ class CorrectedFilter(ModifiedResponse):
         used = jumps != 0.0
         return knots_hz(self.cutoff_hz)[used], jumps[used] / (SPACING * self.cutoff_hz) ** 3
 
+    @cached_property
+    def _smooth(self) -> SmoothResponse | None:
+        """Both parts together where the assumed one is sampled, too."""
+        if not isinstance(self.assumed, MeasuredFilter):
+            return None
+        own, reach = self.assumed.smooth, REACH * self.cutoff_hz
+        step = min(own.step_hz, STEP * SPACING * self.cutoff_hz)
+        low, high = min(own.low_hz, -reach), max(own.high_hz, reach)
+        return SmoothResponse(
+            self._sampled_jet, low, high, max(step, 2.0 * (high - low) / MAX_GRID)
+        )
+
+    def _sampled_jet(self, frequency_hz: FloatArray) -> Jet:
+        assert isinstance(self.assumed, MeasuredFilter)
+        value, first, second = self._spline(frequency_hz, 3)
+        own = self.assumed.smooth.jet(frequency_hz)
+        return own[0] + value, own[1] + first, own[2] + second
+
+    def _spline(self, frequency_hz: FloatArray, orders: int) -> list[ComplexArray]:
+        """Return the spline and its derivatives up to an order below the given one."""
+        knots, jumps = self._jumps
+        offsets = np.maximum(np.asarray(frequency_hz)[..., None] - knots, 0.0)
+        inside = np.abs(frequency_hz) < REACH * self.cutoff_hz  # beyond, only rounding is left
+        powers = (offsets ** (3 - n) / math.factorial(3 - n) for n in range(orders))
+        return [np.where(inside, power @ jumps, 0.0) for power in powers]
+
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
         """Complex response G(f)."""
-        knots, jumps = self._jumps
-        offsets = np.asarray(frequency_hz)[..., None] - knots
-        spline = np.where(offsets > 0.0, offsets, 0.0) ** 3 / 6.0 @ jumps
-        inside = np.abs(frequency_hz) < REACH * self.cutoff_hz  # beyond, only rounding is left
-        return np.asarray(self.assumed.response(frequency_hz) + np.where(inside, spline, 0.0))
+        return np.asarray(self.assumed.response(frequency_hz) + self._spline(frequency_hz, 1)[0])
 
     def modified_response_jet(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ResponseJet:
         """Gbar with derivatives by f; `InputError` for a slope difference of zero."""
+        if self._smooth is not None:
+            return self._smooth.modified_response_jet(frequency_hz, slope_difference_hz_per_s)
         assumed = self.assumed.modified_response_jet(frequency_hz, slope_difference_hz_per_s)
         knots, jumps = self._jumps
         spline = spline_jet(frequency_hz, slope_difference_hz_per_s, knots, jumps)

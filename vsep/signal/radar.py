@@ -5,14 +5,21 @@ sign the beat frequency is ``slope * delay`` and a *receding* object has a posit
 frequency.
 """
 
+import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from vsep._typing import FloatArray
 from vsep._validation import require_range
+from vsep.kernels.moving_atoms import STATIONARY, Migration
 
 SPEED_OF_LIGHT_MPS = 299_792_458.0
+FASTEST_MPS: Final = 70.0
+"""Radial velocity up to which objects are looked for where range migration is modelled."""
+NEGLIGIBLE_CELLS: Final = 0.002  # moved by the fastest object in a frame: satellites at -60 dB
+MOST_FOLDS: Final = 2  # intervals of Doppler frequency searched to either side of the first
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -36,6 +43,8 @@ class ChirpSequence:
     lowest_beat : float
         Lower edge of the unambiguous beat interval in cycles per sample, -1/2 by default. Sensors
         that sample one side of the band only (beat frequencies from 0 to the sample rate) set 0.
+    range_migration : bool
+        Whether objects are modelled as moving through range cells within a frame, see `migration`.
 
     Raises
     ------
@@ -50,6 +59,7 @@ class ChirpSequence:
     num_samples: int
     num_ramps: int
     lowest_beat: float = -0.5
+    range_migration: bool = False
 
     def __post_init__(self) -> None:
         """Check every value against what a radar can have."""
@@ -75,6 +85,37 @@ class ChirpSequence:
     def ramp_times_s(self) -> FloatArray:
         """(P,) start times T_p p of the ramps."""
         return np.arange(self.num_ramps, dtype=np.float64) * self.ramp_period_s
+
+    @property
+    def one_cell_mps(self) -> float:
+        """Velocity at which an object moves by one range cell, c / (2 B), in a frame P T_p."""
+        swept_hz = abs(self.slope_hz_per_s) * self.num_samples / self.sample_rate_hz
+        cell_m = SPEED_OF_LIGHT_MPS / (2.0 * swept_hz)
+        return cell_m / (self.num_ramps * self.ramp_period_s)
+
+    @property
+    def needs_migration(self) -> bool:
+        """Whether an object at `FASTEST_MPS` moves by `NEGLIGIBLE_CELLS` of a range cell."""
+        return self.num_ramps > 1 and NEGLIGIBLE_CELLS * self.one_cell_mps <= FASTEST_MPS
+
+    @property
+    def migration(self) -> Migration:
+        """How delay and Doppler frequency of a moving object are coupled.
+
+        With the delay ``tau + nu t / f_0`` the phase ``(f_0 + k n T_s)`` times the delay grows by
+        ``nu (p T_p + n T_s) (1 + mu n)``, ``mu = k T_s / f_0``. There is no coupling where
+        `range_migration` is off and where it is not needed, see `needs_migration`. Two Doppler
+        frequencies that are one per ramp apart migrate differently, which tells them apart.
+        """
+        if not self.range_migration or not self.needs_migration:
+            return STATIONARY
+        cycles = 2.0 * FASTEST_MPS / SPEED_OF_LIGHT_MPS * self.start_frequency_hz
+        folds = math.ceil(cycles * self.ramp_period_s - 0.5)
+        return Migration(
+            coupling=self.slope_hz_per_s / (self.sample_rate_hz * self.start_frequency_hz),
+            ramp_share=1.0 / (self.sample_rate_hz * self.ramp_period_s),
+            folds=min(max(folds, 0), MOST_FOLDS),
+        )
 
     def beat_from_delay(self, delay_s: FloatArray) -> FloatArray:
         """Beat frequency k tau T_s in cycles per sample, not wrapped."""

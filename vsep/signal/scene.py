@@ -7,6 +7,7 @@ import numpy as np
 from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
 from vsep.errors import InputError
 from vsep.parameters import PARAMETERS
+from vsep.signal.impairments import TrueReceiver
 from vsep.signal.radar import InterfererSequence
 
 
@@ -113,6 +114,8 @@ class GroundTruth:
         Directions of the objects, where a line of antennas received them.
     interferer_angles_deg : (I,) float or None
         Directions of the interferers, likewise.
+    receiver : TrueReceiver or None
+        What oscillator and receivers did to the frame, where they were not perfect.
     """
 
     beats: FloatArray
@@ -124,6 +127,7 @@ class GroundTruth:
     noise_precision: float
     angles_deg: FloatArray | None = None
     interferer_angles_deg: FloatArray | None = None
+    receiver: TrueReceiver | None = None
 
     def of_antenna(self, antenna: int) -> "GroundTruth":
         """Return what one of several antennas received; directions stay."""
@@ -132,6 +136,7 @@ class GroundTruth:
             amplitudes=self.amplitudes[:, antenna],
             object_signal=self.object_signal[antenna],
             interference_signal=self.interference_signal[antenna],
+            receiver=None if self.receiver is None else self.receiver.of_antenna(antenna),
         )
 
     def interfered_samples(self, relative_level: float = 1e-3) -> BoolArray:

@@ -6,12 +6,14 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from vsep._typing import ComplexArray, frozen
+from vsep._typing import ComplexArray, FloatArray, frozen
 from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
+from vsep.kernels.moving_atoms import moving_signals
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
 from vsep.signal.filters import AntiAliasingFilter
+from vsep.signal.impairments import ReceiverImpairments, TrueReceiver, impaired
 from vsep.signal.linear_array import AntennaScene
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth, Interferer, Observation, Scene, TrueBurst
@@ -27,6 +29,7 @@ def simulate(
     *,
     anti_aliasing_filter: AntiAliasingFilter,
     interference_model: InterferenceModel = "multiplicative",
+    impairments: ReceiverImpairments | None = None,
     rng: np.random.Generator,
 ) -> Observation:
     """Simulate one frame, (1).
@@ -38,14 +41,18 @@ def simulate(
     scene : Scene
         Objects, interferers, SNR (25) and SIR (26). The weights of the objects are those of
         unit-norm atoms (10); the constant phase of a delay at the start frequency counts as part
-        of them. Without objects an energy of one stands in for theirs in both ratios.
+        of them. Without objects an energy of one stands in for theirs in both ratios. Where the
+        radar has `range_migration`, objects move on at their velocities and delays are those at
+        mid-frame.
     anti_aliasing_filter : AntiAliasingFilter
         The filter that shapes the bursts. Objects are not filtered, wherever they lie: a quarter
         of Simulation II's have beat frequencies where its filter already falls off.
     interference_model : str
         One of `INTERFERENCE_MODELS`.
+    impairments : ReceiverImpairments, optional
+        What is wrong with oscillator and receiver; the truth's signals are without it.
     rng : numpy.random.Generator
-        Draws the noise and nothing else.
+        Draws the noise and, after it, what the impairments need.
 
     Returns
     -------
@@ -60,12 +67,10 @@ def simulate(
     """
     channel = scene.objects
     beats = wrap_frequency(radar.beat_from_delay(channel.delays_s))
-    dopplers = wrap_frequency(radar.doppler_from_hz(channel.dopplers_hz))
-    object_signal = synthesize(
-        channel.weights,
-        line_factors(beats, radar.num_samples),
-        line_factors(dopplers, radar.num_ramps),
-    )
+    dopplers = radar.doppler_from_hz(channel.dopplers_hz)
+    if radar.migration.coupling == 0.0:
+        dopplers = wrap_frequency(dopplers)
+    object_signal = _object_signals(radar, beats, dopplers, channel.weights[:, None])[0]
     energy = _energy(object_signal) if channel.num_paths else 1.0
     if energy == 0.0:
         raise InputError("The objects have no energy; at least one weight must not be zero.")
@@ -74,6 +79,9 @@ def simulate(
     noise_precision = float(from_db(scene.snr_db)) / energy
     draws = rng.standard_normal((2, *radar.shape))
     noise = (draws[0] + 1j * draws[1]) * np.sqrt(0.5 / noise_precision)
+    received, receiver = _received(
+        object_signal + interference + noise, impairments, noise_precision, radar, rng
+    )
     truth = GroundTruth(
         beats=frozen(beats),
         dopplers=frozen(dopplers),
@@ -82,8 +90,9 @@ def simulate(
         interference_signal=frozen(interference),
         bursts=_true_bursts(radar, scene.interferers, anti_aliasing_filter),
         noise_precision=noise_precision,
+        receiver=receiver,
     )
-    return Observation(received=frozen(object_signal + interference + noise), truth=truth)
+    return Observation(received=frozen(received), truth=truth)
 
 
 def simulate_antennas(
@@ -92,6 +101,7 @@ def simulate_antennas(
     *,
     anti_aliasing_filter: AntiAliasingFilter,
     interference_model: InterferenceModel = "multiplicative",
+    impairments: ReceiverImpairments | None = None,
     rng: np.random.Generator,
 ) -> Observation:
     """Simulate what several antennas receive; one antenna receives what `simulate` makes.
@@ -102,8 +112,8 @@ def simulate_antennas(
         The victim.
     antenna_scene : AntennaScene
         What is there and where, and the antennas.
-    anti_aliasing_filter, interference_model, rng
-        As for `simulate`; the antennas have the same filter and independent noise.
+    anti_aliasing_filter, interference_model, impairments, rng
+        As for `simulate`; the antennas have the same filter and oscillator and independent noise.
 
     Returns
     -------
@@ -121,11 +131,7 @@ def simulate_antennas(
     assert first is not None  # `simulate` knows it
     shape = antennas.num_antennas, *radar.shape
     amplitudes = first.amplitudes[:, None] * antennas.steering(antenna_scene.object_angles_deg)
-    factors = (
-        line_factors(first.beats, radar.num_samples),
-        line_factors(first.dopplers, radar.num_ramps),
-    )
-    object_signal = np.array([synthesize(weights, *factors) for weights in amplitudes.T])
+    object_signal = _object_signals(radar, first.beats, first.dopplers, amplitudes)
     interference = np.zeros(shape, dtype=np.complex128)
     steering = antennas.steering(antenna_scene.interferer_angles_deg)
     for interferer, weights in zip(scene.interferers, steering, strict=True):
@@ -135,6 +141,9 @@ def simulate_antennas(
     interference = _with_energy(interference, energy / float(from_db(scene.sir_db)))
     draws = rng.standard_normal((2, *shape))
     noise = (draws[0] + 1j * draws[1]) * np.sqrt(0.5 / first.noise_precision)
+    received, receiver = _received(
+        object_signal + interference + noise, impairments, first.noise_precision, radar, rng
+    )
     truth = replace(
         first,
         amplitudes=frozen(amplitudes),
@@ -142,8 +151,9 @@ def simulate_antennas(
         interference_signal=frozen(interference),
         angles_deg=antenna_scene.object_angles_deg,
         interferer_angles_deg=antenna_scene.interferer_angles_deg,
+        receiver=receiver,
     )
-    return Observation(received=frozen(object_signal + interference + noise), truth=truth)
+    return Observation(received=frozen(received), truth=truth)
 
 
 def add_interference(
@@ -200,6 +210,38 @@ def add_interference(
         noise_precision=float("nan"),
     )
     return Observation(received=frozen(frame + interference), truth=truth)
+
+
+def _received(
+    signal: ComplexArray,
+    impairments: ReceiverImpairments | None,
+    noise_precision: float,
+    radar: ChirpSequence,
+    rng: np.random.Generator,
+) -> tuple[ComplexArray, TrueReceiver | None]:
+    """Return what the receiver delivers of a signal, and what it did to it."""
+    if impairments is None:
+        return signal, None
+    return impaired(
+        signal,
+        impairments,
+        noise_power=1.0 / noise_precision,
+        sample_rate_hz=radar.sample_rate_hz,
+        rng=rng,
+    )
+
+
+def _object_signals(
+    radar: ChirpSequence, beats: FloatArray, dopplers: FloatArray, weights: ComplexArray
+) -> ComplexArray:
+    """Objects with weights (L, A) as the antennas receive them, (A, P, N)."""
+    migration = radar.migration
+    if migration.coupling != 0.0:
+        points = np.stack([beats, dopplers], axis=1)
+        signals = moving_signals(points, weights.copy(), migration, *radar.shape)
+        return signals.reshape(-1, *radar.shape)
+    factors = line_factors(beats, radar.num_samples), line_factors(dopplers, radar.num_ramps)
+    return np.array([synthesize(each, *factors) for each in weights.T])
 
 
 def _interference(

@@ -12,6 +12,7 @@ import numpy as np
 from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError
+from vsep.kernels.moving_atoms import STATIONARY, Migration
 from vsep.kernels.templates import burst_courses, template_jets
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
@@ -35,6 +36,8 @@ class SignalModel:
         A, receive antennas of one transmitter. They see the same objects and bursts with weights of
         their own and equally strong noise. Inside an estimator the frame (A, P, N) is one of A P
         rows (A P, N), antenna after antenna.
+    migration : Migration
+        How objects move through range cells within the frame; by default they stay.
 
     Examples
     --------
@@ -50,6 +53,7 @@ class SignalModel:
     sample_rate_hz: float
     anti_aliasing_filter: AntiAliasingFilter
     num_antennas: int = 1
+    migration: Migration = STATIONARY
 
     def __post_init__(self) -> None:
         """Check the size and the sampling rate."""
@@ -69,7 +73,13 @@ class SignalModel:
             sample_rate_hz=radar.sample_rate_hz,
             anti_aliasing_filter=anti_aliasing_filter,
             num_antennas=num_antennas,
+            migration=radar.migration,
         )
+
+    @property
+    def is_stationary(self) -> bool:
+        """Whether objects stay in their range cells."""
+        return self.migration.coupling == 0.0
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -12,6 +12,13 @@ X_LABELS: Final = {
     "false_alarm_rate": "false-alarm rate asked for [1/frame]",
     "interferer_slope_hz_per_s": "slope difference [MHz/µs]; at 0.1 a burst fills a ramp",
     "num_interfered_ramps": "interfered ramps of 16",
+    "rolled_ramps": "ramps by which bursts are moved",
+    "share_lost": "share of a ramp that is lost",
+    "num_prior_frames": "earlier frames, Q",
+    "control": "threshold control, β",
+    "step_width": "step width, θ",
+    "samples_per_ramp": "samples drawn from a ramp, p",
+    "num_ramps": "ramps, of as many samples",
 }
 _HZ_PER_S = 1e12  # in a MHz/us
 

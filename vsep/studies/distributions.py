@@ -25,6 +25,7 @@ def box_panels(grouped: Mapping[GroupKey, Group], spec: BoxSpec) -> list[BoxPane
         (method, group)
         for (_, _, method), group in grouped.items()
         if group.rows
+        and (spec.methods is None or method in spec.methods)
         and all(
             group.rows[0]["point"][name] == getattr(spec, name)
             for name in ("panel", "snr_db", "sir_db")

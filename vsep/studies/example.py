@@ -1,9 +1,9 @@
-"""Example signals of single trials (figures 2, 4 and 6): fast time and delay domain.
+"""Examples of single trials: signals (figures 2, 4, 6), time and frequency (1), maps (7 and 8).
 
 Signals are not kept in rows. A trial is a pure function, so it is simply run again.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,18 +12,21 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.state import SeparationState
 from vsep.signal.spectra import delay_spectrum
 from vsep.studies.catalogue import CATALOGUE
-from vsep.studies.panels import FigurePanel, Series, SeriesKind
+from vsep.studies.example_maps import map_panels, time_frequency_panels
+from vsep.studies.panels import AnyPanel, FigurePanel, Series, SeriesKind
 from vsep.studies.rows import trial_of_row
+from vsep.studies.scenario import TrialScenario
+from vsep.studies.study import ExampleKind
 from vsep.studies.trial import DONE, Row, separate
-from vsep.studies.trial_scenario import TrialScenario, simulate_trial
+from vsep.studies.trial_scenario import simulate_trial
 from vsep.units import to_db
 
 # What is this far below the strongest sample is not drawn.
 _SHOWN_DB = 70.0
 
 
-def example_panels(rows: Iterable[Row]) -> list[FigurePanel]:
-    """Return two panels a trial, of the first method that has a row of it.
+def example_panels(rows: Iterable[Row]) -> list[AnyPanel]:
+    """Return the panels of every trial, of the first method that has a row of it.
 
     Parameters
     ----------
@@ -32,24 +35,33 @@ def example_panels(rows: Iterable[Row]) -> list[FigurePanel]:
 
     Returns
     -------
-    list of FigurePanel
-        Fast time and delay domain of one ramp, that with the strongest burst.
+    list of panels
+        Signals are those of the ramp with the strongest burst.
     """
-    panels: list[FigurePanel] = []
+    panels: list[AnyPanel] = []
     seen = set()
     for row in rows:
         key = row["study"], row["point_index"], row["realization"]
         study = CATALOGUE.get(row["study"])
-        if study is not None and study.example and row["status"] == DONE and key not in seen:
+        if (
+            study is not None
+            and study.example is not None
+            and row["status"] == DONE
+            and key not in seen
+        ):
             seen.add(key)
-            panels += _panels_of(row)
+            panels += _panels_of(row, study.example)
     return panels
 
 
-def _panels_of(row: Row) -> list[FigurePanel]:
+def _panels_of(row: Row, kind: ExampleKind) -> Sequence[AnyPanel]:
     trial = trial_of_row(row)
     drawn = simulate_trial(trial)
+    if kind == "time-frequency":
+        return time_frequency_panels(drawn)
     observation, solution = separate(trial, row["method"], drawn)
+    if kind == "maps":
+        return map_panels(trial, row["method"], drawn, solution)
     ramp = int(np.argmax(np.sum(np.abs(drawn.truth.interference_signal) ** 2, axis=1)))
     state = solution.state
     signals = {

@@ -110,6 +110,8 @@ def _variants(measures: Sequence[Measure], name: str | None) -> list[Any]:
 def _variant_text(name: str | None, value: Any) -> str:
     if name == "butterworth_order":
         return f"order {value}"
+    if name in ("prior", "prior_source", "threshold", "domain", "mask"):
+        return f"{name.replace('_', ' ')} {value}"
     if name == "interferer_slope_hz_per_s":
         return f"slope {value / 1e12:g} MHz/µs"
     return ""

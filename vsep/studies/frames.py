@@ -2,7 +2,7 @@
 
 from vsep.files.frame import Frame
 from vsep.studies.methods import NO_INTERFERENCE
-from vsep.studies.study import Trial
+from vsep.studies.study import DRAWN, Trial
 from vsep.studies.trial_scenario import simulate_trial
 
 
@@ -32,7 +32,9 @@ def trial_frame(trial: Trial, method: str) -> Frame:
     clean = method == NO_INTERFERENCE
     observation = drawn.clean if clean else drawn.interfered
     settings = {"preset": drawn.preset, "snr_db": repr(trial.point.snr_db)}
-    if not clean:
+    if trial.point.scene in DRAWN:  # which no preset and no setting makes
+        settings = {}
+    elif not clean:
         settings["sir_db"] = repr(trial.point.sir_db)
     return Frame(
         received=observation.received,

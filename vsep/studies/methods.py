@@ -162,6 +162,8 @@ def trial_estimator(
     settings: TrialSettings,
     mask: BoolArray | None = None,
     handed: Handed = (),
+    *,
+    max_iterations: int | None = None,
 ) -> Estimator:
     """Return the estimator of a method, with the threshold of a point.
 
@@ -181,6 +183,8 @@ def trial_estimator(
         Interfered samples, for estimators that need them.
     handed : tuple of Entry
         Entries of methods that are not registered.
+    max_iterations : int, optional
+        Where a run stops at the latest, in the place of the estimator's own limit.
 
     Raises
     ------
@@ -188,6 +192,10 @@ def trial_estimator(
         If the method is unknown or the threshold out of range.
     """
     require_methods((method,), handed)
+    limits = [
+        max_iterations,
+        None if repair_of(method, handed) is None else ITERATIONS_AFTER_REPAIR,
+    ]
     entry = _handed(method, handed)
     if not isinstance(entry, EstimatorEntry):
         name = MASKED if method in MASKED_BY_DETECTOR else method
@@ -196,9 +204,10 @@ def trial_estimator(
     options = entry.accepted(
         object_threshold_db=point.object_threshold_db,
         false_alarm_rate=point.false_alarm_rate,
+        interference_threshold_db=point.interference_threshold_db,
         schedule=settings.schedule,
         mask=mask,
-        max_iterations=None if repair_of(method, handed) is None else ITERATIONS_AFTER_REPAIR,
+        max_iterations=min((limit for limit in limits if limit is not None), default=None),
     )
     estimator: Estimator = entry.make(model=model, **options)
     return estimator

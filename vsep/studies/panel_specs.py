@@ -40,6 +40,7 @@ class BoxSpec:
     title: str
     snr_db: float
     sir_db: float
+    methods: tuple[str, ...] | None = None  #: those that are drawn; all that have rows by default
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -71,7 +71,23 @@ class BoxPanel:
     log_y: bool = False
 
 
-AnyPanel: TypeAlias = FigurePanel | BoxPanel
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class ImagePanel:
+    """A picture of levels over two axes, with marks."""
+
+    title: str
+    x_label: str
+    y_label: str
+    #: (M,) and (K,) ascending, evenly spaced
+    x: FloatArray
+    y: FloatArray
+    levels_db: FloatArray  #: (K, M)
+    series: tuple[Series, ...] = ()
+    note: str = ""
+    log_y: bool = False
+
+
+AnyPanel: TypeAlias = FigurePanel | BoxPanel | ImagePanel
 
 
 def reference(label: str, role: str, x: FloatArray, y: FloatArray) -> Series:

@@ -16,7 +16,7 @@ from vsep.errors import InputError
 from vsep.files.opening import read_bounded
 from vsep.files.results import as_json
 from vsep.studies.catalogue import make_study, require_study
-from vsep.studies.study import Point, Study, Trial, TrialSettings
+from vsep.studies.study import Study, Trial, TrialSettings, point_of
 from vsep.studies.trial import DONE, FAILED, Row
 
 RowKey: TypeAlias = tuple[str, int, int, str]
@@ -39,6 +39,7 @@ _RESULTS: dict[str, type | tuple[type, ...]] = {
 }
 _TEXTS = {"study", "method", "status", "schedule", "termination", "reason", "version", "preset"}
 _POINT_TEXTS = {"panel", "scene", "interference_model"}
+_POINT_TEXTS |= {"prior", "prior_source", "threshold", "mask", "domain"}
 _LISTS = ("errors", "beat_errors", "beat_stds")
 _LISTS_OF_SEVERAL_RAMPS = ("doppler_errors", "doppler_stds")
 
@@ -53,7 +54,7 @@ def trial_of_row(row: Row) -> Trial:
     return Trial(
         study=row["study"],
         point_index=row["point_index"],
-        point=Point(**row["point"]),
+        point=point_of(row["point"]),
         realization=row["realization"],
         methods=(row["method"],),
         settings=TrialSettings(**{field.name: row[field.name] for field in fields(TrialSettings)}),
@@ -120,15 +121,19 @@ def study_of_rows(rows: Sequence[Row], path: str | Path) -> Study:
     first = rows[0]
     own = [row for row in rows if row["study"] == first["study"]]
     trial = trial_of_row(first)
-    threshold_db = None
-    points = require_study(trial.study).points
-    if trial.point_index < len(points) and trial.point != points[trial.point_index]:
-        threshold_db = trial.point.object_threshold_db
+    catalogued = require_study(trial.study)
+    changes: dict[str, Any] = {}
+    if trial.point_index < len(catalogued.points):
+        usual = catalogued.points[trial.point_index].parameters()
+        found = trial.point.parameters()
+        changes = {
+            name: found[name] for name in catalogued.changeable if found[name] != usual[name]
+        }
     study = make_study(
         trial.study,
         realizations=1 + max(row["realization"] for row in own),
         settings=trial.settings,
-        object_threshold_db=threshold_db,
+        changes=changes,
     )
     require_same_study(own, study, path)
     # By name alone: a method that was handed over is not known here.
@@ -154,7 +159,7 @@ def require_same_study(rows: Iterable[Row], study: Study, path: str | Path) -> N
                 )
         index = row["point_index"]
         # As points: a row of an older version has no entry for what a point has got since.
-        if index >= len(study.points) or Point(**row["point"]) != study.points[index]:
+        if index >= len(study.points) or point_of(row["point"]) != study.points[index]:
             raise InputError(
                 f"{path} holds rows of another point {index} of {study.name}; give another file."
             )

@@ -4,12 +4,11 @@ Chosen here where the paper is open: the parameter sets of Simulation II are tak
 is as random as drawing them and balances the points.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from vsep.analysis.burst_model import model_bursts
-from vsep.analysis.crlb import DispersionBound, dispersion_bound
+from vsep._typing import frozen
 from vsep.presets.registry import NOISE_SCENES, SCENES, simulated_preset
 from vsep.presets.scenes import (
     PresetOptions,
@@ -18,44 +17,12 @@ from vsep.presets.scenes import (
     simulate_preset,
 )
 from vsep.signal.filters import AntiAliasingFilter, ButterworthFilter, RaisedCosineFilter
-from vsep.signal.scene import Channel, GroundTruth, Observation, Scene
+from vsep.signal.scene import Channel, Observation, Scene
 from vsep.signal.simulate import simulate
 from vsep.signal.template import SignalModel
+from vsep.studies.drawn_scenes import DRAWN_SCENES
+from vsep.studies.scenario import TrialScenario
 from vsep.studies.study import Point, Trial
-
-
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class TrialScenario:
-    """What the methods of a trial are compared on."""
-
-    preset: str  #: which scene of Table I, or the noise scene's name
-    scenario: Scenario  #: radar, scene and the *true* filter
-    #: what the estimators assume: a raised cosine with the roll-off of the preset's, and the
-    #: point's cut-off frequency give or take its mismatch
-    model: SignalModel
-    #: the frame with and without interference, on the same objects and noise
-    interfered: Observation
-    clean: Observation
-
-    @property
-    def truth(self) -> GroundTruth:
-        """What the interfered frame is made of."""
-        truth = self.interfered.truth
-        assert truth is not None  # simulated
-        return truth
-
-    def bounds(self) -> tuple[DispersionBound, DispersionBound]:
-        """Cramer-Rao bounds with everything unknown, and with the interference known."""
-        true_model = replace(self.model, anti_aliasing_filter=self.scenario.anti_aliasing_filter)
-        bursts = model_bursts(
-            self.scenario.radar,
-            self.scenario.scene.interferers,
-            true_model,
-            self.truth.interference_signal,
-        )
-        known = dispersion_bound(self.truth, true_model)
-        unknown = dispersion_bound(self.truth, true_model, bursts) if bursts else known
-        return unknown, known
 
 
 def simulate_trial(trial: Trial) -> TrialScenario:
@@ -75,6 +42,8 @@ def simulate_trial(trial: Trial) -> TrialScenario:
     point = trial.point
     if point.scene in NOISE_SCENES:
         return _noise_scenario(trial)
+    if point.scene in DRAWN_SCENES:
+        return DRAWN_SCENES[point.scene](trial)
     name = preset_name(point, trial.realization)
     filtered = _true_filter(name, point)
     options: PresetOptions = {
@@ -98,6 +67,8 @@ def simulate_trial(trial: Trial) -> TrialScenario:
     )
     if point.num_interferers == 2:
         scenario, interfered = _with_second_interferer(name, scenario, trial)
+    if point.cut_bursts or point.rolled_ramps:
+        scenario, interfered = _with_other_bursts(scenario, interfered, point)
     return TrialScenario(
         preset=name,
         scenario=scenario,
@@ -188,3 +159,25 @@ def _with_second_interferer(
         rng=np.random.default_rng(noise_seed),
     )
     return moved, observation
+
+
+def _with_other_bursts(
+    scenario: Scenario, observation: Observation, point: Point
+) -> tuple[Scenario, Observation]:
+    """Cut bursts to the pass band of the filter, or move them by ramps; the model has none then."""
+    truth, radar = observation.truth, scenario.radar
+    assert truth is not None  # simulated
+    interference = truth.interference_signal
+    if point.cut_bursts:
+        inside = np.zeros(radar.shape, dtype=np.bool_)
+        filtered = scenario.anti_aliasing_filter
+        outer_hz = getattr(filtered, "outer_hz", filtered.cutoff_hz)
+        for burst in truth.bursts:
+            course_hz = burst.start_frequency_hz + burst.slope_hz_per_s * radar.sample_times_s
+            inside[burst.ramp] |= np.abs(course_hz) < outer_hz
+        interference = np.where(inside, interference, 0.0)
+    moved = frozen(np.roll(interference, point.rolled_ramps, axis=0))
+    received = observation.received - truth.interference_signal + moved
+    changed = replace(truth, interference_signal=moved, bursts=())
+    silent = replace(scenario, scene=replace(scenario.scene, interferers=()))
+    return silent, Observation(received=frozen(received), truth=changed)

@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 
 from vsep._typing import FloatArray, frozen
 from vsep.inference.core.state import SeparationState
-from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.inference.deviations import state_deviations
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 
 CONFIRMED_HITS = 3  # frames in which an object must be found before its track counts
@@ -118,7 +118,7 @@ def measured_objects(state: SeparationState, radar: ChirpSequence) -> Measured:
         The victim, which gives the units.
     """
     objects = state.objects
-    std = dispersion_std(objects, state.effective_precision, radar.shape, state.relative_noise)
+    std = state_deviations(state, radar.shape, radar.migration)
     cell_m, cell_mps = resolution_cells(radar)
     velocities = radar.velocity_from_doppler(objects.dopplers)
     return Measured(

@@ -5,6 +5,7 @@ from typing import Any, Final
 from vsep.files.frame_mask import MASK_NAMES
 from vsep.inference.core.schedule import SCHEDULES
 from vsep.inference.registry import ESTIMATORS
+from vsep.parameters import PARAMETERS
 from vsep.studies.methods import method_names
 from vsep.studies.study import TrialSettings
 from vsep_app.cli.shared_options import add_number, defaults_of, listed
@@ -17,6 +18,7 @@ ESTIMATOR_SETTINGS: Final = (
     "object_threshold_db",
     "interference_threshold_db",
     "max_iterations",
+    "range_migration",
 )
 """Options that are settings of an estimator; None where they are not given."""
 
@@ -82,6 +84,12 @@ def add_estimator_options(parser: Any) -> None:
         "--max-iterations",
         f"where a run stops at the latest (default: {_default('max_iterations')})",
         kind=int,
+    )
+    group.add_argument(
+        "--range-migration",
+        choices=tuple(PARAMETERS["range_migration"].choices or ()),
+        help="whether objects that move through range cells are modelled, where the frame file "
+        f"says so (default: {_default('range_migration')}{_takers('range_migration')})",
     )
 
 

@@ -32,6 +32,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "serve": ("vsep_app.cli.serve", "serve the dashboard"),
     "simulate": ("vsep_app.cli.simulate", "make a frame file from a preset"),
     "convert": ("vsep_app.cli.convert", "make a frame file of a sensor's recording"),
+    "watch": ("vsep_app.cli.watch", "separate the captures of a folder as they come"),
     "separate": ("vsep_app.cli.separate", "separate frame files"),
     "stream": ("vsep_app.cli.stream", "separate sequences of frames and follow their objects"),
     "report": ("vsep_app.cli.report", "separate a frame and draw it"),
@@ -39,12 +40,22 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "vsep_app.cli.interferer_timing",
         "estimate the interfering radars' chirps from separated frames",
     ),
+    "advise": ("vsep_app.cli.advise", "settings that let the fewest bursts of another radar in"),
     "mitigate": ("vsep_app.cli.mitigate", "repair the interfered samples of frame files"),
     "calibrate": (
         "vsep_app.cli.calibrate",
         "estimate the receiver's complex response from the bursts in frame files",
     ),
+    "add-bursts": (
+        "vsep_app.cli.add_bursts",
+        "put the bursts of one measurement into the frame of another",
+    ),
     "study": ("vsep_app.cli.study", "Monte-Carlo studies: the paper's figures with intervals"),
+    "reproduce": (
+        "vsep_app.cli.reproduce",
+        "make the figures and check the numbers of both papers",
+    ),
+    "bench": ("vsep_app.cli.bench", "measure methods on frozen scenes, your own too"),
     "separability": (
         "vsep_app.cli.separability",
         "map when objects and interference can be told apart",

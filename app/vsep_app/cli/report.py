@@ -36,6 +36,7 @@ DESCRIPTION = (
 EXAMPLES = """\
 examples:
   vsep report frame.npz --out snapshot.html
+  vsep report adc_data.bin --settings radar.cfg --out snapshot.png
   vsep report frame.npz --out snapshot.png --schedule paper --object-threshold-db 9
   vsep report --preset simulation-2-b --sir-db -30 --iterations 1,3,10 --out film.pdf
   vsep report --url 'http://127.0.0.1:5006/?preset=simulation-2-a&iteration=4' --out shared.html
@@ -43,6 +44,7 @@ examples:
   vsep report --preset simulation-2-c --record run.html --animate run.gif
   vsep report --from snapshot.html --out again.html
   vsep report night/*.npz --out reports
+  vsep report --experiments course --scorm course.zip
 
 A report says how it was made, and --from makes it again, the same bytes with the same versions.
 """
@@ -61,6 +63,7 @@ _SCENES = {
 }
 _SHOWN = ("antenna", "ramp", "iteration", "iterations")
 _OUTPUTS = ("out", "record", "animate")
+_COURSES = ("experiments", "scorm")
 _SOURCES = ("preset", "url", "trial", "made_before")
 
 
@@ -78,6 +81,13 @@ def _add_sources(parser: Any) -> None:
         nargs="*",
         metavar="FRAME",
         help="a frame file, *.npz; several make a folder of reports",
+    )
+    add_file(
+        parser,
+        "--settings",
+        "FRAME is a recording, and this is what it is, as for vsep convert; given again, later "
+        "ones count",
+        action="append",
     )
     add_antenna_option(parser)
     group = parser.add_argument_group("instead of a frame file")
@@ -116,6 +126,13 @@ def _add_outputs(parser: Any) -> None:
         "several frames a folder, made if need be",
     )
     add_file(group, "--record", "*.html: a slider goes through all iterations")
+    add_file(
+        group,
+        "--experiments",
+        "a folder, made if need be, with a recorded run of each guided experiment and an index; "
+        "alone, as --scorm",
+    )
+    add_file(group, "--scorm", "*.zip: the same as a package of SCORM 1.2 for learning platforms")
     add_file(group, "--animate", "*.gif, *.webp or, with ffmpeg, *.mp4")
 
 
@@ -131,6 +148,8 @@ _numbers.__name__ = "list of iterations"
 
 def run(options: argparse.Namespace) -> int:
     """Separate what is named, and write all that is asked for."""
+    if given(options, _COURSES):
+        return _report_course(options)
     _require_one_source(options)
     if len(options.frames) > 1 and options.made_before is None:
         return _report_batch(options)
@@ -171,6 +190,10 @@ def spec_of(options: argparse.Namespace) -> Any:
         spec = sources.of_rows(options.rows, options.trial)
     elif options.trial is not None:
         spec = sources.of_trial(options.trial)
+    elif options.settings:
+        spec, remarks = sources.of_recording(options.frames[0], options.settings)
+        for remark in remarks:
+            sys.stderr.write(f"vsep: {remark}\n")
     else:
         spec = sources.of_frame(options.frames[0])
     return _changed(spec, options)
@@ -208,6 +231,8 @@ def _require_one_source(options: argparse.Namespace) -> None:
         )
     if options.made_before is not None and len(options.frames) > 1:
         raise InputError(f"--from needs one frame at most, not {len(options.frames)}.")
+    if options.settings and (len(options.frames) != 1 or options.made_before is not None):
+        raise InputError(f"--settings {options.settings[0]} needs one recording in place of FRAME.")
     if options.antenna is not None and not options.frames:
         raise InputError(
             f"--antenna is {options.antenna}; it can only be used with a frame file, FRAME."
@@ -220,7 +245,7 @@ def _require_outputs(options: argparse.Namespace) -> None:
     outs = list(outputs.values())
     if not outs:
         raise InputError("Nothing to write is named; give --out, --record or --animate.")
-    sources = (*options.frames, options.made_before, options.rows)
+    sources = (*options.frames, options.made_before, options.rows, *(options.settings or ()))
     inputs = {Path(name).resolve() for name in sources if name is not None}
     for out in outs:
         if Path(out).resolve() in inputs:
@@ -236,6 +261,23 @@ def _require_outputs(options: argparse.Namespace) -> None:
     }
     for name, out in outputs.items():
         checks[name](out)
+
+
+def _report_course(options: argparse.Namespace) -> int:
+    """Write the guided experiments as pages, as a package, or both."""
+    others = [*given(options, (*_OUTPUTS, *_SOURCES)), *options.frames]
+    if others:
+        raise InputError(f"--experiments and --scorm go alone, without {others[0]}.")
+    course = _module("course")
+    experiments = require_dashboard("vsep_app.teaching.experiment", "report").shipped_experiments()
+    if options.scorm is not None:
+        if Path(options.scorm).suffix.lower() != ".zip":
+            raise InputError(f"The package {Path(options.scorm).name!r} must end in .zip.")
+        require_folder(options.scorm)
+        course.write_package(experiments, Path(options.scorm))
+    if options.experiments is not None:
+        course.write_course(experiments, Path(options.experiments))
+    return 0
 
 
 def _report_batch(options: argparse.Namespace) -> int:

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from vsep._validation import require_range
-from vsep.parameters import FILTER_PARAMETERS, FILTER_PARTS, PARAMETERS, SCENE_PARAMETERS, Parameter
+from vsep.parameters import FILTER_PARAMETERS, FILTER_PARTS, PARAMETERS, SCENE_PARAMETERS
+from vsep.parameters.record import Parameter
 from vsep_app.cli.shared_options import (
     given,
     integer,

@@ -17,7 +17,7 @@ import numpy as np
 
 from vsep._processes import available_cores, worker_pool
 from vsep._typing import BoolArray, ComplexArray
-from vsep.analysis.interferer_timing import InterfererTiming
+from vsep.analysis.crossings import InterfererTiming
 from vsep.analysis.parallel import parallel_ramps
 from vsep.calibration.calibrate import calibrate
 from vsep.errors import InputError
@@ -266,7 +266,8 @@ def separate_frame(
             write_npz(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
         return {"file": path, "error": error_text(path, error)}
-    line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
+    spacing = frame.antenna_spacing_wavelengths
+    line = result_line(path, solution, frame.radar, spacing, frame.num_transmitters)
     if timings is not None:
         line["interferer_timings"] = len(timings)
     # A burst that the estimator has modelled is no tone.

@@ -14,7 +14,7 @@ from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.engine import finished_keys, pending_trials, record_study
 from vsep.studies.frames import trial_frame
 from vsep.studies.rows import read_rows, row_key, torn_bytes
-from vsep.studies.study import Study, Trial, TrialSettings
+from vsep.studies.study import CHANGEABLE, GAP_SETTINGS, Study, Trial, TrialSettings
 from vsep.studies.summary import summarise
 from vsep.studies.trial import FAILED, Row, is_missing, run_trial
 from vsep_app.cli.estimator_options import (
@@ -103,6 +103,13 @@ def _add_run(parser: Any) -> None:
     )
     add_schedule_option(what)
     add_number(what, "--object-threshold-db", "in the place of the study's own threshold")
+    what.add_argument(
+        "--set",
+        action="append",
+        metavar="NAME=VALUE",
+        help="another value of a setting of all points, may be given several times: "
+        f"{', '.join(CHANGEABLE[1:])}; of the studies mru-*: {', '.join(GAP_SETTINGS)}",
+    )
     defaults = defaults_of(TrialSettings)
     for name, meaning in (
         ("gospa_cutoff", "resolution cells beyond which an object is missed"),
@@ -230,9 +237,23 @@ def _study(options: argparse.Namespace) -> Study:
         selection=options.points,
         settings=TrialSettings(**settings),
         object_threshold_db=options.object_threshold_db,
+        changes=dict(_setting(text) for text in options.set or ()),
     )
     refuse_unused(given(options, ("schedule",)), study.methods, method_settings())
     return study
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """Read NAME=VALUE; the value is a number, or a word."""
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise InputError(f"--set is {text!r}; it must be NAME=VALUE.")
+    for kind in (int, float):
+        try:
+            return name, kind(value)
+        except ValueError:
+            continue
+    return name, value
 
 
 def _point_and_realization(text: str) -> tuple[int, int]:

@@ -60,6 +60,11 @@ def document_html(
     return numbered(html)
 
 
+def page_html(template: str, **variables: Any) -> str:
+    """Return a page without figures of the drawing library, with the style of reports."""
+    return _environment().get_template(template).render(style=_asset("report.css"), **variables)
+
+
 def numbered(html: str) -> str:
     """Return a document with models and random names numbered in the order in which they appear.
 

@@ -146,7 +146,7 @@ def draw_delay(axes: Any, picture: Picture, *, legend: bool = True) -> None:
 def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
     """Draw a range-Doppler map with its marks; return the image."""
     static_picture = picture.static_picture
-    values = static_picture.map_before if before else picture.map_after * picture.is_cleaned
+    values = static_picture.map_before if before else picture.map_after * picture.is_changed
     ranges, velocities = static_picture.map_ranges_m, static_picture.map_velocities_mps
     extent = [
         end
@@ -166,9 +166,7 @@ def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
     axes.set_xlim(*_holding(static_picture.shown_ranges_m, found.ranges_m))
     if static_picture.shown_velocities_mps:
         axes.set_ylim(*_holding(static_picture.shown_velocities_mps, found.velocities_mps))
-    title = "Range-Doppler, received"
-    if not before:
-        title = "Range-Doppler, bursts cancelled" if picture.is_cleaned else "No burst modelled yet"
+    title = "Range-Doppler, received" if before else picture.title_after
     _dress(axes, title, "range [m]", "radial velocity [m/s]" if before else "")
     axes.grid(visible=False)
     return image

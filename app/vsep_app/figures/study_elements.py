@@ -5,9 +5,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from vsep.studies.panels import AnyPanel, Box, BoxPanel, FigurePanel, Series
+from vsep.studies.panels import AnyPanel, Box, BoxPanel, FigurePanel, ImagePanel, Series
 from vsep_app.figures.backends import Backend, holoviews
-from vsep_app.figures.study_style import DASHES, MARKERS, colour, marker, width
+from vsep_app.figures.study_style import DASHES, MARKERS, colour, is_filled, marker, width
 
 Columns: TypeAlias = dict[str, Any]
 Options: TypeAlias = dict[str, Any]
@@ -39,7 +39,17 @@ class Mark(NamedTuple):
 
     @property
     def source(self) -> Columns:
-        """The columns of the Bokeh source of this mark; an area is a closed line there."""
+        """The columns of the Bokeh source: an area is a closed line, an image has a corner."""
+        if self.kind == "Image":
+            x, y, levels = self.columns.values()
+            step_x, step_y = x[1] - x[0], y[1] - y[0]
+            return {
+                "image": [levels],
+                "x": [x[0] - 0.5 * step_x],
+                "y": [y[0] - 0.5 * step_y],
+                "dw": [len(x) * step_x],
+                "dh": [len(y) * step_y],
+            }
         if self.kind != "Area":
             return self.columns
         x, low, high = self.columns.values()
@@ -63,7 +73,8 @@ def panel_overlay(panel: AnyPanel, backend: Backend) -> Any:
         ticks = list(enumerate(box.role for box in panel.boxes))
         options |= {"xlabel": "", "xticks": ticks, "xrotation": 25, "show_legend": False}
     else:
-        options |= {"xlabel": panel.x_label, "logx": panel.log_x, "legend_cols": 2}
+        log_x = isinstance(panel, FigurePanel) and panel.log_x
+        options |= {"xlabel": panel.x_label, "logx": log_x, "legend_cols": 2}
     return overlay(panel_marks(panel), backend, **options)
 
 
@@ -71,7 +82,12 @@ def panel_marks(panel: AnyPanel) -> list[Mark]:
     """Return all that a panel draws, in order."""
     if isinstance(panel, BoxPanel):
         return [mark for place, box in enumerate(panel.boxes) for mark in _box_marks(place, box)]
-    return [mark for series in panel.series for mark in _series_marks(series, panel)]
+    image = []
+    if isinstance(panel, ImagePanel):
+        columns = {"x": panel.x, "y": panel.y, "level": panel.levels_db}
+        image = [Mark("Image", columns, 2, _image_look)]
+    marks = [mark for series in panel.series for mark in _series_marks(series, panel.log_y)]
+    return image + marks
 
 
 def panel_shape(panel: AnyPanel) -> tuple[Any, ...]:
@@ -80,10 +96,10 @@ def panel_shape(panel: AnyPanel) -> tuple[Any, ...]:
     return panel.title, panel.y_label, *marks
 
 
-def _series_marks(series: Series, panel: FigurePanel) -> Iterator[Mark]:
+def _series_marks(series: Series, log_y: bool) -> Iterator[Mark]:
     shade = colour(series.role)
     x, y, low, high = series.x, series.y, series.low, series.high
-    if panel.log_y:
+    if log_y:
         # A logarithm has no place for zero; the point is left out, not moved.
         y, low, high = (np.where(values > 0.0, values, np.nan) for values in (y, low, high))
     named = {"label": series.label}
@@ -150,7 +166,7 @@ def points(
 
     def look(backend: Backend) -> Options:
         if backend == "bokeh":
-            fill_colour = shade if fill else None
+            fill_colour = shade if fill and is_filled(shape) else None
             hover = {"hover_tooltips": tips, "tools": ["hover"]} if tips else {}
             face = {"fill_color": fill_colour, "fill_alpha": alpha}
             return {"line_color": shade, "marker": shape, "size": size, **face, **hover}
@@ -172,6 +188,11 @@ def _area(shade: str, *, edge: bool = False) -> Callable[[Backend], Options]:
         return {"color": shade, "facecolor": shade, "alpha": alpha, "linewidth": 0}
 
     return look
+
+
+def _image_look(backend: Backend) -> Options:
+    del backend
+    return {"cmap": "viridis"}
 
 
 def _count_look(backend: Backend) -> Options:

@@ -138,6 +138,8 @@ class RunSession(Generic[PlanT, PreparedT, StepT]):
         self._prepared_run: PreparedT | None = None
         self._single_step = False
         self._stop_at: int | None = None
+        #: Whether the run stands still, whatever it is told, until it is let go.
+        self.is_held = False
 
     @property
     def num_steps(self) -> int:
@@ -184,6 +186,11 @@ class RunSession(Generic[PlanT, PreparedT, StepT]):
             self.run()
             self._stop_at = iteration
 
+    @property
+    def is_on_its_way(self) -> bool:
+        """Whether the run goes on to an iteration at which it will pause."""
+        return self.phase is Phase.RUNNING and self._stop_at is not None
+
     @_whole
     def pause(self) -> None:
         """Stop after the step that is under way."""
@@ -222,7 +229,7 @@ class RunSession(Generic[PlanT, PreparedT, StepT]):
             return None
         if self._prepared_run is None:
             return Job(run_number=self.run_number, kind=JobKind.PREPARE, plan=self._plan)
-        if not (self._single_step or self.phase is Phase.RUNNING):
+        if self.is_held or not (self._single_step or self.phase is Phase.RUNNING):
             return None
         kind = JobKind.REPLAY if self.cursor < len(self._steps) else JobKind.ADVANCE
         state = self._steps[-1].state if self._steps else self._prepared_run.initial_state

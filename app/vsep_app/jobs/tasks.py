@@ -20,6 +20,7 @@ from vsep.inference.core.progress import Step
 from vsep.inference.core.run import guarded_step
 from vsep.inference.core.state import SeparationState
 from vsep.inference.registry import ESTIMATORS, make_estimator
+from vsep.presets.places import parse_places
 from vsep.presets.record import RecordedPreset, SimulatedPreset
 from vsep.presets.registry import PRESETS
 from vsep.presets.scenes import simulate_preset
@@ -31,9 +32,10 @@ from vsep.signal.scene import Observation
 from vsep.signal.simulate import add_interference
 from vsep.signal.template import SignalModel
 from vsep_app.assets import path
-from vsep_app.jobs.run_session import Snapshot
+from vsep_app.jobs.run_session import Phase, Snapshot
 from vsep_app.jobs.weak_memo import WeakMemo
 from vsep_app.jobs.worker import Limited
+from vsep_app.model.crossing import ALL_RAMPS
 from vsep_app.model.picture import Picture, make_picture
 from vsep_app.model.settings import LOADED_FRAME, Plan
 from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_static_picture
@@ -42,6 +44,8 @@ from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_stat
 MAX_SAMPLES = 8 * 2**20
 READ_S = 20.0
 SIGNAL = "received"
+NO_RUN = -1
+"""Number of the run of a preview, which is none."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,9 +69,10 @@ class Prepared:
 
 
 class MadeScene(NamedTuple):
-    """A frame, with truth where it is known, and the filter that an estimator is to assume."""
+    """A frame, with truth where it is known, its filter, and that which an estimator assumes."""
 
     frame: Frame
+    true_filter: AntiAliasingFilter
     assumed_filter: AntiAliasingFilter
 
 
@@ -130,7 +135,8 @@ def prepare(plan: Plan, loaded: Frame | None = None, antenna: int = 0) -> Prepar
         observation=Observation(received=received, truth=frame.antennas_truth or frame.truth),
         initial_state=estimator.init(received),
         static_pictures=tuple(
-            static_picture_of(frame, number) for number in range(frame.num_antennas)
+            static_picture_of(frame, number, cutoff_hz=scene.true_filter.cutoff_hz)
+            for number in range(frame.num_antennas)
         ),
         num_antennas=scene.frame.num_antennas,
     )
@@ -141,17 +147,21 @@ def is_together(plan: Plan, frame: Frame) -> bool:
     return frame.num_antennas > 1 and ESTIMATORS.require(plan.estimator).several_antennas
 
 
-def static_picture_of(frame: Frame, antenna: int) -> StaticPicture:
+def static_picture_of(
+    frame: Frame, antenna: int, *, cutoff_hz: float | None = None
+) -> StaticPicture:
     """Return what pictures of one antenna share, where all of a frame are separated together."""
     alone = frame.of_antenna(antenna)
     return make_static_picture(
         frame.radar,
         Observation(received=alone.received, truth=alone.truth),
         title=frame.name,
+        cutoff_hz=cutoff_hz,
         antenna=ShownAntenna(
             number=antenna,
             together=frame.num_antennas,
             spacing_wavelengths=frame.antenna_spacing_wavelengths,
+            num_transmitters=frame.num_transmitters,
         ),
     )
 
@@ -178,7 +188,8 @@ def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0
             truth=observation.truth,
             name=preset.label,
         )
-    return MadeScene(frame=frame, assumed_filter=_assumed_filter(plan, true_filter, measured))
+    assumed_filter = _assumed_filter(plan, true_filter, measured)
+    return MadeScene(frame=frame, true_filter=true_filter, assumed_filter=assumed_filter)
 
 
 def is_simulated(plan: Plan) -> bool:
@@ -192,7 +203,11 @@ def advance(prepared: Prepared, state: SeparationState) -> Step:
 
 
 def compose(
-    snapshot: Snapshot[Prepared, Step], ramp: int, fast_time_mode: str, antenna: int = 0
+    snapshot: Snapshot[Prepared, Step],
+    ramp: int,
+    fast_time_mode: str,
+    antenna: int = 0,
+    crossing_mode: str = ALL_RAMPS,
 ) -> Picture:
     """Make the picture of a snapshot; where there is no such antenna, of the last one."""
     static_pictures = snapshot.prepared_run.static_pictures
@@ -202,9 +217,27 @@ def compose(
         snapshot.steps,
         ramp=ramp,
         fast_time_mode=fast_time_mode,
+        crossing_mode=crossing_mode,
         run_number=snapshot.run_number,
         num_iterations=snapshot.num_steps,
     )
+
+
+def preview(
+    plan: Plan,
+    loaded: Frame | None,
+    frame_antenna: int,
+    ramp: int,
+    fast_time_mode: str,
+    antenna: int,
+    crossing_mode: str,
+) -> Picture:
+    """Make the picture of a plan before any iteration, for settings that are still moving."""
+    prepared = prepare(plan, loaded, frame_antenna)
+    first: Snapshot[Prepared, Step] = Snapshot(
+        run_number=NO_RUN, prepared_run=prepared, steps=(), num_steps=0, phase=Phase.IDLE
+    )
+    return compose(first, ramp, fast_time_mode, antenna, crossing_mode)
 
 
 def run_key(plan: Plan) -> Plan | None:
@@ -276,6 +309,7 @@ def plan_estimator(
         object_threshold_db=plan.object_threshold_db,
         schedule=plan.schedule,
         max_iterations=plan.max_iterations,
+        range_migration=plan.range_migration,
         mask=mask,
     )
     threshold = {"interference_threshold_db": interference_threshold_db}
@@ -288,6 +322,7 @@ def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int)
     recorded = isinstance(preset, RecordedPreset)
     options = simulator_options(asdict(plan), recorded=recorded)
     if not isinstance(preset, RecordedPreset):
+        options["places"] = parse_places(plan.placed)
         _, observation = simulate_preset(
             plan.preset, anti_aliasing_filter=true_filter, frame_number=frame_number, **options
         )

@@ -22,7 +22,7 @@ from vsep.signal.template import SignalModel
 
 # Of another kind than the frame's: it is to be corrected.
 _WRONG_FILTER = RaisedCosineFilter(cutoff_hz=1.275e6, rolloff=0.25)
-_ITERATIONS = 4  # search, bursts, channels, the filter's correction and objects have had a turn
+_ITERATIONS = 8  # search, bursts, channels, weights, the filter's correction and objects had a turn
 
 
 def compile_everything() -> None:

@@ -10,17 +10,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray
-from vsep.analysis.angles import object_angles
+from vsep.analysis.angles import object_angles, without_motion
 from vsep.inference.core.progress import Step, Termination
 from vsep.inference.core.state import ObjectComponents, SeparationState
-from vsep.inference.objects.uncertainty import dispersion_std
+from vsep.inference.deviations import state_deviations
 from vsep.units import to_db
 from vsep_app.model import markers, text
+from vsep_app.model.crossing import ALL_RAMPS, Crossing, crossing_of
 from vsep_app.model.score import Score, score_of
 from vsep_app.model.static_picture import ByteArray, StaticPicture
 
 FLASH_ITERATIONS = 3
 FADE_ITERATIONS = 6
+NOTHING_CANCELLED = "No burst is modelled yet"
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +76,11 @@ class Picture(RunPicture):
     pruned: markers.Markers
     #: Interference-channel components of the ramp at their equivalent range.
     channel: markers.Markers
+    crossing: Crossing  #: Courses of chirps over the ramps, or in the ramp's spectrogram.
     score: Score | None  #: How many objects are found; None where the true ones are not known.
     headline: str  #: What happened in this iteration, in plain words.
     is_cleaned: bool  #: Whether a burst is modelled in any ramp.
+    is_corrected: bool  #: Whether errors of oscillator or receiver are taken off.
     map_after: ByteArray  #: (Mp, Mn) uint8: Range-Doppler map after cancellation.
     #: (P,) float: Mean level of the estimated burst of each ramp; NaN where none is modelled.
     burst_level_db: FloatArray
@@ -84,6 +88,17 @@ class Picture(RunPicture):
     log: tuple[text.LogLine, ...]  #: Oldest first.
     table: tuple[text.TableRow, ...]  #: Sorted by distance.
     progress: Progress  #: Diagnostics up to here.
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the map after cancellation is another than the one before."""
+        return self.is_cleaned or self.is_corrected
+
+    @property
+    def title_after(self) -> str:
+        """Title of the map after cancellation."""
+        done = ["bursts cancelled"] * self.is_cleaned + ["receiver corrected"] * self.is_corrected
+        return ", ".join(["Range-Doppler", *done]) if done else NOTHING_CANCELLED
 
 
 def make_picture(
@@ -93,6 +108,7 @@ def make_picture(
     *,
     ramp: int = 0,
     fast_time_mode: str = "level",
+    crossing_mode: str = ALL_RAMPS,
     run_number: int = 0,
     num_iterations: int | None = None,
 ) -> Picture:
@@ -110,6 +126,8 @@ def make_picture(
         Ramp shown, clipped to those there are.
     fast_time_mode : str
         "level" or "real".
+    crossing_mode : str
+        "ramps" or "spectrogram".
     run_number : int
         Passed on, so that a stale picture can be told.
     num_iterations : int or None
@@ -135,6 +153,7 @@ def make_picture(
         added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
         pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
         channel=markers.channel_marks(static_picture, state, ramp),
+        crossing=crossing_of(static_picture, state, ramp=ramp, mode=crossing_mode),
         score=score,
         headline=text.headline(
             steps,
@@ -144,6 +163,7 @@ def make_picture(
             score=score,
         ),
         is_cleaned=bool(state.interfered_ramps),
+        is_corrected=state.receiver is not None,
         map_after=static_picture.map_of(state.cleaned(static_picture.observation.received)),
         burst_level_db=_burst_levels(static_picture, state),
         true_ramps=static_picture.true_ramps,
@@ -164,8 +184,9 @@ def _ramp_signals(static_picture: StaticPicture, state: SeparationState, ramp: i
     true_object = unknown if truth is None else truth.object_signal[ramp]
     modelled = ramp in state.interfered_ramps
     interference = state.interference_signal[ramp] if modelled else unknown
+    corrected = state.corrected(static_picture.observation.received)[ramp]
     return np.stack(
-        [received, true_object, state.object_signal[ramp], interference, received - interference]
+        [received, true_object, state.object_signal[ramp], interference, corrected - interference]
     )
 
 
@@ -185,7 +206,7 @@ def _table(
 ) -> tuple[text.TableRow, ...]:
     """Rows of all objects, as all antennas together tell them."""
     radar, objects = static_picture.radar, state.objects
-    std = dispersion_std(objects, state.effective_precision, radar.shape, state.relative_noise)
+    std = state_deviations(state, radar.shape, radar.migration)
     cell_m, cell_mps = text.resolution_cells(radar)
     found = text.Located(
         ids=tuple(int(number) for number in objects.component_ids),
@@ -212,10 +233,9 @@ def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> text.An
     spacing = static_picture.antenna.spacing_wavelengths
     if static_picture.antenna.together == 1 or spacing is None:
         return None
+    weights = objects.amplitudes.reshape(objects.num_components, static_picture.antenna.together)
     found = object_angles(
-        objects.amplitudes.reshape(objects.num_components, -1)
-        if objects.num_components
-        else np.zeros((0, static_picture.antenna.together), dtype=np.complex128),
+        without_motion(weights, objects.dopplers, static_picture.antenna.num_transmitters),
         np.real(np.diagonal(objects.covariance)),
         spacing,
     )

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import param
 
 from vsep.inference.registry import ESTIMATORS
-from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, SCENE_PARAMETERS, Parameter
+from vsep.parameters import ESTIMATOR_PARAMETERS, FILTER_PARAMETERS, SCENE_PARAMETERS
+from vsep.parameters.record import Parameter
+from vsep.presets.places import parse_places
 from vsep.presets.registry import DEFAULT_PRESET, PRESETS
 
 LOADED_FRAME = "loaded-frame"
@@ -32,7 +34,22 @@ ESTIMATOR = Parameter(
     default=_SELF_SUFFICIENT[0].name,
     choices={entry.name: entry.label for entry in _SELF_SUFFICIENT},
 )
-PLAN_PARAMETERS = (PRESET, *SCENE_PARAMETERS, *FILTER_PARAMETERS, ESTIMATOR, *ESTIMATOR_PARAMETERS)
+PLACED = Parameter(
+    name="placed",
+    title="Object places",
+    help="Range in m, velocity in m/s and level in dB of each object, as in 12,1.5,0; 20,0,-6, in "
+    "the place of those that the seed draws. Empty: these.",
+    default="",
+    of_recording=False,
+)
+PLAN_PARAMETERS = (
+    PRESET,
+    *SCENE_PARAMETERS,
+    PLACED,
+    *FILTER_PARAMETERS,
+    ESTIMATOR,
+    *ESTIMATOR_PARAMETERS,
+)
 VIEW_PARAMETERS = (
     Parameter(
         name="ramp",
@@ -41,6 +58,13 @@ VIEW_PARAMETERS = (
         default=0,
         bounds=(0, 65_535),
         typed=True,
+    ),
+    Parameter(
+        name="crossing",
+        title="Chirps",
+        help="All ramps: the other radar's chirps over the whole frame. Spectrogram: of the ramp.",
+        default="ramps",
+        choices={"ramps": "All ramps", "spectrogram": "Spectrogram"},
     ),
     Parameter(
         name="antenna",
@@ -71,6 +95,14 @@ VIEW_NAMES = tuple(each.name for each in VIEW_PARAMETERS)
 SETTINGS = {each.name: each for each in (*PLAN_PARAMETERS, *VIEW_PARAMETERS)}
 
 
+class Places(param.String):  # type: ignore[type-arg]
+    """A text of `vsep.presets.places`; any other is a ValueError."""
+
+    def _validate(self, val: Any) -> None:
+        super()._validate(val)
+        parse_places(val)
+
+
 def _declared(record: Parameter) -> Any:
     """Return the `param` declaration of a setting."""
     words: dict[str, Any] = {
@@ -82,6 +114,8 @@ def _declared(record: Parameter) -> Any:
         return param.Selector(objects=[*record.choices], **words)
     if isinstance(record.default, bool):
         return param.Boolean(**words)
+    if isinstance(record.default, str):
+        return Places(**words)
     kind: Any = param.Integer if record.whole else param.Number
     return kind(bounds=record.offered, allow_None=record.optional, **words)
 
@@ -139,4 +173,4 @@ def preset_values(preset: str) -> dict[str, Any]:
     """
     known = PRESETS.get(preset)
     defaults = {} if known is None else known.defaults()
-    return {"preset": preset, **defaults, "ramp": 0}
+    return {"preset": preset, "placed": PLACED.default, **defaults, "ramp": 0}

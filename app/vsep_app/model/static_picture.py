@@ -46,6 +46,7 @@ class ShownAntenna:
     together: int = 1  #: Antennas that are separated together; 1: this one alone.
     #: Between neighbours of a uniform line of antennas; None: not known, no angles.
     spacing_wavelengths: float | None = None
+    num_transmitters: int = 1  #: Transmitters that take turns.
 
 
 THE_ONLY_ANTENNA = ShownAntenna()
@@ -77,6 +78,7 @@ class StaticPicture:
     #: are several ramps; else all of the range axis, and an empty tuple.
     shown_ranges_m: Limits
     shown_velocities_mps: Limits | tuple[()]
+    band_hz: float  #: Half-width of the pass band, at most half of the sampling rate.
     title: str  #: The scene in a few words.
     levels_text: str  #: SNR and SIR in both conventions.
     antenna: ShownAntenna = THE_ONLY_ANTENNA  #: Whose frame it is.
@@ -112,12 +114,15 @@ def make_static_picture(
     *,
     title: str,
     antenna: ShownAntenna = THE_ONLY_ANTENNA,
+    cutoff_hz: float | None = None,
 ) -> StaticPicture:
     """Compute axes, limits and truth of a scene.
 
     The observation is the frame of one antenna, with truth where it is known; the title says the
-    scene in a few words, `antenna` whose frame it is.
+    scene in a few words, `antenna` whose frame it is, `cutoff_hz` where its filter passes half of
+    the amplitude, by default a quarter of the sampling rate.
     """
+    nyquist_hz = radar.sample_rate_hz / 2.0
     received, truth = observation.received, observation.truth
     power = np.abs(received) ** 2
     reference = float(np.median(power)) or float(np.mean(power))
@@ -156,6 +161,7 @@ def make_static_picture(
         shown_ranges_m=shown_ranges,
         shown_velocities_mps=shown_velocities,
         true_ramps=_true_ramps(radar, truth),
+        band_hz=min(nyquist_hz / 2.0 if cutoff_hz is None else cutoff_hz, nyquist_hz),
         title=title,
         levels_text=_levels_text(radar, truth),
         antenna=antenna,
@@ -206,7 +212,10 @@ def _map_power(
     radar: ChirpSequence, signal: ComplexArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     dopplers, beats, power = range_doppler_map(
-        signal, zero_padding=MAP_PADDING, lowest_beat=radar.lowest_beat
+        signal,
+        zero_padding=MAP_PADDING,
+        lowest_beat=radar.lowest_beat,
+        migration=radar.migration,
     )
     ranges = radar.range_from_beat(beats)
     order = np.argsort(ranges)

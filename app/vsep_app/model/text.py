@@ -9,7 +9,8 @@ import numpy as np
 
 from vsep._typing import FloatArray
 from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo, Step, Termination
-from vsep.parameters import PARAMETERS
+from vsep.inference.core.state import SeparationState
+from vsep.parameters import PARAMETERS, RECEIVER_PARAMETERS
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 from vsep_app.model.score import Score
 
@@ -34,7 +35,7 @@ _ENDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class LogLine:
-    """One line of the event log; `kind` names its colour: added, pruned, burst, quiet or end.
+    """One line of the log; `kind` names its colour: added, pruned, burst, receiver, quiet or end.
 
     A quiet line is one of many alike: it has a number and the noun of what it counts.
     """
@@ -83,8 +84,14 @@ def counted(number: int, noun: str) -> str:
 def log_lines(steps: Sequence[Step], radar: ChirpSequence) -> tuple[LogLine, ...]:
     """Return the log of a run, oldest line first."""
     lines: list[LogLine] = []
+    told = ""
     for step in steps:
         lines.extend(iteration_lines(step.state.iteration, step.info, radar))
+        if any(event.kind is EventKind.RECEIVER_CHANGED for event in step.info.events):
+            text = receiver_text(step.state, radar)
+            if text != told:
+                lines.append(LogLine(iteration=step.state.iteration, text=text, kind="receiver"))
+            told = text
         if step.termination is not Termination.RUNNING:
             text = _END_LINES.get(step.termination, step.termination.value)
             lines.append(LogLine(iteration=step.state.iteration, text=text, kind="end"))
@@ -117,6 +124,23 @@ def iteration_lines(
         text += where if radar.num_ramps > 1 and ramps else ""
         lines.append(_quiet(iteration, text, count, singular))
     return tuple(lines)
+
+
+def receiver_text(state: SeparationState, radar: ChirpSequence) -> str:
+    """Say which errors of oscillator and receivers are taken off the frame, in rounded figures."""
+    if state.receiver is None:
+        return "oscillator and receiver: no error is evident any more"
+    figures = state.receiver.figures(radar.sample_rate_hz, state.noise_precision)
+    parts = []
+    for record in RECEIVER_PARAMETERS:
+        name = record.option or record.name
+        if name not in figures:
+            continue
+        value = figures[name]
+        every = value if isinstance(value, list) else [value]
+        shown = ", ".join(f"{one / record.scale:.3g}" for one in every)
+        parts.append(f"{record.title} {shown} {record.unit or record.convention}".rstrip())
+    return "oscillator and receiver: " + "; ".join(parts)
 
 
 def _quiet(iteration: int, text: str, number: int, noun: str) -> LogLine:

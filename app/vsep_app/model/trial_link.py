@@ -21,7 +21,7 @@ from vsep.separability.trial_word import is_map_trial_word, trial_of_word
 from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.frames import trial_frame
 from vsep.studies.methods import NO_INTERFERENCE
-from vsep.studies.study import Point, Trial, TrialSettings
+from vsep.studies.study import DRAWN, Point, Trial, TrialSettings, point_of
 from vsep.studies.trial import DONE, Row
 from vsep.studies.trial_scenario import preset_name
 from vsep_app.model.settings import Settings, preset_values
@@ -58,7 +58,7 @@ def trial_link(row: Row) -> str:
     names = ("study", "point_index", "realization", "method", "seed", "schedule")
     word = "/".join(str(row[name]) for name in names)
     # As a point: a row of an older version has no entry for what a point has got since.
-    point = Point(**row["point"]).parameters()
+    point = point_of(row["point"]).parameters()
     if point == _point_parameters(row["study"], index, None):
         return word
     if threshold is not None and point == _point_parameters(row["study"], index, threshold):
@@ -106,9 +106,9 @@ def _opened(link: str, trial: Trial) -> OpenedTrial:
 def _scene_values(trial: Trial, *, has_bursts: bool) -> dict[str, Any]:
     """Return the settings of the scene of a trial, in the units of the controls."""
     point = trial.point
-    name = preset_name(point, trial.realization)
-    if point.scene in NOISE_SCENES:
+    if point.scene in (*NOISE_SCENES, *DRAWN):
         return {}
+    name = preset_name(point, trial.realization)
     values = preset_values(name)
     slope, cutoff = point.interferer_slope_hz_per_s, point.filter_cutoff_hz
     if slope is not None:

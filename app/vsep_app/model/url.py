@@ -85,7 +85,7 @@ def as_given(value: Any) -> str:
 def _parse(parameter: Any, value: Any) -> Any:
     """Return a value the parameter accepts; everything else is a ValueError."""
     try:
-        if isinstance(value, str) and not isinstance(parameter, param.Selector):
+        if isinstance(value, str) and not isinstance(parameter, param.Selector | param.String):
             value = json.loads(value.lower() if isinstance(parameter, param.Boolean) else value)
         if value is None and parameter.allow_None:
             return None
@@ -115,6 +115,8 @@ def _allowed(parameter: Any) -> str:
         return "one of " + ", ".join(str(choice) for choice in parameter.objects)
     if isinstance(parameter, param.Boolean):
         return "true or false"
+    if isinstance(parameter, param.String):
+        return "a text as 12,1.5,0; 20,0,-6"
     lowest, highest = parameter.bounds
     kind = "a whole number" if isinstance(parameter, param.Integer) else "a number"
     empty = ", or null" if parameter.allow_None else ""

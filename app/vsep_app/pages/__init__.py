@@ -46,3 +46,15 @@ PAGES: Final[dict[str, PageEntry]] = {
     )
 }
 """All pages by address, in the order of the header."""
+
+APART: Final[dict[str, PageEntry]] = {
+    page.address: page
+    for page in (
+        PageEntry("lead", "Lead", "vsep: the lesson", "lead:LeadPage"),
+        PageEntry("embed", "Embedded view", "vsep: one view", "embed:EmbedPage"),
+    )
+}
+"""Pages that no header links to: the lecturer's, and the one that stands in other pages."""
+
+LEAD = APART["lead"]
+EMBED = APART["embed"]

@@ -1,7 +1,7 @@
 """Page context, navigation and frame that all pages share."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -13,8 +13,9 @@ from bokeh.models import CustomJS
 from vsep_app.jobs.background import BackgroundTasks
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
-from vsep_app.pages import PAGES
-from vsep_app.server.patches import leave_busy_state, write_styles_once
+from vsep_app.pages import APART, PAGES
+from vsep_app.server.lesson import Glance, Seat
+from vsep_app.server.patches import leave_busy_state
 from vsep_app.teaching.experiment import Experiment, shipped_experiments
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.layout import html_pane, main_part, stylesheet, theme
@@ -54,6 +55,8 @@ class PageContext:
     most_kept: int = MAX_KEPT  #: So many iterations of a run can be shown.
     #: So many studies run at once on this server; None sets no limit.
     most_studies: int | None = None
+    #: The place of the page in a lesson; None where nobody leads.
+    seat: Seat | None = None
 
 
 class PageBase(ABC):
@@ -76,6 +79,24 @@ class PageBase(ABC):
     def close(self) -> None:
         """Stop for good: the browser has left."""
 
+    @property
+    def seat(self) -> Seat | None:
+        """The place of the page in a lesson; None where nobody leads."""
+        return self._context.seat
+
+    def take_view(self, query: Mapping[str, str]) -> bool:
+        """Show in place what an address of this page names; False if it has to be opened anew."""
+        del query
+        return False
+
+    def hold(self, held: bool) -> None:
+        """Let nothing go on until it is let go: the lecturer speaks."""
+        del held
+
+    def glance(self) -> Glance | None:
+        """Return the page in small for the lecturer, None while it shows nothing."""
+        return None
+
     def notify_error(self, sentence: str) -> None:
         """Notify the user of what cannot be done."""
         notify(sentence)
@@ -96,14 +117,21 @@ def links(here: str) -> Any:
 
 
 def page_frame(
-    here: str, description: str, status: Any, *, sidebar: Any, main: Any, tools: Sequence[Any] = ()
+    here: str,
+    description: str,
+    status: Any,
+    *,
+    sidebar: Any,
+    main: Any,
+    tools: Sequence[Any] = (),
+    folded: Sequence[Any] = (),
 ) -> Any:
     """Return a page with header, side bar and main part.
 
     Parameters
     ----------
     here : str
-        Address of the page itself, a key of `vsep_app.pages.PAGES`.
+        Address of the page itself, a key of `vsep_app.pages.PAGES` or `APART`.
     description : str
         For search engines.
     status : Viewable
@@ -114,15 +142,16 @@ def page_frame(
         Everything else, from top to bottom.
     tools : sequence of Viewable
         Buttons of the header, left of the status.
+    folded : sequence of Viewable
+        Controls that are shown on demand, for the help.
     """
-    title = PAGES[here].title
+    title = {**PAGES, **APART}[here].title
     main = main_part(title, *main)
-    guidance = Help([*sidebar, main])
+    guidance = Help([*sidebar, *folded, main])
     status.param.update(align="center", stylesheets=[stylesheet("header")])
     document = pn.state.curdoc
     if document is not None:
         document.js_on_event("document_ready", CustomJS(code=_CLOSE_SIDE_BAR))
-        write_styles_once(document)
     page = pmu.Page(
         title=title,
         sidebar_width=292,

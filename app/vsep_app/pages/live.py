@@ -2,57 +2,64 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import panel as pn
 
 from vsep.files.frame import Frame
-from vsep.inference.core.progress import Step
+from vsep.inference.core.progress import Termination
 from vsep_app.jobs.frame_store import FRAME_KEY, StoredFrame, frame_of_query
+from vsep_app.jobs.preview import Preview
 from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.run_session import Phase
-from vsep_app.jobs.tasks import Prepared, advance, compact, compose, prepare, run_key, strip
+from vsep_app.jobs.tasks import (
+    advance,
+    compact,
+    compose,
+    prepare,
+    preview,
+    run_key,
+    strip,
+)
+from vsep_app.model.alternatives import alternatives
 from vsep_app.model.picture import Picture
-from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Plan, Settings
+from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
 from vsep_app.model.trial_link import TRIAL_KEY, OpenedTrial, trial_of_query
-from vsep_app.model.url import ITERATION_KEY, QUERY_NAMES, parse_iteration, parse_query
+from vsep_app.model.url import parse_iteration, parse_query
 from vsep_app.pages.base import PageContext, page_frame
-from vsep_app.pages.run_page import ScenePage
+from vsep_app.pages.live_address import with_start
+from vsep_app.pages.live_stage import StagedPage
+from vsep_app.pages.live_views import LiveViews
 from vsep_app.report.snapshot import SnapshotFile, make_snapshot, snapshot_spec
 from vsep_app.report.spec import KeptFrame, ReportSpec
-from vsep_app.teaching.experiment import EXPERIMENT_KEY, LIVE, Experiment, open_experiment
-from vsep_app.teaching.guide import Guide
-from vsep_app.views.progress import ProgressView
-from vsep_app.views.ramps import RampStrip
-from vsep_app.views.range_doppler import RangeDopplerView
-from vsep_app.views.signals import DelayView, FastTimeView
-from vsep_app.views.style import Axis, crosshair
-from vsep_app.widgets.controls import Controls
-from vsep_app.widgets.exports import RunTables
+from vsep_app.teaching.experiment import LIVE, Experiment, open_experiment
+from vsep_app.teaching.guide import Guide, cards_html
+from vsep_app.widgets.chirp_drag import ChirpDrag
+from vsep_app.widgets.controls import Controls, slope_remark
 from vsep_app.widgets.headline import Headline
-from vsep_app.widgets.keys import Keys
-from vsep_app.widgets.layout import card, progress_card, stack
+from vsep_app.widgets.keys import ITERATION_PREFIX, Keys
 from vsep_app.widgets.location import set_query, synchronise
+from vsep_app.widgets.object_drag import ObjectDrag
 from vsep_app.widgets.share import Share
 from vsep_app.widgets.transport import Transport
 
-START_QUERY = {"preset": "simulation-2-b", ITERATION_KEY: "0"}  # of an address that names nothing
 OPENING_SHARE = 0.25  # of the speed, for the first iterations after a run was begun by hand
+PREVIEW_HEADLINE = "This is what the radar would receive. Let go, and it is separated."
+EQUAL_HEADLINE = "Your own slope: the other chirp is a steady tone, as an object is. Let go."
 SIDE_PERIOD_S = 0.3
 SIDE_PICTURES = 4
 
 
-class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
+class Dashboard(StagedPage):
     """One user's dashboard."""
 
     address = "./"
 
     def __init__(self, context: PageContext) -> None:
-        named = {*QUERY_NAMES.values(), ITERATION_KEY, TRIAL_KEY, FRAME_KEY, EXPERIMENT_KEY}
-        start = {} if named & context.query.keys() else START_QUERY
         self._stored, query, handover_errors = frame_of_query(
-            {**start, **context.query}, context.shared_resources.frames
+            with_start(context.query), context.shared_resources.frames
         )
         self._trial, query, trial_errors = trial_of_query(query)
         query, opened, unknown = open_experiment(query, context.experiments, LIVE)
@@ -62,13 +69,37 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         scene = self._trial.scene if self._trial else {}
         super().__init__(context, Settings(**{**trial_values, **values, **scene}))
         self._stop_at, more = parse_iteration(query)
-        self._errors = handover_errors + trial_errors + unknown + errors + more
+        self._errors += handover_errors + trial_errors + unknown + errors + more
         self._kept: KeptFrame | None = None
         self._side_drawn = 0.0
         self._shown_run = 0
-        self._make_views()
-        self.controls = Controls(self.settings, self.load)
-        self.guide = Guide(context.experiments, here=LIVE, take=self.take_experiment, opened=opened)
+        self.controls = Controls(self.settings, self.load, self._moved)
+        self.chirps = ChirpDrag(self.settings, self.controls.widgets)
+        self.objects = ObjectDrag(self.settings, self.controls.widgets["placed"], self._moved)
+        self.views = LiveViews(
+            self._ramp_selected,
+            self.chirps.take,
+            objects=self.objects,
+            cards=cards_html(context.experiments),
+        )
+        self.headline = Headline()
+        self._acknowledge(self.views.fast_time.source)
+        self.preview: Preview[Picture] = Preview(
+            context.pool,
+            preview,
+            self._show_preview,
+            post=context.post,
+            background=context.background,
+        )
+        self.guide = Guide(
+            context.experiments,
+            here=LIVE,
+            take=self.take_experiment,
+            opened=opened,
+            run=lambda: self._pressed("run"),
+            widgets=self.controls.widgets,
+            answered=self._answered,
+        )
         if self._trial is not None:
             self._take_trial(self._trial)
         self._make_loop(
@@ -96,55 +127,84 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         self.settings.param.watch(lambda *_: self.loop.redraw(), list(VIEW_NAMES))
         self.settings.param.watch(lambda *_: self._antenna_chosen(), "antenna")
 
-    def _make_views(self) -> None:
-        range_axis, line = Axis(), crosshair()
-        self.fast_time = FastTimeView()
-        self.delay = DelayView(range_axis, line)
-        self.maps = RangeDopplerView(range_axis, line)
-        self.ramps = RampStrip(self._ramp_selected)
-        self.progress = ProgressView()
-        self.tables = RunTables()
-        self.headline = Headline()
-        self._acknowledge(self.fast_time.source)
-
     def page(self) -> Any:
         """Return the whole page."""
-        self._strip = card(self.ramps.figure, weight=0, height=62, look="strip")
-        maps = (card(plot, weight=1, look="strip") for plot in (self.maps.before, self.maps.after))
-        self._map_row = stack(*maps, weight=13, row=True, sheet="maps")
-        signals = (
-            card(self.fast_time.figure, weight=10, key=self.fast_time.key),
-            card(self.delay.figure, weight=11, key=self.delay.key),
-        )
-        self._keys = [each[-1] for each in signals]
-        views = stack(
-            self._strip,
-            *signals,
-            self._map_row,
-            weight=17,
-        )
-        side = stack(
-            *self.tables.panels("Objects", log_weight=6),
-            progress_card(self.progress),
-            weight=10.5,
-        )
-        body = stack(views, side, row=True, sheet="body")
+        body = self.views.layout()
+        first = self._context.shared_resources.first_pictures.get(self.settings.plan())
+        if first is not None and self.settings.ramp == 0:
+            # What the browser has from the beginning need not be drawn a second time.
+            self.views.show_before(first.picture, can_drag=self.chirps.can_drag)
+            self.headline.show(first.picture, is_first=self._stop_at == 0)
         self.fault.cover(body)
+        self.toolbar = self.transport.layout()
+        self.stage(self.guide.experiment)
+        self.guide.choice.param.watch(lambda _: self.stage(self.guide.experiment), "value")
         self.headline.play.on_click(lambda _: self.transport.command("run"))
-        self.keys = Keys(self.fast_time.source, self._pressed)
+        self.keys = Keys(self.views.fast_time.source, self._pressed)
         return page_frame(
             self.address,
             "Variational separation of radar objects and interference, live.",
             self.transport.status,
             tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
-            main=[self.transport.layout(), self.headline.layout(), self.fault.pane, body],
+            folded=self.controls.folded(),
+            main=[self.toolbar, self.headline.layout(), self.fault.pane, body],
         )
 
     def _pressed(self, name: str) -> None:
-        """Do what a key stands for: a button of the toolbar; space is run or pause."""
-        running = self.session.phase is Phase.RUNNING
-        self.transport.command(("pause" if running else "run") if name == "toggle" else name)
+        """Do what a key or a click stands for: a ramp, an iteration, or a button of the toolbar."""
+        ramp_step = {"ramp_back": -1, "ramp_next": 1}.get(name)
+        if ramp_step is not None:
+            self._ramp_selected(self.settings.ramp + ramp_step)
+        elif self.guide.press(name):
+            return
+        elif name == "swipe":
+            self.views.map.swipe()
+        elif name == "delete":
+            self.objects.delete()
+        elif name.startswith(ITERATION_PREFIX):
+            self.session.scrub(int(name.removeprefix(ITERATION_PREFIX)))
+            self.loop.wake()
+        else:
+            running = self.session.phase is Phase.RUNNING
+            self.transport.command(("pause" if running else "run") if name == "toggle" else name)
+
+    def _ramp_selected(self, ramp: int) -> None:
+        shown = self.session.prepared_run
+        if shown is not None and 0 <= ramp < shown.static_picture.radar.num_ramps:
+            super()._ramp_selected(ramp)
+
+    def _view(self) -> tuple[Any, ...]:
+        return *super()._view(), self.settings.crossing
+
+    def _moved(self) -> None:
+        """Show the frame of settings that still move; the estimator waits for their release."""
+        plan = self.controls.moving_plan()
+        if self.objects.moving is not None:
+            plan = replace(plan, placed=self.objects.moving)
+        if plan == self.settings.plan():
+            if self.preview.is_active:
+                self.preview.end()
+                self.loop.redraw()
+        elif self.session.prepared_run is not None:
+            if self._trial is not None and self.controls.keeps_scene:
+                plan = replace(plan, preset=self._trial.scene["preset"])
+            self.preview.want(plan, self._frame, self.settings.antenna, *self._view())
+
+    def _show_preview(self, picture: Picture) -> None:
+        """Draw a frame of which nothing is estimated; called with the document locked."""
+        with pn.io.hold():
+            equal = bool(slope_remark(picture.crossing.true))
+            self.headline.tell(EQUAL_HEADLINE if equal else PREVIEW_HEADLINE)
+            self.controls.show_levels(picture.static_picture.levels_text)
+            self.views.show_before(picture, can_drag=self.chirps.can_drag)
+
+    def _was_drawn(self, attr: str, old: Any, new: Any) -> None:
+        super()._was_drawn(attr, old, new)
+        self.preview.drawn()
+
+    def _waits(self) -> bool:
+        return self.guide.awaits_prediction
 
     def _speed(self) -> float:
         return super()._speed() * (OPENING_SHARE if self.transport.is_opening else 1.0)
@@ -153,6 +213,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         """Begin the first run; called when the page has been drawn."""
         synchronise(self.settings, self.notify_error)
         self.guide.write_address()
+        self._write_words()
         if self._trial is not None:
             set_query(TRIAL_KEY, self._trial.link)
         if self._stored is None:
@@ -181,6 +242,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
     def _set(self, experiment: Experiment) -> None:
         self._leave_trial()
         super()._set(experiment)
+        self.stage(experiment)
 
     def _take_frame(self, frame: Frame) -> None:
         super()._take_frame(frame)
@@ -221,7 +283,9 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
 
     def show(self, picture: Picture) -> None:
         """Draw a picture on all views; called with the document locked."""
-        several = picture.static_picture.radar.num_ramps > 1
+        if self.preview.is_active:
+            self.loop.acknowledged()
+            return
         if self.session.prepared_run is not None:
             # What several antennas take of the memory is that of fewer iterations.
             self.session.most_kept = self._most_kept // len(
@@ -229,40 +293,33 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
             )
         with pn.io.hold():
             self.fault.clear(shown=(picture.run_number, picture.iteration))
-            at_rest = self.session.phase is not Phase.RUNNING
-            self.headline.show(picture.headline, is_first=at_rest and picture.iteration == 0)
-            self._map_row.visible = self._strip.visible = several
-            self._show_keys(picture)
-            self.delay.update(picture)
-            if several:
-                running = self.session.phase is Phase.RUNNING and picture.iteration > 0
-                self.maps.update(
-                    picture, with_image=not running or self._pace.sends_map(picture.iteration)
-                )
-                self.ramps.update(picture)
+            running = self.session.phase is Phase.RUNNING
+            self.headline.show(
+                picture,
+                is_first=not running and picture.iteration == 0,
+                remark=slope_remark(picture.crossing.true),
+            )
             if self._is_time_for_the_side(picture):
-                self.progress.update(picture)
-                self.tables.show(picture)
+                self.views.show_side(picture)
+                self.headline.describe(alternatives(picture))
                 self.controls.show_levels(picture.static_picture.levels_text)
                 if self.session.prepared_run is not None:
                     self.controls.show_threshold(self.session.prepared_run.estimator.threshold_db)
                 self.transport.show(picture, self.loop.rate)
             elif picture.run_number != self._shown_run:
                 self.transport.refresh(self.loop.rate, picture)
+            begins = not running and picture.iteration == picture.num_iterations == 0
+            self.views.show_cards(begins and self.guide.experiment is None)
+            if picture.termination is not Termination.RUNNING:
+                self.guide.finished(picture.score)
             self._shown_run = picture.run_number
-            self.fast_time.update(picture)
+            self.views.show_before(
+                picture,
+                can_drag=self.chirps.can_drag,
+                with_map=not (running and picture.iteration > 0)
+                or self._pace.sends_map(picture.iteration),
+            )
         self._shared_iteration.write(self.session.phase, picture.iteration)
-
-    def _show_keys(self, picture: Picture) -> None:
-        """Let the keys beside the views name a truth only where one is known."""
-        keys = self.fast_time.key, self.delay.key
-        if picture.score is None:
-            known = picture.static_picture.observation.truth is not None
-            first = self.fast_time.recorded_key if known else self.fast_time.untrue_key
-            keys = first, self.delay.untrue_key
-        for pane, key in zip(self._keys, keys, strict=True):
-            if pane.object != key:
-                pane.object = key
 
     def _is_time_for_the_side(self, picture: Picture) -> bool:
         """Whether to draw what is beside the views: less often, for it costs the browser most.
@@ -300,6 +357,7 @@ class Dashboard(ScenePage[Plan, Prepared, Step, Picture]):
         return partial(make_snapshot, key, snapshot_spec(shown, spec, self.settings.ramp))
 
     def _restart(self) -> None:
+        self.preview.end()
         if self._goes_on_from_trial():
             return
         if self.settings.preset != LOADED_FRAME:

@@ -2,6 +2,7 @@
 
 import asyncio
 from abc import abstractmethod
+from collections.abc import Mapping
 from functools import partial
 from typing import Any, Generic
 
@@ -14,12 +15,15 @@ from vsep_app.jobs.run_loop import FrameLoop, PictureSink, PictureT, PlanT, Prep
 from vsep_app.jobs.run_session import RunSession, StepT
 from vsep_app.jobs.tasks import READ_UPLOAD
 from vsep_app.model.settings import LOADED_FRAME, Settings
+from vsep_app.model.url import QUERY_NAMES, parse_iteration, parse_query
 from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.teaching.experiment import Experiment
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.fault import FaultNotice
 from vsep_app.widgets.location import SharedIteration
 
+FOLLOWING_RATE = 200.0
+"""Iterations a second at most on the way to where the lecturer is."""
 _SAY_SO = """
 requestAnimationFrame(() => setTimeout(() => {
   drawn.data = {number: [drawn.data.number[0] + 1]}
@@ -37,6 +41,8 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
         super().__init__(context)
         self.settings = settings
         self.fault = FaultNotice()
+        #: What was drawn last, None at first.
+        self.picture: PictureT | None = None
 
     @abstractmethod
     def show(self, picture: PictureT) -> None:
@@ -51,7 +57,7 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
         self.session = RunSession(callbacks.compact, callbacks.strip, most_kept=context.most_kept)
         sink = PictureSink(
             post=context.post,
-            show=self.show,
+            show=self._show_and_keep,
             notify_error=self._failed,
             speed=self._speed,
             watched=context.watched,
@@ -67,7 +73,27 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
 
     def _speed(self) -> float:
         """Return how many iterations a second the user wants."""
-        return float(self.settings.speed)
+        follows = self._context.seat is not None and self.session.is_on_its_way
+        return FOLLOWING_RATE if follows else float(self.settings.speed)
+
+    def _answered(self, experiment: Experiment, value: float, is_right: bool | None) -> bool | None:
+        """Take an answer, a number judged by the truth of the scene; return whether it is right."""
+        picture: Any = self.picture
+        if experiment.ask is not None and picture is not None:
+            is_right = experiment.ask.is_right(value, picture.static_picture)
+        if self._context.seat is not None:
+            self._context.seat.answer(experiment.name, value, is_right)
+        return is_right
+
+    def _show_and_keep(self, picture: PictureT) -> None:
+        self.picture = picture
+        self.show(picture)
+
+    def hold(self, held: bool) -> None:
+        """Let the run stand still until it is let go."""
+        if held != self.session.is_held:
+            self.session.is_held = held
+            self.loop.wake()
 
     def _view(self) -> tuple[Any, ...]:
         """Return how the user wants to see the run."""
@@ -110,14 +136,18 @@ class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
         self._stop_at: int | None = None
         self._shared_iteration = SharedIteration()
 
+    def _waits(self) -> bool:
+        """Whether the run is not to go on by itself beyond its first picture."""
+        return False
+
     def _begin(self) -> None:
         """Begin the first run, up to the iteration that the address names."""
         for error in self._errors:
             self.notify_error(error)
         self.loop.start()
         self._restart()
-        if self._stop_at is not None:
-            self.session.run_to(self._stop_at)
+        if self._stop_at is not None or self._waits():
+            self.session.run_to(self._stop_at or 0)
 
     def load(self, name: str, content: bytes) -> None:
         """Take a frame file; a bad one is shown as refused and nothing else changes."""
@@ -166,12 +196,25 @@ class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
                 measured=brought is not None and brought.kind == "measured",
             )
 
+    def _take_settings(self, query: Mapping[str, str]) -> None:
+        """Go to the settings and the iteration of an address; what it leaves out is as usual."""
+        usual = {name: self.settings.param[name].default for name in QUERY_NAMES}
+        self.settings.param.update(**{**usual, **parse_query(query)[0]})
+        iteration = parse_iteration(query)[0]
+        if iteration is not None:
+            self.session.run_to(iteration)
+        elif not self._waits():
+            self.session.run()
+        self.loop.wake()
+
     def take_experiment(self, experiment: Experiment) -> None:
         """Set all controls as an experiment wants them and begin a run."""
         number = self.session.run_number
         self._set(experiment)
         if self.session.run_number == number:
             self._restart()
+        if self._waits():
+            self.session.run_to(0)
 
     def _set(self, experiment: Experiment) -> None:
         self.settings.param.update(**experiment.settings())

@@ -2,8 +2,9 @@
 
 The views are given every picture of the run, and what their sources then hold is kept; the page's
 script hands it back to them. So the record shows what the dashboard would, and knows nothing of
-what the views are made of. Long curves are kept as 16-bit numbers between their extremes, maps as
-the bytes they are, and everything that is the same twice only once.
+what the views are made of. Long curves are kept as whole numbers between their extremes, each as
+its difference from the one before, which packs well; maps as the bytes they are, and everything
+that is the same twice only once.
 """
 
 import base64
@@ -24,11 +25,11 @@ from vsep_app.report.run import ReportRun
 from vsep_app.views.tables import table_html
 
 MAX_VIEWS = 240
-"""Iterations times ramps: what keeps Simulation II below 4 MB."""
+"""Iterations times ramps: what keeps Simulation II below 1 MB."""
 SHORT_CURVE = 48
-LEVELS = 65_534
+LEVELS = 1022
 """Steps of a long curve between its least and its largest value; one more code means undefined."""
-_UNDEFINED = -32_768
+_UNDEFINED = -1024
 
 
 class Replay:
@@ -47,8 +48,11 @@ class Replay:
         return self._numbers[key]
 
 
-def record_html(run: ReportRun) -> str:
-    """Return the recorded run as one HTML document that asks for nothing else."""
+def record_html(run: ReportRun, guide: str = "") -> str:
+    """Return the recorded run as one HTML document that asks for nothing else.
+
+    `guide` is HTML that stands above it.
+    """
     several = run.static_picture.radar.num_ramps > 1
     views = ReportViews(several=several)
     ramps = recorded_ramps(run)
@@ -91,6 +95,7 @@ def record_html(run: ReportRun) -> str:
         title=f"vsep: {run.static_picture.title}, recorded",
         variables={
             **page_variables(run, last),
+            "guide": guide,
             "replay": as_json(replay).replace("<", "\\u003c"),
             "script": path("report/record.js").read_text(encoding="utf-8"),
             "last": frames[-1],
@@ -123,7 +128,7 @@ def encoded(column: Any) -> Any:
     Parameters
     ----------
     column : array or list
-        A long curve becomes 16-bit numbers, exact to half of 1/65534 of its span; a list that
+        A long curve becomes whole numbers, exact to half of 1/1022 of its span; a list that
         holds one map becomes its bytes; a short column becomes 32-bit numbers.
     """
     if isinstance(column, np.ndarray):
@@ -139,9 +144,10 @@ def _encoded_curve(column: "np.ndarray[Any, np.dtype[Any]]") -> dict[str, Any]:
         return {"kind": "short", "data": _text(column.astype("<f4"))}
     lowest, highest = float(column[finite].min()), float(column[finite].max())
     step = (highest - lowest) / LEVELS or 1.0
-    codes = np.full(len(column), _UNDEFINED, dtype="<i2")
-    codes[finite] = np.round((column[finite].astype(np.float64) - lowest) / step) - LEVELS // 2
-    return {"kind": "curve", "data": _text(codes), "lowest": lowest, "step": step}
+    codes = np.full(len(column), _UNDEFINED)
+    codes[finite] = np.round((column[finite].astype(np.float64) - lowest) / step)
+    differences = np.diff(codes, prepend=0).tolist()
+    return {"kind": "curve", "data": differences, "lowest": lowest, "step": step}
 
 
 def _text(array: "np.ndarray[Any, np.dtype[Any]]") -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from vsep._typing import ComplexArray
 from vsep._version import __version__
 from vsep.analysis.metrics import frame_metrics
+from vsep.analysis.signal_metrics import signal_metrics
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
@@ -147,8 +148,14 @@ def provenance(run: ReportRun) -> dict[str, Any]:
         infos=tuple(step.info for step in run.steps),
         seconds=0.0,
     )
-    spacing = run.static_picture.antenna.spacing_wavelengths
-    result = result_line(run.frame.name, solution, run.frame.radar, spacing)
+    antenna = run.static_picture.antenna
+    result = result_line(
+        run.frame.name,
+        solution,
+        run.frame.radar,
+        antenna.spacing_wavelengths,
+        antenna.num_transmitters,
+    )
     del result["seconds"]  # not a function of the spec
     cleaned = run.seen.cleaned(run.frame.received)
     truth, objects = run.frame.truth, run.state.objects
@@ -158,6 +165,7 @@ def provenance(run: ReportRun) -> dict[str, Any]:
         "spec": spec_data(run.spec),
         "result": result,
         "metrics": frame_metrics(truth, objects.beats, objects.dopplers, cleaned)
+        | signal_metrics(truth, run.frame.received, cleaned)
         if truth is not None and known
         else None,
     }

@@ -1,7 +1,7 @@
 """Report specs from a frame file, a preset, a study's trial, a link or a report."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,14 @@ from vsep.files.frame import read_frame
 from vsep.files.writing import printable
 from vsep.inference.registry import ESTIMATORS
 from vsep.presets.registry import PRESETS
+from vsep.recordings.configurations.registry import (
+    merged,
+    read_configuration_file,
+    settings_of,
+)
+from vsep.recordings.convert import convert_recording
 from vsep.studies.rows import read_rows
+from vsep_app.jobs.frame_store import frame_bytes
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, Settings
 from vsep_app.model.trial_link import open_trial, trial_link, trial_of_query
 from vsep_app.model.url import parse_iteration, parse_query
@@ -36,6 +43,19 @@ def kept_frame(path: str) -> KeptFrame:
 def of_frame(path: str) -> ReportSpec:
     """Return the spec of a frame file."""
     return ReportSpec(plan=default_plan(), frame=kept_frame(path))
+
+
+def of_recording(path: str, settings: Sequence[str]) -> tuple[ReportSpec, tuple[str, ...]]:
+    """Return the spec of a sensor's recording, and what looks wrong with its settings.
+
+    Raises `InputError` if the recording or a file of settings cannot be used.
+    """
+    said = merged({name: read_configuration_file(name) for name in settings})
+    found = settings_of(said, path, ", ".join(settings))
+    frame, remarks = convert_recording(path, found)
+    content = frame_bytes(frame)
+    kept = KeptFrame(name=printable(path), content=content)
+    return ReportSpec(plan=default_plan(), frame=kept), (*said.remarks, *remarks)
 
 
 def of_preset(preset: str) -> ReportSpec:

@@ -115,6 +115,7 @@ def read_spec(data: Any, name: str, frame: KeptFrame | None = None) -> ReportSpe
 
 
 _MAX_NUMBER = 1e300
+_MAX_TEXT = 4000  # of objects' places
 _MAX_COUNT = 2**31  # of ramps, antennas, iterations
 
 
@@ -164,8 +165,9 @@ def _suits(key: str, value: Any) -> bool:
         return value in parameter.objects
     if isinstance(parameter, param.Boolean):
         return isinstance(value, bool)
-    if value is None:
-        return bool(parameter.allow_None)
+    if value is None or isinstance(parameter, param.String):
+        known = isinstance(value, str) and len(value) < _MAX_TEXT
+        return known or (value is None and bool(parameter.allow_None))
     if not _is_number(value) or (isinstance(parameter, param.Integer) and not _is_whole(value)):
         return False
     lowest, highest = parameter.bounds

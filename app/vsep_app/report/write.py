@@ -5,7 +5,9 @@ from pathlib import Path
 
 from vsep.files.results import as_json
 from vsep.files.writing import write_bytes, write_text
+from vsep_app.report.metadata import for_html
 from vsep_app.report.names import require_record_name, require_report_name
+from vsep_app.report.packed import packed_html
 from vsep_app.report.page import report_html
 from vsep_app.report.replay import record_html
 from vsep_app.report.run import ReportRun, provenance
@@ -41,7 +43,9 @@ def write_record(run: ReportRun, out: Path) -> None:
     be written.
     """
     require_record_name(str(out))
-    write_text(out, record_html(run))
+    title = f"vsep: {run.static_picture.title}, recorded"
+    told = for_html(provenance(run))
+    write_text(out, packed_html(record_html(run), title=title, provenance=told))
 
 
 def _html(run: ReportRun) -> bytes:

@@ -156,9 +156,20 @@ class Access:
 
         It holds for the folder of the page, which only the browser knows behind a proxy.
         """
+        return f"{self.cookie_name(host)}={self._cookies[role]}; HttpOnly; {self._scope}"
+
+    def person_cookie_name(self, host: str) -> str:
+        """Return the name of the cookie that says who sits at a browser; it opens nothing."""
+        return f"{self.cookie_name(host)}-person"
+
+    def person_cookie(self, value: str, host: str) -> str:
+        """Return the header that lets a browser keep that until it is closed."""
+        return f"{self.person_cookie_name(host)}={value}; HttpOnly; {self._scope}"
+
+    @property
+    def _scope(self) -> str:
         crosses = any(each.startswith("https://") for each in self.rules.frame_ancestors)
-        scope = "SameSite=None; Secure; Partitioned" if crosses else "SameSite=Lax"
-        return f"{self.cookie_name(host)}={self._cookies[role]}; HttpOnly; {scope}"
+        return "SameSite=None; Secure; Partitioned" if crosses else "SameSite=Lax"
 
     @property
     def frame_policy(self) -> str:

@@ -30,8 +30,8 @@ _READ_S = 30.0
 _PAGE = '<!doctype html><meta http-equiv="refresh" content="0; url={}"><title>vsep</title>'
 
 
-def announcement(access: Access, *, address: str, prefix: str) -> str:
-    """Return what is printed once the server listens."""
+def announcement(access: Access, *, address: str, prefix: str, leads: bool = False) -> str:
+    """Return what is printed once the server listens; whether its owner `leads` a room."""
     place = base_address(address, access.port, prefix)
     lines = []
     if access.rules.open_to_all:
@@ -42,6 +42,8 @@ def announcement(access: Access, *, address: str, prefix: str) -> str:
     if access.rules.token is None:
         lines += ["vsep: for you, who may name folders of this machine:"]
         lines += [f"  {place}?token={access.token}"]
+        if leads:
+            lines += ["vsep: to lead the room:", f"  {place}lead?token={access.token}"]
     else:
         lines += [f"vsep: {place} with the token of VSEP_TOKEN"]
     if access.code is not None:

@@ -2,6 +2,7 @@
 
 import html
 import logging
+from collections.abc import Sequence
 from string import Template
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
@@ -12,9 +13,11 @@ from tornado.web import Application, RequestHandler
 
 from vsep.errors import InputError
 from vsep_app.assets import path
-from vsep_app.server.access import Access
+from vsep_app.server.access import CODE_LENGTH, CODE_LETTERS, Access, Role
+from vsep_app.server.lesson import MOST_NAME, new_person, person_of
 
-_TOKEN = "token"
+_TOKEN, _NAME, _JOIN = "token", "name", "join"
+_FOR_THE_OWNER = "This page is for whoever started the server: open its address with the token."
 _log = logging.getLogger(__name__)
 
 
@@ -24,8 +27,8 @@ class _NotAdmitted(Matcher):
     The state of the server is for anybody who asks: it holds no secrets.
     """
 
-    def __init__(self, access: Access, health: str) -> None:
-        self._access, self._health = access, health
+    def __init__(self, access: Access, health: str, owned: Sequence[str]) -> None:
+        self._access, self._health, self._owned = access, health, owned
 
     def match(self, request: HTTPServerRequest) -> dict[str, Any] | None:
         """Return what the answer is made of; None lets the request in."""
@@ -38,8 +41,15 @@ class _NotAdmitted(Matcher):
         role = self._access.role(request)
         if role is None or request.method == "POST" or _TOKEN in request.query_arguments:
             return {"target_kwargs": {"access": self._access}}
+        if role is not Role.OWNER and self._is_owned(request.path):
+            return {"target_kwargs": {"access": self._access, "refusal": _FOR_THE_OWNER}}
+        held = request.cookies.get(self._access.person_cookie_name(request.host))
         request.role = role  # type: ignore[attr-defined]
+        request.person = None if held is None else person_of(held.value)  # type: ignore[attr-defined]
         return None
+
+    def _is_owned(self, path: str) -> bool:
+        return any(path == owned or path.startswith(f"{owned}/") for owned in self._owned)
 
 
 class EntryHandler(RequestHandler):
@@ -79,6 +89,7 @@ class EntryHandler(RequestHandler):
             return
         if role is not None:
             self.add_header("Set-Cookie", self._access.cookie(role, self.request.host))
+            self._name_person(arguments)
         elif token or self._access.role(self.request) is None:
             told = "That is not it. " if token else ""
             self._write(401, f"{told}{self._question()}", asks=True)
@@ -86,6 +97,19 @@ class EntryHandler(RequestHandler):
         # Neither the history of the browser nor a copied link holds what was in the address.
         self.set_status(303)
         self.set_header("Location", place_without_token(self.request))
+
+    def _name_person(self, arguments: dict[str, list[bytes]]) -> None:
+        """Let the browser keep who sits there; with a name, if one was typed."""
+        if self._access.code is not None:
+            person = new_person(arguments.get(_NAME, [b""])[-1].decode(errors="replace"))
+            told = self._access.person_cookie(person.cookie, self.request.host)
+            self.add_header("Set-Cookie", told)
+
+    def _code(self) -> str:
+        """Return the code that a link of the room brings; it is typed into the form."""
+        code = self.get_query_argument(_JOIN, "").upper()
+        is_one = len(code) == CODE_LENGTH and set(code) <= set(CODE_LETTERS)
+        return code if is_one and self._access.code is not None else ""
 
     def _question(self) -> str:
         if self._access.code is not None:
@@ -102,9 +126,12 @@ class EntryHandler(RequestHandler):
         label = "Code or token" if self._access.code is not None else "Token"
         page = Template(path("entry/entry.html").read_text(encoding="utf-8"))
         form = Template(path("entry/form.html").read_text(encoding="utf-8"))
+        name = Template(path("entry/name.html").read_text(encoding="utf-8"))
+        more = "" if self._access.code is None else name.substitute(most=MOST_NAME)
         self.finish(
             page.substitute(
-                sentence=html.escape(sentence), form=form.substitute(label=label) if asks else ""
+                sentence=html.escape(sentence),
+                form=form.substitute(label=label, code=self._code(), more=more) if asks else "",
             )
         )
 
@@ -138,16 +165,21 @@ def place_without_token(request: HTTPServerRequest) -> str:
     Behind a proxy only the browser knows the whole path.
     """
     pairs = parse_qsl(request.query, keep_blank_values=True)
-    query = urlencode([(key, value) for key, value in pairs if key != _TOKEN])
+    query = urlencode([(key, value) for key, value in pairs if key not in (_TOKEN, _JOIN)])
     name = request.path.rpartition("/")[2]
     return f"./{name}{'?' if query else ''}{query}"
 
 
-def guard_entry(application: Application, access: Access, health: str) -> None:
-    """Let no request reach an application but those that are admitted, and `health`."""
+def guard_entry(
+    application: Application, access: Access, health: str, owned: Sequence[str] = ()
+) -> None:
+    """Let no request reach an application but those that are admitted, and `health`.
+
+    The paths `owned`, and all below them, are for the owner.
+    """
     application.settings["access"] = access
     rules = application.default_router.rules
-    rules.insert(0, Rule(_NotAdmitted(access, health), EntryHandler))
+    rules.insert(0, Rule(_NotAdmitted(access, health, owned), EntryHandler))
 
 
 def log_request(handler: RequestHandler) -> None:

@@ -15,13 +15,14 @@ from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
 from vsep.errors import InputError
-from vsep_app.pages import PAGES
+from vsep_app.pages import EMBED, LEAD, PAGES
 from vsep_app.server.access import Access, EntryRules
 from vsep_app.server.announce import announcement, base_address, open_browser
 from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
 from vsep_app.server.entry import guard_entry, log_request
 from vsep_app.server.health import HealthHandler
 from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT
+from vsep_app.server.opening import Opening
 from vsep_app.server.patches import (
     COMPONENT_ROUTE,
     begin_busy_check,
@@ -34,6 +35,7 @@ from vsep_app.server.sessions import (
     SessionRegistry,
     shared_pool,
 )
+from vsep_app.server.static_files import PACKED
 from vsep_app.teaching.experiment import (
     Experiment,
     read_experiments,
@@ -44,7 +46,7 @@ from vsep_app.teaching.experiment import (
 CHECK_SESSIONS_MS = 2000
 UNUSED_SESSION_MS = 15_000  # a slow browser has connected by then
 # Thirty students, a lecturer, and a few who open a second page.
-CLASSROOM = ServerLimits(most_pages=40, most_kept=32, most_studies=1)
+CLASSROOM = ServerLimits(most_pages=40, most_kept=32, most_studies=1, with_lesson=True)
 
 
 def make_server(
@@ -75,9 +77,10 @@ def make_server(
     remember_defaults()
     loop: Any = IOLoop.current()
     registry = SessionRegistry(rules or ServerLimits(), experiments=guided, loop=loop.asyncio_loop)
+    pages = [*PAGES.values(), EMBED, *([] if registry.lesson is None else [LEAD])]
     applications = build_applications(
-        {page.route: registry.builder(page.load()) for page in PAGES.values()},
-        title={page.route: page.title for page in PAGES.values()},
+        {page.route: registry.builder(page.load()) for page in pages},
+        title={page.route: page.title for page in pages},
     )
     door = Admission(registry)
     for application in applications.values():
@@ -108,7 +111,18 @@ def make_server(
     # Panel's own route of components stands behind ours, and would import modules.
     routes = server._tornado.wildcard_router.rules
     routes[:] = [rule for rule in routes if rule.target is not ComponentResourceHandler]
-    guard_entry(server._tornado, server.access, f"{server.prefix}/health")
+    for rule in routes:
+        rule.target = PACKED.get(rule.target, rule.target)
+    server._tornado.settings.update(opening=Opening(), registry=registry)
+    guard_entry(
+        server._tornado,
+        server.access,
+        f"{server.prefix}/health",
+        owned=[f"{server.prefix}{LEAD.route}"],
+    )
+    if registry.lesson is not None:
+        registry.lesson.place = base_address(address, server.port, server.prefix)
+        registry.lesson.code = server.access.code or ""
     bound_connections(server)
     begin_busy_check(loop)
     loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
@@ -183,8 +197,14 @@ def serve(
     )
     shared_pool()
     server.start()
+    # The first visitor is to see the first picture, too.
+    server.io_loop.add_callback(server.registry.first_picture, "/", {})
     access, prefix = server.access, server.prefix
-    sys.stderr.write(announcement(access, address=address, prefix=prefix))
+    sys.stderr.write(
+        announcement(
+            access, address=address, prefix=prefix, leads=server.registry.lesson is not None
+        )
+    )
     if show:
         place = f"{base_address(address, access.port, prefix)}?token={access.token}"
         server.io_loop.add_callback(open_browser, place, server.io_loop)

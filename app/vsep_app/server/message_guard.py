@@ -31,6 +31,10 @@ _STATES = {
     *("filter_str", "scroll_position"),
 }
 _VALUES = ("value", "value_throttled", "value_input")
+# Sources in which a browser says what happened there: a picture was drawn, a key or something was
+# pressed, the pointer drags. All others are for the server alone.
+_TOLD_SOURCES = {"drawn", "pressed", "dragged"}
+_MAX_WORD = 100
 _OF_THE_BROWSER = ("panel.models.browser", "panel.models.location")
 _OF_FIGURES = ("bokeh.models", "bokeh.plotting")
 _NO_OFFER = (None, None, None)
@@ -204,13 +208,17 @@ def _require_no_file(model: Model, name: str) -> None:
 
 
 def _require_like(source: ColumnDataSource, new: Any) -> None:
-    """Refuse columns that are others, or longer, than those of the server."""
+    """Refuse columns that are others, or longer, than those of the server, and long words."""
+    if source.name not in _TOLD_SOURCES:
+        raise InputError("The data of a figure are for the server to say.")
     columns, data = _entries(new), source.data
     if columns.keys() != data.keys() or any(
         not isinstance(column, list) or len(column) != len(data[name])
         for name, column in columns.items()
     ):
         raise InputError("A source keeps its columns and their length.")
+    if any(isinstance(each, str) and len(each) > _MAX_WORD for c in columns.values() for each in c):
+        raise InputError(f"A word of a source has at most {_MAX_WORD} characters.")
 
 
 def _require_valid(model: Model, name: str, new: Any) -> None:

@@ -15,7 +15,8 @@ what is changed        upstream
 `begin_busy_check`     no report: a task of the whole server runs in the context of one document
 `leave_busy_state`     no report: param watches a reference whose place a value has taken
 `release_notifications` no report: Panel keeps the notifications of a page that has gone
-`write_styles_once`    no report: BokehJS writes a style sheet again that has not changed
+`page/opening.js`      no report: BokehJS writes a style sheet again that has not changed, and lays
+                       out the whole page as often as any component asks for it
 =====================  ==========================================================================
 """
 
@@ -27,7 +28,6 @@ from typing import Any
 import panel as pn
 from bokeh.core.property.descriptors import PropertyDescriptor
 from bokeh.document import Document
-from bokeh.models import CustomJS
 from bokeh.server.urls import per_app_patterns
 from panel.io.server import ComponentResourceHandler, DocHandler, WSHandler
 from panel.util import parse_query
@@ -39,18 +39,10 @@ from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT, MessageGuard
 
 _log = logging.getLogger(__name__)
 # Why a connection is closed, by RFC 6455.
-_TOO_LARGE, _UNREADABLE = 1009, 1007
+_TOO_LARGE, _UNREADABLE, _ENDED = 1009, 1007, 1001
 _FOREIGN = ("bokeh-session-id", "bokeh-token")
 # What the pages show is made of classes of these packages.
 _SERVED = ("panel", "panel_material_ui", "vsep_app")
-_WRITE_STYLES_ONCE = """
-const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype
-if (!sheet.writes_once) {
-  const write = sheet._update
-  sheet._update = function (css) { if (this.el.textContent !== css) { write.call(this, css) } }
-  sheet.writes_once = true
-}
-"""
 
 
 class PromptHandler(WSHandler):
@@ -88,9 +80,13 @@ class PromptHandler(WSHandler):
 
     async def _answer(self, message: Any) -> None:
         connection = self.connection
+        document = _document_of(connection)
         if connection is None:
             return
-        refusal = self._refusal(message)
+        if document is None:
+            self.close(_ENDED, "The session of this page has ended.")
+            return
+        refusal = self._refusal(message, document)
         if refusal:
             _log.info("refused a message: %s", refusal)
             await self.send_message(connection.error(message, refusal))
@@ -102,18 +98,34 @@ class PromptHandler(WSHandler):
         if work is not None:
             await self.send_message(work)
 
-    def _refusal(self, message: Any) -> str:
+    def _refusal(self, message: Any, document: Document) -> str:
         """Return why a message is not taken, nothing if it is."""
         try:
-            self._guard.check(message, self.connection.session.document)
+            self._guard.check(message, document)
         except InputError as error:
             return str(error)
         return ""
+
+    def on_close(self) -> None:
+        """Let the connection go, also where its session has ended before it."""
+        if self.connection is not None and _document_of(self.connection) is None:
+            self.application.client_lost(self.connection)
+            return
+        super().on_close()
 
     def open(self, *arguments: str, **named: str) -> None:
         """Begin to send and receive."""
         self.set_nodelay(True)
         super().open(*arguments, **named)
+
+
+def _document_of(connection: Any) -> Document | None:
+    """Document that a connection shows; None when its session has ended."""
+    try:
+        document: Document = connection.session.document
+    except (AssertionError, AttributeError):  # what Bokeh 3.9 makes of no session
+        return None
+    return document
 
 
 class OwnSessionHandler(DocHandler):
@@ -130,6 +142,33 @@ class OwnSessionHandler(DocHandler):
         self.set_header("Content-Security-Policy", policy)
         self.set_header("Referrer-Policy", "same-origin")
         self.set_header("X-Content-Type-Options", "nosniff")
+
+    async def get(self, *arguments: Any, **named: Any) -> None:
+        """Answer with the beginning of the page at once, and with the rest once it is built."""
+        opening, registry = self.settings["opening"], self.settings["registry"]
+        route = self.request.path.removeprefix(self.application.prefix) or "/"
+        query = {
+            key: each[-1].decode(errors="replace")
+            for key, each in self.request.query_arguments.items()
+        }
+        first = registry.first_picture(route, query)
+        self.set_header("Content-Type", "text/html")
+        self.set_header("Cache-Control", "no-store")
+        self.write(opening.beginning(route, query.get("theme", ""), first))
+        await self.flush()
+        self._has_begun = True
+        answer = super().get(*arguments, **named)
+        if answer is not None:
+            await answer
+
+    _has_begun = False
+
+    def write(self, chunk: Any) -> None:
+        """Write a part of the answer; of a whole page what follows its beginning."""
+        if self._has_begun and isinstance(chunk, str):
+            route = self.request.path.removeprefix(self.application.prefix) or "/"
+            chunk = self.settings["opening"].rest(route, chunk)
+        super().write(chunk)
 
     async def prepare(self) -> None:
         """Refuse a request that names a session, or whose query Panel cannot read (1.9: `x=²`)."""
@@ -174,15 +213,6 @@ def remember_defaults() -> None:
 
 def _of_its_class(descriptor: Any, model: Any) -> bool:
     return bool(_has_unstable_default_once(descriptor, model.__class__))
-
-
-def write_styles_once(document: Document) -> None:
-    """Let the browser of a document leave style sheets alone that would only be the same again.
-
-    A figure that is drawn again writes those of all its parts, whereupon the browser computes the
-    styles of the page anew, as often.
-    """
-    document.js_on_event("document_ready", CustomJS(code=_WRITE_STYLES_ONCE))
 
 
 def leave_busy_state(page: Any) -> None:

@@ -5,7 +5,7 @@ import math
 import socket
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
@@ -24,16 +24,19 @@ from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.jobs.tasks import Prepared
 from vsep_app.jobs.warmup import separate_one_frame
+from vsep_app.model.settings import Plan
 from vsep_app.model.static_picture import StaticPicture
 from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
+from vsep_app.pages.live_address import plan_of_query
 from vsep_app.pages.recording.tasks import PreparedRecording
 from vsep_app.server.access import Role
+from vsep_app.server.lesson import Lesson
 from vsep_app.server.patches import release_notifications
+from vsep_app.server.seating import add_notice, seat_for, start
 from vsep_app.teaching.experiment import Experiment
-from vsep_app.widgets.location import read_query
 
 # A page whose browser is gone may come back within this time.
 ABSENCE_MS = 4000
@@ -80,11 +83,14 @@ class ServerLimits:
         Iterations of a run that can be shown.
     most_studies : int or None
         Studies that run at once; None: no limit.
+    with_lesson : bool
+        Whether the owner can lead all visitors.
     """
 
     most_pages: int | None = None
     most_kept: int = MAX_KEPT
     most_studies: int | None = None
+    with_lesson: bool = False
 
 
 @cache
@@ -143,6 +149,8 @@ class SessionRegistry:
         self._background = BackgroundTasks(loop)
         self._building = threading.Lock()
         self.shared_resources = SharedResources()
+        #: Who leads and who follows; None where nobody leads.
+        self.lesson = Lesson() if rules.with_lesson else None
         self.open_sessions: dict[PageBase, Session] = {}
         self.num_refused = self.num_opened = 0
 
@@ -168,6 +176,24 @@ class SessionRegistry:
 
         return build
 
+    def first_picture(self, route: str, query: Mapping[str, str]) -> str:
+        """Return the first picture of an address as HTML, or have it made for the next visitor."""
+        plan = plan_of_query(query) if route == "/" else None
+        if plan is None:
+            return ""
+        kept = self.shared_resources.first_pictures
+        found = kept.get(plan)
+        if found is None:
+            self._background.begin(self._make_first_picture(plan))
+        return "" if found is None else found.html
+
+    async def _make_first_picture(self, plan: Plan) -> None:
+        queue = shared_pool().queue()
+        try:
+            await self.shared_resources.first_pictures.make(plan, queue)
+        finally:
+            queue.close()
+
     def enter(self, page_class: Callable[[PageContext], PageBase]) -> Any:
         """Make a page for a visitor, or a kind word if there is no place."""
         with self._building:
@@ -185,18 +211,27 @@ class SessionRegistry:
             return _no_place(document, most)
         queue, watched = shared_pool().queue(), partial(_watched, document)
         post = partial(_post, document)
+        leads = _is_owner(document.session_context)
+        seat, query = seat_for(
+            self.lesson,
+            getattr(page_class, "address", ""),
+            getattr(document.session_context, "request", None),
+            leads=leads,
+            post=post,
+        )
         page = page_class(
             PageContext(
                 pool=queue,
-                query=read_query(),
+                query=query,
                 post=post,
                 watched=watched,
-                own_folder=_is_owner(document.session_context),
+                own_folder=leads,
                 experiments=self._experiments,
                 shared_resources=self.shared_resources,
                 background=BackgroundTasks(self._loop),
                 most_kept=self.rules.most_kept,
                 most_studies=self.rules.most_studies,
+                seat=seat,
             )
         )
         self.num_opened += 1
@@ -207,11 +242,13 @@ class SessionRegistry:
             since=time.monotonic(),
             expire=partial(_expire, document),
         )
-        pn.state.onload(partial(post, page.start))
+        pn.state.onload(partial(post, partial(start, page)))
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
         document.js_on_event("connection_lost", CustomJS(code=_OPEN_AGAIN))
-        return page.page()
+        shown = page.page()
+        add_notice(shown, page, tuple(self._experiments))
+        return shown
 
     def _has_room(self, most: int) -> bool:
         """Whether there is a place, and no crowd of pages that wait for their browsers."""
@@ -241,6 +278,8 @@ class SessionRegistry:
         """End all work of a page; nothing happens if it has left already."""
         session = self.open_sessions.pop(page, None)
         if session is not None:
+            if page.seat is not None:
+                page.seat.leave()
             page.close()
             session.queue.close()
 
@@ -287,14 +326,23 @@ class Admission(Handler):
 def _post(document: Any, function: Callable[[], None]) -> None:
     """Run a function on the event loop with the document locked; Bokeh takes a thread for others.
 
-    What is drawn so waits in the one queue whose length the pace of pictures follows.
+    What is drawn so waits in the one queue whose length the pace of pictures follows; what comes
+    after the document has gone is left.
     """
 
     async def run() -> None:
-        with set_curdoc(document):
-            function()
+        if not _has_ended(document):
+            with set_curdoc(document):
+                function()
 
-    document.add_next_tick_callback(run)
+    if not _has_ended(document):
+        document.add_next_tick_callback(run)
+
+
+def _has_ended(document: Any) -> bool:
+    """Whether the session of a document is over; nothing can be shown in it any more."""
+    context = document.session_context
+    return context is None or bool(context.destroyed)
 
 
 def _leave(registry: SessionRegistry, page: PageBase, context: Any) -> None:

@@ -24,14 +24,17 @@ from vsep_app.model.compare_settings import (
 )
 from vsep_app.model.settings import PLAN_NAMES, Settings
 from vsep_app.model.url import QUERY_NAMES, as_given, parse_query
+from vsep_app.teaching.question import Question, read_question
+from vsep_app.teaching.staging import STAGING_KEYS, Staging, read_staging
 
 EXPERIMENT_KEY = "experiment"
 LIVE, COMPARE = "./", "compare"
 _PAGES = {"live": LIVE, "compare": COMPARE}
 _TEXTS = ("title", "setting", "question", "watch", "answer")
 _MAX_FILE = 65536  # bytes
-_KEYS = (*_TEXTS, "page", "values")
+_KEYS = (*_TEXTS, "page", "values", "ask", *STAGING_KEYS)
 _CHOICE_KEYS = (METHODS_KEY, MASK_KEY, DEBIAS_KEY)
+_AS_USUAL = Staging()
 # A number in front of the name puts the files in their order.
 _FILE_NAME = re.compile(r"(?:\d+-)?([a-z][a-z0-9-]*)")
 
@@ -49,6 +52,8 @@ class Experiment:
     answer: str
     page: str  #: Address of the page that it is for, `LIVE` or `COMPARE`.
     query: Mapping[str, Any]  #: Values under the names of the address.
+    staging: Staging = _AS_USUAL  #: What to predict, and what of the page is shown how.
+    ask: Question | None = None  #: A number to answer with.
 
     def settings(self) -> dict[str, Any]:
         """Return all that determines a run: what the file leaves out has its usual value."""
@@ -184,4 +189,13 @@ def _make(name: str, content: Mapping[str, Any]) -> Experiment:
     if errors:
         raise InputError(errors[0])
     texts = {key: content[key].strip() for key in _TEXTS}
-    return Experiment(name=name, page=_PAGES[page], query=dict(query), **texts)
+    if "ask" in content and content.get("predict"):
+        raise InputError("it has both predict and ask; one question is enough.")
+    return Experiment(
+        name=name,
+        page=_PAGES[page],
+        query=dict(query),
+        staging=read_staging(content),
+        ask=read_question(content["ask"]) if "ask" in content else None,
+        **texts,
+    )

@@ -33,15 +33,8 @@ class Help:
             margin=(0, 2),
             align="center",
         )
+        self._controls = controls_html(parts)
         self.dialog = pmu.Dialog(
-            pmu.Tabs(
-                ("Views", _document("views")),
-                ("Controls", _pane(controls_html(parts))),
-                ("Methods", _pane(methods_html())),
-                ("Scenes", _pane(scenes_html())),
-                ("Glossary", _document("glossary")),
-                sizing_mode="stretch_width",
-            ),
             title="Help",
             title_variant="h4",
             show_close_button=True,
@@ -52,7 +45,20 @@ class Help:
         self.button.on_click(self._open)
 
     def _open(self, _: Any) -> None:
+        if not len(self.dialog):
+            self.dialog.append(self._tabs())
         self.dialog.open = True
+
+    def _tabs(self) -> Any:
+        """Return what the dialog holds; no page has it before it is asked for."""
+        return pmu.Tabs(
+            ("Views", _document("views")),
+            ("Controls", _pane(self._controls)),
+            ("Methods", _pane(methods_html())),
+            ("Scenes", _pane(scenes_html())),
+            ("Glossary", _document("glossary")),
+            sizing_mode="stretch_width",
+        )
 
 
 def controls_of(parts: Iterable[Any]) -> Iterator[Any]:

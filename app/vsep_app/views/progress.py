@@ -5,7 +5,7 @@ from bokeh.models import ColumnDataSource, Span
 from bokeh.plotting import figure
 
 from vsep_app.model.picture import Picture
-from vsep_app.views.style import COLOURS, Axis, plain_figure, short
+from vsep_app.views.style import COLOURS, Axis, lighten, plain_figure, short
 
 SHOWN_ITERATIONS = 20
 _CURVES = (
@@ -40,6 +40,7 @@ class ProgressView:
         plot.yaxis.formatter.use_scientific = False
         plot.line("iteration", name, source=self._source, color=COLOURS[role], line_width=1.8)
         plot.scatter("iteration", name, source=self._source, color=COLOURS[role], size=4)
+        lighten(plot)
         if name == "ratio_db":
             plot.add_layout(
                 Span(location=0.0, dimension="width", line_dash=[4, 4], line_color="#8C8C8C")

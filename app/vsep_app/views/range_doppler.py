@@ -8,20 +8,25 @@ from bokeh.models import (
     ColorBar,
     ColumnDataSource,
     CrosshairTool,
+    CustomJSHover,
+    HoverTool,
+    Label,
     LinearColorMapper,
     Span,
 )
 from bokeh.plotting import figure
 
 from vsep_app.model.markers import Markers
-from vsep_app.model.picture import Picture
+from vsep_app.model.picture import NOTHING_CANCELLED, Picture
 from vsep_app.model.score import Score
 from vsep_app.model.text import resolution_cells
+from vsep_app.teaching.staging import Zoom
 from vsep_app.views.style import (
     COLOURS,
     LABEL_SIZE,
     MAP_PALETTE,
     Axis,
+    lighten,
     mark_looks,
     plain_figure,
     put,
@@ -32,10 +37,19 @@ from vsep_app.views.style import (
 MIN_MARK, MAX_MARK = 6.0, 18.0
 MAX_MARK_DB = 50.0
 _PLACE = ("range", "velocity")
+_LEVEL = "return `${(scale.low + value / 255 * (scale.high - scale.low)).toFixed(0)} dB`"
 _COLUMNS = ("range", "velocity", "snr", "size", "opacity", "shape", "colour", "width", "height")
 _MISSES = ("range", "velocity", "nearest_range", "nearest_velocity")
-_NOT_YET = "No burst is modelled yet"
-_CANCELLED = "Range-Doppler, bursts cancelled"
+_POINTER: dict[str, Any] = {
+    "x_offset": 9,
+    "y_offset": 9,
+    "text_color": "black",
+    "text_font_size": "12px",
+    "text_font_style": "bold",
+    "background_fill_color": "white",
+    "background_fill_alpha": 0.85,
+    "padding": 3,
+}
 
 
 def mark_sizes(snr_db: "np.ndarray[Any, np.dtype[np.float64]]") -> Any:
@@ -101,13 +115,22 @@ def empty_misses() -> ColumnDataSource:
 
 
 def map_figure(
-    source: ColumnDataSource, *, title: str, y_label: str, axes: tuple[Axis, Axis], name: str
+    source: ColumnDataSource,
+    *,
+    title: str,
+    y_label: str,
+    axes: tuple[Axis, Axis],
+    name: str,
+    scale: LinearColorMapper,
 ) -> figure:
-    """Return a figure of a range-Doppler map."""
+    """Return a figure of a range-Doppler map; the ends of the scale are those of its levels."""
     plot = plain_figure(f"range-doppler-{name}", title, ("range [m]", y_label), axes)
     place = {each: each for each in ("image", "x", "y", "dw", "dh")}
     colours = LinearColorMapper(palette=MAP_PALETTE, low=0, high=255)
-    plot.image(**place, source=source, color_mapper=colours)
+    image = plot.image(**place, source=source, color_mapper=colours)
+    level = CustomJSHover(args={"scale": scale}, code=_LEVEL)
+    place_tips = [("range", "$x{0.0} m"), ("velocity", "$y{+0.0} m/s"), ("level", "@image{custom}")]
+    plot.add_tools(HoverTool(renderers=[image], tooltips=place_tips, formatters={"@image": level}))
     plot.grid.visible = False
     return plot
 
@@ -170,16 +193,42 @@ class RangeDopplerView:
         self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
         self._crosshair = crosshair
         self._drawn_before: Any = None
-        self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
-        self.after = self._figure("after", _NOT_YET, "")
-        add_colour_bar(self.after, self._scale)
-        for plot in (self.before, self.after):
+        self.figures = self._make()
+        self._pointers = []
+        for plot in self.figures:
             self._mark(plot)
             self._mark_changes(plot)
+            pointer = Label(x=0.0, y=0.0, text="", visible=False, **_POINTER)
+            self._pointers.append(pointer)
+            plot.add_layout(pointer)
+            lighten(plot)
+
+    def _make(self) -> tuple[figure, ...]:
+        """Make the figures, without marks."""
+        self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
+        self.after = self._figure("after", NOTHING_CANCELLED, "")
+        add_colour_bar(self.after, self._scale)
+        return self.before, self.after
+
+    def _say(self, picture: Picture) -> None:
+        """Say what is shown."""
+        self.after.title.text = picture.title_after
+
+    def zoom(self, zoom: Zoom | None) -> None:
+        """Show a part of the maps, with an arrow at a place of it; None shows all."""
+        for axis, ends in ((self._x, zoom and zoom.range), (self._y, zoom and zoom.velocity)):
+            axis.zoom(ends or None)
+        place = zoom.arrow if zoom is not None else None
+        for label in self._pointers:
+            label.visible = place is not None
+            if zoom is not None and place is not None:
+                label.update(x=place[0], y=place[1], text=f"\u2199 {zoom.label}")
 
     def companion(self, source: ColumnDataSource, *, name: str, title: str) -> figure:
         """Return a map of another frame with the same axes and marks."""
-        plot = map_figure(source, title=title, y_label="", axes=(self._x, self._y), name=name)
+        plot = map_figure(
+            source, title=title, y_label="", axes=(self._x, self._y), name=name, scale=self._scale
+        )
         add_colour_bar(plot, self._scale)
         self._mark(plot)
         return plot
@@ -189,8 +238,9 @@ class RangeDopplerView:
         plot.add_tools(CrosshairTool(overlay=self._crosshair))
 
     def _figure(self, name: str, title: str, y_label: str) -> figure:
+        axes, scale = (self._x, self._y), self._scale
         return map_figure(
-            self._images[name], title=title, y_label=y_label, axes=(self._x, self._y), name=name
+            self._images[name], title=title, y_label=y_label, axes=axes, name=name, scale=scale
         )
 
     def _mark_changes(self, plot: figure) -> None:
@@ -214,12 +264,12 @@ class RangeDopplerView:
         limits = static_picture.shown_velocities_mps or full
         places = picture.objects.velocities_mps
         self._y.hold(limits, places, run_number=picture.run_number)
-        if not picture.is_cleaned:
+        if not picture.is_changed:
             # Dark until there is something to show: it would be a copy of the first map.
-            self._images["after"].data = {"image": [np.zeros_like(picture.map_after)], **box}
+            put(self._images["after"], {"image": [np.zeros_like(picture.map_after)], **box})
         elif with_image:
             self._images["after"].data = {"image": [picture.map_after], **box}
-        self.after.title.text = _CANCELLED if picture.is_cleaned else _NOT_YET
+        self._say(picture)
         found = None if picture.score is None else picture.score.found
         for name, source in self._marks.items():
             seen = found if name == "objects" else None

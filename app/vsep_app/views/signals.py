@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, CrosshairTool, Span
+from bokeh.models import ColumnDataSource, CrosshairTool, HoverTool, Span
 from bokeh.plotting import figure
 
 from vsep_app.model.markers import Markers
@@ -13,6 +13,7 @@ from vsep_app.views.style import (
     Axis,
     key_html,
     legend_of,
+    lighten,
     mark_looks,
     plain_figure,
     put,
@@ -39,11 +40,17 @@ def _empty_lines() -> ColumnDataSource:
     return ColumnDataSource({name: [np.nan] for name in ("axis", *(c for c, *_ in _LINES))})
 
 
-def _draw(plot: figure, source: ColumnDataSource) -> list[tuple[str, list[Any]]]:
+def _draw(
+    plot: figure, source: ColumnDataSource, place: tuple[str, str]
+) -> list[tuple[str, list[Any]]]:
+    """Draw all signals; the pointer shows the place, under a name and in a format, and levels."""
     entries = []
     for column, role, label, _, look in _LINES:
         line = plot.line("axis", column, source=source, color=COLOURS[role], **look)
         entries.append((label, [line]))
+    received = entries[0][1]
+    levels = [(name, f"@{name}{{0.0}}") for name in ("received", "cleaned")]
+    plot.add_tools(HoverTool(renderers=received, mode="vline", tooltips=[place, *levels]))
     return entries
 
 
@@ -67,9 +74,10 @@ class FastTimeView:
         labels = "fast time [µs]", "level [dB]"
         self.figure = plain_figure("fast-time", "Fast time", labels, (self._x, self._y))
         self.source = _empty_lines()
-        entries = _draw(self.figure, self.source)
+        entries = _draw(self.figure, self.source, ("time", "$x{0.00} µs"))
         if legend:
             legend_of(self.figure, entries)
+        lighten(self.figure)
 
     def update(self, picture: Picture) -> None:
         """Draw another picture."""
@@ -129,7 +137,7 @@ class DelayView:
         labels = "range [m]", "level [dB]"
         self.figure = plain_figure("delay", "Delay spectrum", labels, (self._x, self._y))
         self._source = _empty_lines()
-        entries = _draw(self.figure, self._source)
+        entries = _draw(self.figure, self._source, ("range", "$x{0.0} m"))
         self._stems = {
             name: ColumnDataSource(
                 {
@@ -150,6 +158,7 @@ class DelayView:
         if legend:
             legend_of(self.figure, entries[len(_LINES) :])
         self.figure.add_tools(CrosshairTool(overlay=crosshair))
+        lighten(self.figure)
 
     def _stem(self, name: str, role: str, marker: str, size: int) -> list[Any]:
         source = self._stems[name]

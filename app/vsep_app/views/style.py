@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from bokeh.events import DoubleTap
 from bokeh.models import (
+    AllIndices,
     BoxZoomTool,
     ColumnDataSource,
     CustomJS,
@@ -64,16 +65,26 @@ class Axis:
         self.range = Range1d(start=0.0, end=1.0)
         self._limits: Limits | None = None
         self._held: tuple[Limits, int] | None = None
+        self._zoomed: Limits | None = None
 
     def set(self, limits: Limits) -> None:
         """Take new limits, to which a reset returns; a range the user has zoomed keeps its zoom."""
         if limits == self._limits:
             return
-        untouched = self._limits is None or (self.range.start, self.range.end) == self._limits
+        untouched = self._zoomed is None and (
+            self._limits is None or (self.range.start, self.range.end) == self._limits
+        )
         self._limits = limits
         self.range.update(reset_start=limits[0], reset_end=limits[1])
         if untouched:
             self.range.update(start=limits[0], end=limits[1])
+
+    def zoom(self, ends: Limits | None) -> None:
+        """Show a part, as a user does who zooms; None shows all again where a part was shown."""
+        shown = ends or (self._limits if self._zoomed is not None else None)
+        self._zoomed = ends
+        if shown is not None:
+            self.range.update(start=shown[0], end=shown[1])
 
     def grow(self, limits: Limits, *, fresh: bool) -> None:
         """Widen the limits so that they hold `limits`; `fresh` forgets what was held before."""
@@ -130,7 +141,11 @@ def short(column: Any) -> list[float]:
 def _same(held: Any, column: Any) -> bool:
     if isinstance(column, np.ndarray) and isinstance(held, np.ndarray):
         return np.array_equal(held, column, equal_nan=column.dtype.kind == "f")
-    return isinstance(column, list) and bool(held == column)
+    if not isinstance(column, list) or not isinstance(held, list) or len(held) != len(column):
+        return False
+    if any(isinstance(each, np.ndarray) for each in (*held, *column)):
+        return all(_same(*each) for each in zip(held, column, strict=True))
+    return held == column
 
 
 def plain_figure(
@@ -201,6 +216,17 @@ def dress(plot: Any) -> None:
     plot.grid.grid_line_alpha = 0.35
     plot.min_border = 4
     plot.min_border_right = 14
+
+
+def lighten(plot: figure) -> None:
+    """Take out what a figure has for selecting and muting, which nobody does here.
+
+    That is a third of its models; each of them costs time when the page is opened.
+    """
+    everything = AllIndices()
+    for renderer in plot.renderers:
+        renderer.update(nonselection_glyph=None, muted_glyph=None)
+        renderer.view.filter = everything
 
 
 def tell_of_components(plot: figure, marks: Any, label: str, place: str) -> None:

@@ -1,8 +1,10 @@
 """The controls of the side bar: groups of widgets, one for each record of a setting."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import panel as pn
 import panel_material_ui as pmu
 
@@ -12,15 +14,27 @@ from vsep.parameters import (
     FILTER_PARAMETERS,
     FILTER_PARTS,
     PARAMETERS,
+    RECEIVER_PARAMETERS,
     SCENE_PARAMETERS,
 )
 from vsep.presets.record import RecordedPreset
 from vsep.presets.registry import PRESETS
-from vsep_app.model.settings import ESTIMATOR, LOADED_FRAME, PRESET, SETTINGS, Settings
+from vsep_app.model.crossing import Courses
+from vsep_app.model.settings import (
+    ESTIMATOR,
+    LOADED_FRAME,
+    PLACED,
+    PRESET,
+    SETTINGS,
+    Plan,
+    Settings,
+)
 from vsep_app.widgets.fields import field, file_field
+from vsep_app.widgets.fold import Fold
 from vsep_app.widgets.layout import heading, small_text
 from vsep_app.widgets.setting_widgets import setting_widget
 
+_IN_SIGHT = ("filter_kind", "filter_cutoff")
 _PRODUCT, _CONVOLUTION = "multiplicative", "convolution"
 _EQUAL_SLOPES = (
     "This is your own radar's slope: mixed with your ramp the other chirp is a steady tone, as an "
@@ -28,7 +42,7 @@ _EQUAL_SLOPES = (
 )
 
 
-def has_equal_slopes(settings: Settings) -> bool:
+def has_equal_slopes(settings: Settings | Plan) -> bool:
     """Whether the other radar of a preset has the slope of the victim."""
     preset, record = PRESETS.get(settings.preset), PARAMETERS["interferer_slope"]
     if preset is None or not settings.interference:
@@ -36,30 +50,48 @@ def has_equal_slopes(settings: Settings) -> bool:
     return bool(record.in_si(settings.interferer_slope) == preset.radar.slope_hz_per_s)
 
 
+def slope_remark(courses: Courses) -> str:
+    """Say what happens where a chirp has the victim's slope; nothing if none has."""
+    return "" if np.all(courses.slopes) else _EQUAL_SLOPES
+
+
 class SceneControls:
     """What makes the frame: preset, levels, the other radar, seed."""
 
     def __init__(self, settings: Settings) -> None:
         self.widgets = {"preset": _preset_select(settings)}
-        self.widgets |= {each.name: setting_widget(settings, each) for each in SCENE_PARAMETERS}
+        records = *SCENE_PARAMETERS, PLACED
+        self.widgets |= {each.name: setting_widget(settings, each) for each in records}
         self.widgets["seed"].param.update(sizing_mode=None, width=116)
         self.widgets["interference"].margin = (8, 0, 0, 0)
         self.levels = pn.pane.HTML("", sizing_mode="stretch_width", margin=(2, 16, 2, 17))
         self.slope_note = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 2, 17))
 
     def layout(self) -> list[Any]:
-        """Return the group; seed and interference share the last line."""
-        last = ("seed", "interference")
-        lines = [widget for name, widget in self.widgets.items() if name not in last]
+        """Return the group."""
+        return [*self.main(), *self.more()]
+
+    def main(self) -> list[Any]:
+        """Return what is in sight; seed and interference share the last line."""
+        names = ("preset", "snr_db", "sir_db", "interferer_slope", "burst_shift")
+        lines = [self.widgets[name] for name in names]
         lines.insert(lines.index(self.widgets["sir_db"]) + 1, self.levels)
         lines.insert(lines.index(self.widgets["interferer_slope"]) + 1, self.slope_note)
-        pair = [self.widgets[name] for name in last]
-        return [heading("Scene"), *lines, pn.Row(*pair, sizing_mode="stretch_width")]
+        pair = pn.Row(self.widgets["seed"], self.widgets["interference"])
+        pair.sizing_mode = "stretch_width"
+        return [heading("Scene"), *lines, pair]
+
+    def more(self) -> list[Any]:
+        """Return the rest."""
+        names = ("interference_model", "second_interferer", "num_objects", PLACED.name)
+        errors = [self.widgets[each.name] for each in RECEIVER_PARAMETERS]
+        lines = [self.widgets[name] for name in names]
+        return [*lines, heading("Oscillator and receiver"), *errors]
 
     def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show what has a meaning for the preset, with its ranges."""
         recorded = isinstance(PRESETS.get(settings.preset), RecordedPreset)
-        for record in SCENE_PARAMETERS:
+        for record in (*SCENE_PARAMETERS, PLACED):
             unused = recorded and not record.of_recording
             silent = record.of_bursts and not settings.interference
             self.widgets[record.name].disabled = loaded or unused or silent
@@ -80,7 +112,15 @@ class FilterControls:
 
     def layout(self) -> list[Any]:
         """Return the group."""
-        return [heading("Anti-aliasing filter"), *self.widgets.values()]
+        return [*self.main(), *self.more()]
+
+    def main(self) -> list[Any]:
+        """Return the true filter, without the form of its edges."""
+        return [heading("Anti-aliasing filter"), *(self.widgets[name] for name in _IN_SIGHT)]
+
+    def more(self) -> list[Any]:
+        """Return the rest."""
+        return [widget for name, widget in self.widgets.items() if name not in _IN_SIGHT]
 
     def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show the fields of the chosen kinds."""
@@ -138,13 +178,21 @@ class EstimatorControls:
 class Controls:
     """All controls of the side bar; `settings` holds their state.
 
-    `load` takes name and content of a frame file that the user chose.
+    `load` takes name and content of a frame file that the user chose, `moved` is called while a
+    slider of scene or filter moves.
     """
 
-    def __init__(self, settings: Settings, load: Callable[[str, bytes], None]) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        load: Callable[[str, bytes], None],
+        moved: Callable[[], None] = lambda: None,
+    ) -> None:
         self.settings = settings
         #: Whether the settings of the scene are those of the frame that is loaded.
         self.keeps_scene = False
+        self._locked: frozenset[str] = frozenset()
+        self._hidden: frozenset[str] = frozenset()
         self._load = load
         self._scene = SceneControls(settings)
         self._filters = FilterControls(settings)
@@ -164,12 +212,39 @@ class Controls:
         )
         scene.suit_model(settings)
         settings.param.watch(self._arrange, [name for name in self.widgets if _decides(name)])
+        self._sliders = {
+            name: widget
+            for group in (self._scene, self._filters)
+            for name, widget in group.widgets.items()
+            if isinstance(widget, pmu.FloatSlider | pmu.IntSlider)
+        }
+        for widget in self._sliders.values():
+            widget.param.watch(lambda _: moved(), "value")
         self._arrange()
         self._filters.offer_measured(settings, offered=settings.assumed_kind == "measured")
 
+    def moving_plan(self) -> Plan:
+        """Return the plan that the sliders show, which is that of the settings once they rest."""
+        shown = {
+            name: Settings.param[name].crop_to_bounds(widget.value)
+            for name, widget in self._sliders.items()
+            if widget.value is not None
+        }
+        plan: Plan = replace(self.settings.plan(), **shown)
+        if plan.interference_model == _PRODUCT and has_equal_slopes(plan):
+            plan = replace(plan, interference_model=_CONVOLUTION)
+        return plan
+
     def layout(self) -> list[Any]:
         """Return the side bar from top to bottom."""
-        return [*self.scene(), *self._estimator.layout(), self.upload, self.refused]
+        scene, filters = self._scene, self._filters
+        fold = Fold("More controls", "More controls: model, filter, estimator, file.", self.folded)
+        return [*scene.main(), *filters.main(), *fold.layout()]
+
+    def folded(self) -> list[Any]:
+        """Return what the side bar shows on demand only."""
+        groups = self._scene.more(), self._filters.more(), self._estimator.layout()
+        return [*(line for group in groups for line in group), self.upload, self.refused]
 
     def scene(self) -> list[Any]:
         """Return what makes the frame."""
@@ -178,6 +253,16 @@ class Controls:
     def thresholds(self) -> list[Any]:
         """Return what decides on objects and when to stop."""
         return self._estimator.thresholds()
+
+    def lock(self, names: Iterable[str], hidden: Iterable[str] = ()) -> None:
+        """Let the controls of these settings stand still, hide some, and those of no others."""
+        for name in self._locked:
+            self.widgets[name].disabled = False
+        for name in self._hidden:
+            self.widgets[name].visible = True
+        self._hidden = frozenset(name for name in hidden if name in self.widgets)
+        self._locked = self._hidden | {name for name in names if name in self.widgets}
+        self._arrange()
 
     def show_levels(self, text: str) -> None:
         """Show SNR and SIR in both conventions."""
@@ -206,6 +291,10 @@ class Controls:
         loaded = self.settings.preset == LOADED_FRAME and not self.keeps_scene
         for group in self._groups:
             group.arrange(self.settings, loaded=loaded)
+        for name in self._locked:
+            self.widgets[name].disabled = True
+        for name in self._hidden:
+            self.widgets[name].visible = False
         preset = PRESETS.get(self.settings.preset)
         for name, (start, end) in ({} if preset is None else preset.ranges()).items():
             value = getattr(self.settings, name)

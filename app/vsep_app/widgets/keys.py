@@ -1,5 +1,6 @@
-"""Keys of the live page: run and pause, step, reset, help, and the projector mode."""
+"""Keys of the live page, and what of it is clicked to see an iteration."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -7,21 +8,28 @@ from bokeh.models import ColumnDataSource, CustomJS
 
 from vsep_app.assets import path
 
+NAMES = ("toggle", "step", "step_back", "reset", "ramp_back", "ramp_next", "swipe", "delete")
+ITERATION_PREFIX = "iteration "
+_CLICKED = re.compile(r"iteration \d{1,6}|predict \d|experiment [a-z0-9-]{1,64}")
+
 
 class Keys:
-    """Hands the keys that the page is pressed to the program; `source` is drawn with all pictures.
+    """Hands keys and clicks to the program; `source` is drawn with all pictures.
 
-    `press` is called with ``toggle``, ``step``, ``step_back`` or ``reset``. The keys ``?``, which
-    opens the help, and ``F``, the projector mode, never leave the browser.
+    `press` is called with one of `NAMES`, or with a prefix and what was clicked: a bead of the
+    timeline, a card of an experiment, a prediction. The keys ``?``, which opens the help, and
+    ``F``, the projector mode, never leave the browser.
     """
 
-    def __init__(self, source: ColumnDataSource, press: Callable[[str], None]) -> None:
+    def __init__(self, source: ColumnDataSource, press: Callable[[str], object]) -> None:
         self._press = press
-        self._pressed = ColumnDataSource({"name": [""], "number": [0]}, name="pressed")
-        self._pressed.on_change("data", self._taken)
+        self.pressed = ColumnDataSource({"name": [""], "number": [0]}, name="pressed")
+        self.pressed.on_change("data", self._taken)
         code = path("page/keys.js").read_text(encoding="utf-8")
-        source.js_on_change("data", CustomJS(args={"pressed": self._pressed}, code=code))
+        source.js_on_change("data", CustomJS(args={"pressed": self.pressed}, code=code))
 
     def _taken(self, attr: str, old: Any, new: Any) -> None:
         del attr, old
-        self._press(new["name"][0])
+        name = str(new["name"][0])
+        if name in NAMES or _CLICKED.fullmatch(name):
+            self._press(name)

@@ -10,7 +10,7 @@ from typing import Any
 import panel_material_ui as pmu
 import param
 
-from vsep.parameters import Parameter
+from vsep.parameters.record import Parameter
 from vsep.presets.registry import DEFAULT_PRESET, PRESETS
 from vsep_app.model.settings import Settings
 from vsep_app.widgets.fields import field
@@ -31,6 +31,8 @@ def setting_widget(settings: Settings, record: Parameter) -> Any:
         widget = _made(pmu.Select, record, options=options, value=value)
     elif isinstance(record.default, bool):
         widget = _made(pmu.Switch, record, value=value)
+    elif isinstance(record.default, str):
+        return _text(settings, record)
     elif record.optional:
         return _optional_number(settings, record)
     elif record.values:
@@ -89,6 +91,23 @@ def _optional_number(settings: Settings, record: Parameter) -> Any:
     show()
     text.param.watch(take, "value")
     settings.param.watch(show, name)
+    return text
+
+
+def _text(settings: Settings, record: Parameter) -> Any:
+    """Return a field for a text; one that cannot be used is marked, told and changes nothing."""
+    name = record.name
+    text = _made(pmu.TextInput, record, value=getattr(settings, name))
+
+    def take(event: Any) -> None:
+        try:
+            settings.param.update(**{name: event.new})
+            text.param.update(error_state=False, label=record.form_label)
+        except ValueError as error:
+            text.param.update(error_state=True, label=f"{record.title}: {error}")
+
+    text.param.watch(take, "value")
+    settings.param.watch(lambda event: text.param.update(value=event.new), name)
     return text
 
 

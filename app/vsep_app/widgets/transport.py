@@ -140,25 +140,22 @@ class Transport(RunTransport):
         self.mode.param.update(
             label="Fast time shows", width=130, margin=(7, 4, 0, 4), sizing_mode=None
         )
-        self.ramp = _field(pmu.IntInput, "ramp", width=104, start=0, value=settings.ramp)
-        self.antenna = _field(
-            pmu.Select, "antenna", width=100, options={"0": 0}, value=0, visible=False
-        )
-        self.ramp.param.watch(self._ramp_set, "value")
+        self.chirps = setting_widget(settings, SETTINGS["crossing"])
+        self.chirps.param.update(width=130, margin=(7, 4, 0, 4), sizing_mode=None)
+        self.antenna = _field(pmu.Select, "antenna", width=100, options={"0": 0}, value=0)
+        self._antennas = pn.Row(margin=0, visible=False)
         self.antenna.param.watch(self._antenna_set, "value")
-        settings.param.watch(self._show_settings, ["ramp", "antenna"])
+        settings.param.watch(self._show_settings, "antenna")
         self._drawn: Picture | None = None
 
     def layout(self) -> Any:
         """Return the row."""
-        choices = self.speed, self.scrub, self.ramp, self.antenna, self.mode
+        choices = self.speed, self.scrub, self._antennas, self.chirps, self.mode
         return toolbar(*self.buttons.values(), *choices)
 
     def show(self, picture: Picture, rate: float) -> None:
         """Show where the run is; called with the document locked."""
         self.show_place(picture.iteration, picture.num_iterations)
-        last_ramp = picture.static_picture.radar.num_ramps - 1
-        self.ramp.param.update(end=max(last_ramp, 1), visible=last_ramp > 0)
         prepared_run = self._session.prepared_run
         if prepared_run is not None:
             self._offer_antennas(prepared_run.num_antennas)
@@ -182,6 +179,9 @@ class Transport(RunTransport):
                 else drawn.score.text
             )
             counts = f"iteration {drawn.iteration} of {drawn.num_iterations} · {found}"
+            if drawn.iteration:
+                noise_db = round(float(drawn.progress.noise_db[-1])) + 0
+                counts += f'<span class="noise"> · noise {noise_db} dB</span>'
         self.status.object = run_status_html(words, counts, phase, rate)
 
     def _offer_antennas(self, number: int) -> None:
@@ -189,19 +189,15 @@ class Transport(RunTransport):
             self.antenna.param.update(
                 options={str(place): place for place in range(number)},
                 value=min(self._settings.antenna, number - 1),
-                visible=number > 1,
             )
+            self._antennas[:] = [self.antenna] if number > 1 else []
+            self._antennas.visible = number > 1
 
     def _antenna_set(self, event: Any) -> None:
         if event.new is not None:
             self._settings.antenna = event.new
 
-    def _ramp_set(self, event: Any) -> None:
-        if event.new is not None:
-            self._settings.ramp = min(max(event.new, 0), self.ramp.end or 0)
-
     def _show_settings(self, *_: Any) -> None:
-        self.ramp.value = self._settings.ramp
         self.antenna.value = min(self._settings.antenna, len(self.antenna.options) - 1)
 
 

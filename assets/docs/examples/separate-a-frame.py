@@ -16,7 +16,7 @@ model = vsep.SignalModel.of_radar(radar, scenario.anti_aliasing_filter)
 separator = vsep.FactorisedSeparator(model=model, false_alarm_rate=0.05)
 solution = vsep.run(separator, observation.received)
 
-deviations = vsep.dispersion_std(solution.objects, solution.state.effective_precision, radar.shape)
+deviations = vsep.state_deviations(solution.state, radar.shape)
 ranges_m = radar.range_from_beat(solution.objects.beats)
 speeds_mps = radar.velocity_from_doppler(solution.objects.dopplers)
 for range_m, speed_mps, beat_std in zip(ranges_m, speeds_mps, deviations.beats, strict=True):

@@ -246,6 +246,13 @@ class Dashboard:
             count = len(self.drawn())
             self.page.wait_for_timeout(500)
 
+    def unfold(self):
+        """Show the controls that are seldom needed."""
+        if not self.page.get_by_role("textbox", name="Object threshold").is_visible():
+            self.button("More controls").click()
+            self.page.get_by_role("textbox", name="Object threshold").wait_for(timeout=PATIENCE_MS)
+        return self
+
     def upload(self, name, content, place=0):
         file = {"name": name, "mimeType": "application/octet-stream", "buffer": content}
         self.page.locator("input[type=file]").nth(place).set_input_files(file)

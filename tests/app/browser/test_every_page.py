@@ -92,6 +92,7 @@ def open_experiment(page, query):
     if query.startswith("?"):
         page.get_by_role("combobox", name=re.compile("^Experiment")).click()
         page.get_by_role("menuitem", name="The last line of the algorithm").click()
+        page.get_by_role("button", name=re.compile("^Some are lost")).click()
         page.get_by_role("button", name=re.compile("Show the answer")).click()
         page.get_by_text("does not belong together").wait_for(timeout=PATIENCE_MS)
 

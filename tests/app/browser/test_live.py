@@ -46,7 +46,7 @@ def test_it_runs_by_itself_to_the_end(at_rest):
 
 def test_controls_are_named_as_they_are_labelled(at_rest):
     sliders = [s.get_attribute("aria-label") for s in at_rest.page.get_by_role("slider").all()]
-    assert len(sliders) == 10
+    assert len(sliders) == 7
     assert all(sliders)
     for name in ("Run", "Pause", "Back", "Step", "Reset"):
         button = at_rest.button(name)
@@ -83,12 +83,12 @@ def test_a_style_sheet_is_not_written_again(at_rest):
 
 def test_all_views_are_inside_of_the_screen_and_can_be_saved(dashboard):
     dashboard.show("?preset=simulation-2-b").until_status("converged")
-    dashboard.assert_figures_are_on_the_screen(number=8, least_size=40)
+    dashboard.assert_figures_are_on_the_screen(number=4, least_size=40)
     saved = dashboard.page.evaluate(
         """() => [...Bokeh.documents[0].all_models].filter((m) => m.type === "Figure")
             .map((m) => m.toolbar.tools.some((t) => t.type === "SaveTool"))"""
     )
-    assert len(saved) == 8
+    assert len(saved) == 4
     assert all(saved)
 
 
@@ -145,6 +145,7 @@ def test_a_slider_restarts_at_once_with_its_value(dashboard, report):
 
 def test_a_number_field_takes_effect_when_it_is_left(dashboard):
     dashboard.show().until_status("converged")
+    dashboard.unfold()
     for label, text, query in (
         ("Seed", "12", "seed=12"),
         ("Object threshold", "9.5", "threshold=9.5"),
@@ -201,27 +202,98 @@ def test_another_preset_brings_its_views(dashboard):
     dashboard.choose("Preset", "b: 4 bursts", exact=False)
     dashboard.until(lambda: "10 of 10 found, 0 false" in dashboard.header, "all are found")
     assert "preset=simulation-2-b" in dashboard.page.url
-    dashboard.assert_figures_are_on_the_screen(number=8, least_size=40)
+    dashboard.assert_figures_are_on_the_screen(number=4, least_size=40)
     assert "range-doppler-after" in dashboard.figures()
 
 
-def test_a_click_on_the_strip_selects_the_ramp(dashboard):
-    dashboard.show("?preset=simulation-2-b&speed=30").until_status("converged")
-    box = dashboard.page.evaluate(
-        """() => {
-          const m = [...Bokeh.documents[0].all_models].find((m) => m.name === "ramps")
+def frame_of(dashboard, name):
+    """Left, top, width and height of the frame of a figure on the screen."""
+    return dashboard.page.evaluate(
+        """(name) => {
+          const m = [...Bokeh.documents[0].all_models].find((m) => m.name === name)
           const view = Bokeh.index.find_one_by_id(m.id)
           const r = view.el.getBoundingClientRect(), f = view.frame.bbox
           return [r.left + f.left, r.top + f.top, f.width, f.height]
-        }"""
+        }""",
+        name,
     )
-    left, top, width, height = box
-    dashboard.page.mouse.click(left + width * 4.5 / 16.0, top + height / 2.0)
-    title = """() => [...Bokeh.documents[0].all_models]
-        .find((m) => m.name === "fast-time").title.text"""
-    dashboard.until(lambda: dashboard.page.evaluate(title) == "Fast time, ramp 4", "ramp 4 shows")
+
+
+TITLE = """(name) => [...Bokeh.documents[0].all_models].find((m) => m.name === name).title.text"""
+
+
+def test_a_click_on_the_chirps_selects_the_ramp(dashboard):
+    dashboard.show("?preset=simulation-2-b&speed=30").until_status("converged")
+    left, top, width, height = frame_of(dashboard, "crossing")
+    dashboard.page.mouse.click(left + width * 4.5 / 16.0, top + 0.9 * height)
+    dashboard.until(
+        lambda: dashboard.page.evaluate(TITLE, "fast-time") == "Fast time, ramp 4", "ramp 4 shows"
+    )
     assert "ramp=4" in dashboard.page.url
     assert dashboard.status == "converged"
+    dashboard.choose("Chirps", "Spectrogram")
+    dashboard.until(
+        lambda: "Spectrogram of ramp 4" in dashboard.page.evaluate(TITLE, "crossing"), "it shows"
+    )
+    dashboard.page.locator("body").press(".")
+    dashboard.until(lambda: "ramp=5" in dashboard.page.url, "the next ramp is taken")
+    dashboard.choose("Chirps", "All ramps")
+
+
+# Where the first chirp crosses, as a place on the screen, and the end of it that turns it.
+CHIRP = """() => {
+  const models = [...Bokeh.documents[0].all_models]
+  const m = models.find((m) => m.name === "crossing")
+  const view = Bokeh.index.find_one_by_id(m.id)
+  const data = m.renderers.map((r) => r.data_source.data).find((d) => "handle_x" in d)
+  const r = view.el.getBoundingClientRect(), f = view.frame.bbox
+  const place = (x, y) => [
+    r.left + f.left + f.width * (x - m.x_range.start) / (m.x_range.end - m.x_range.start),
+    r.top + f.bottom - f.height * (y - m.y_range.start) / (m.y_range.end - m.y_range.start),
+  ]
+  return [place((data.x0[0] + data.x1[0]) / 2, (data.y0[0] + data.y1[0]) / 2),
+          place(data.handle_x[0], data.handle_y[0])]
+}"""
+
+
+def test_a_chirp_is_dragged_and_what_is_received_follows(dashboard, report):
+    dashboard.show("?preset=simulation-2-b&speed=30").until_status("converged")
+    page = dashboard.page
+    (x, y), _ = page.evaluate(CHIRP)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    before = len(dashboard.drawn())
+    started = page.evaluate("performance.now()")
+    for step in range(40):
+        page.mouse.move(x + 8 + 0.3 * step, y)
+        page.wait_for_timeout(25)
+    times = np.array(dashboard.drawn()[before:]) - started
+    assert "Let go" in page.locator("p.headline").inner_text()
+    assert "shift=0.0" in page.url
+    page.mouse.up()
+    dashboard.until(lambda: re.search(r"shift=(1[0-2]|[5-9])\.", page.url), "the burst has moved")
+    dashboard.until_status("converged")
+    rate = 1000.0 * (len(times) - 1) / (times[-1] - times[0])
+    report(f"drag: first preview after {times[0]:.0f} ms, {rate:.1f} a second; bars 100 ms, 10")
+    assert len(times) > 5
+    _, (x, y) = page.evaluate(CHIRP)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y + 10)
+    page.mouse.move(x, y + 20)
+    page.mouse.up()
+    dashboard.until(lambda: "slope=9.7122" not in page.url, "the slope is another one")
+    dashboard.until_status("converged")
+
+
+def test_a_bead_leads_to_its_iteration(dashboard):
+    dashboard.show("?preset=simulation-2-b&speed=30").until_status("converged")
+    bead = dashboard.page.locator("i.bead.burst").first
+    number = int(bead.get_attribute("data-press").split()[-1])
+    assert number < dashboard.iteration
+    bead.click()
+    dashboard.until(lambda: dashboard.iteration == number, "its iteration is shown")
+    assert dashboard.status == "paused"
 
 
 def test_zoom_is_undone_by_a_double_click_and_survives_a_restart(dashboard):
@@ -257,6 +329,7 @@ def test_zoom_is_undone_by_a_double_click_and_survives_a_restart(dashboard):
 
 def test_a_bad_file_is_told_and_the_session_goes_on(dashboard):
     dashboard.show().until_status("converged")
+    dashboard.unfold()
     dashboard.upload("notes.npz", b"this is no archive")
     dashboard.page.get_by_text("notes.npz").last.wait_for(timeout=PATIENCE_MS)
     assert dashboard.status == "converged"
@@ -270,6 +343,7 @@ def test_a_frame_file_is_separated(dashboard, tmp_path, frame_arrays):
     path = tmp_path / "mine.npz"
     np.savez(path, **frame_arrays())
     dashboard.show().until_status("converged")
+    dashboard.unfold()
     dashboard.upload("mine.npz", path.read_bytes())
     dashboard.until(
         lambda: "preset=loaded-frame" in dashboard.page.url, "the loaded frame is the scene"
@@ -295,6 +369,7 @@ def test_what_cannot_be_shown_is_told_on_the_page_until_it_is_mended(dashboard):
     alert.wait_for(timeout=PATIENCE_MS)
     dashboard.page.wait_for_timeout(9000)  # longer than any notification stays
     assert alert.is_visible()
+    dashboard.unfold()
     dashboard.choose("Assumed filter", "Raised cosine")
     dashboard.until(lambda: alert.count() == 0, "the sentence is gone")
     dashboard.until_status("converged")

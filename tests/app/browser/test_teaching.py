@@ -14,6 +14,12 @@ def test_an_experiment_from_choice_to_answer(dashboard):
     dashboard.show("?speed=30").until_status("converged")
     page = dashboard.page
     dashboard.choose("Experiment", "Two cars with the same slope", exact=False)
+    outcome = page.get_by_role("button", name="One object: the other radar is taken off")
+    outcome.wait_for(timeout=PATIENCE_MS)
+    dashboard.until_status("paused")
+    assert page.get_by_text("Which one is the car in front of you").count() == 0
+    outcome.click()
+    page.get_by_text("Not so: 1 of 1 found, 1 false.").wait_for(timeout=PATIENCE_MS)
     page.get_by_text("Which one is the car in front of you").wait_for(timeout=PATIENCE_MS)
     for part in ("experiment=same-slope", "slope=10", "model=convolution"):
         dashboard.until(lambda part=part: part in page.url, f"the address has {part}")
@@ -27,13 +33,16 @@ def test_an_experiment_from_choice_to_answer(dashboard):
     dashboard.button("Show the answer").focus()
     page.keyboard.press("Enter")
     answer.wait_for(timeout=PATIENCE_MS)
-    dashboard.press("Interferer slope", "ArrowLeft")
+    # The control of the question stands in the experiment, above that of the side bar.
+    page.get_by_role("slider", name=re.compile("^Interferer slope")).first.focus()
+    page.keyboard.press("ArrowLeft")
     dashboard.until(lambda: "slope=9.99" in page.url, "the slider is taken")
     dashboard.button("Start again").click()
     dashboard.until(lambda: "slope=10" in page.url, "the slope is set again")
+    outcome.wait_for(timeout=PATIENCE_MS)
     page.reload()
-    dashboard.loaded().until_status("converged")
-    page.get_by_text("Which one is the car in front of you").wait_for(timeout=PATIENCE_MS)
+    dashboard.loaded().until_status("paused")
+    outcome.wait_for(timeout=PATIENCE_MS)
     assert answer.count() == 0
 
 
@@ -42,6 +51,7 @@ def test_an_experiment_of_the_compare_page_is_opened_there(dashboard):
     dashboard.choose("Experiment", "Why zeroing leaves ghosts", exact=False)
     dashboard.page.get_by_role("link", name="Open this experiment on its own page").click()
     dashboard.page.wait_for_selector("table.methods", timeout=PATIENCE_MS)
+    dashboard.page.get_by_role("button", name="Zeroing finds dozens").click()
     dashboard.page.get_by_text("Where do dozens of false objects").wait_for(timeout=PATIENCE_MS)
     dashboard.until(
         lambda: "methods=zeroing%2Cmasked%2Cfactorised" in dashboard.page.url, "it is set"

@@ -2,6 +2,8 @@
 
 import json
 import os
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import pytest
 from vsep_app import assets
 from vsep_app.cli import main as cli
 
+from tests.vsep.layout_scenes import LAYOUTS, capture
 from vsep.files.frame import read_frame
 
 RECORDINGS = Path(os.environ.get("VSEP_RECORDINGS", "nowhere"))
@@ -48,7 +51,8 @@ def test_the_shipped_frame_comes_back(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "An object at 0.575 m/s" in told
     assert "moves by 0.28 range cells within the frame" in told
     frame, original = read_frame(tmp_path / "frame.npz"), read_frame(shipped)
-    assert frame.radar == original.radar
+    # What the recording does not say is seen in it.
+    assert frame.radar == replace(original.radar, range_migration=True)
     assert np.array_equal(frame.received, original.received)
 
 
@@ -95,6 +99,59 @@ def test_remarks_go_to_standard_error_and_errors_end_with_code_2(
     assert "frame is 3, but axes names no frames" in capsys.readouterr().err
     assert convert(tmp_path, tmp_path / "frame.npz", OPENRADAR) == 2
     assert "is the recording or its settings" in capsys.readouterr().err
+
+
+def test_without_settings_the_three_best_layouts_are_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    layout = LAYOUTS[0]
+    recording = tmp_path / "adc.bin"
+    recording.write_bytes(capture(layout, "clutter", np.random.default_rng(2)))
+    assert cli.main(["convert", str(recording)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == (
+        "1. dca1000-xwr14xx, complex-1x, 128 samples, 4 antennas, 1 transmitter, 64 ramps"
+    )
+    assert [line[:2] for line in lines[2:6:2]] == ["2.", "3."]
+    assert all("of the cells" in line for line in lines[1:6:2])
+    assert "num_samples: 128" in lines
+    assert list(tmp_path.iterdir()) == [recording]
+
+
+def test_a_guess_completes_what_the_settings_leave_open(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    layout = LAYOUTS[2]
+    recording = tmp_path / "adc.bin"
+    recording.write_bytes(capture(layout, "clutter", np.random.default_rng(2)))
+    radar = {"start_frequency_hz": 77e9, "slope_hz_per_s": 30e12, "sample_rate_hz": 10e6}
+    assert convert(tmp_path, recording, radar | {"ramp_period_s": 32e-6}, "--guess") == 0
+    assert "num_antennas: 4  (guessed from the samples)" in capsys.readouterr().out
+    frame = read_frame(tmp_path / "frame.npz")
+    assert frame.num_antennas == 4
+    assert frame.radar.shape == (64, 200)
+    assert frame.radar.lowest_beat == 0.0
+
+
+def test_a_frame_file_goes_to_sigmf_and_back_without_settings(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shipped = str(assets.path("frames/openradar_doppler_example_1.npz"))
+    stream, back = str(tmp_path / "frame.sigmf-meta"), str(tmp_path / "frame.npz")
+    assert cli.main(["convert", shipped, "--out", stream]) == 0
+    assert cli.main(["convert", stream, "--out", back]) == 0
+    assert "An object at 0.575 m/s" in capsys.readouterr().err
+    frame, original = read_frame(back), read_frame(shipped)
+    assert frame.radar == original.radar
+    assert np.array_equal(frame.received, original.received)
+
+
+def test_settings_without_an_output_are_refused(
+    tmp_path: Path, refused: Callable[..., str]
+) -> None:
+    (tmp_path / "radar.json").write_text(json.dumps(OPENRADAR))
+    sentence = refused("convert", "adc.npz", "--settings", str(tmp_path / "radar.json"))
+    assert "give --out, or --guess" in sentence
 
 
 @pytest.mark.skipif(not RECORDINGS.is_dir(), reason="VSEP_RECORDINGS names no folder")

@@ -124,3 +124,16 @@ def test_a_film_strip_needs_numbers(capsys: pytest.CaptureFixture[str], numbers:
     with pytest.raises(SystemExit, match="2"):
         cli.main(["report", "frame.npz", "--out", "a.html", f"--iterations={numbers}"])
     assert "--iterations" in capsys.readouterr().err
+
+
+def test_a_recording_and_its_settings_make_a_report_at_once(
+    tmp_path: Path, raw_capture: Any, refused: Callable[..., str]
+) -> None:
+    (tmp_path / "adc.bin").write_bytes(raw_capture.content)
+    (tmp_path / "radar.yaml").write_bytes(raw_capture.settings)
+    settings = ["--settings", str(tmp_path / "radar.yaml")]
+    out = tmp_path / "report.json"
+    more = ["--max-iterations", "2", "--out", str(out)]
+    assert cli.main(["report", str(tmp_path / "adc.bin"), *settings, *more]) == 0
+    assert "adc.bin" in out.read_text()
+    assert "needs one recording" in refused("report", "a.bin", "b.bin", *settings, *more)

@@ -206,3 +206,22 @@ def test_the_help_names_every_study(capsys):
     said = "".join(capsys.readouterr().out.split())
     assert ",".join(CATALOGUE) in said
     assert "--repeat" in said
+
+
+def test_a_setting_of_all_points_can_be_another(capsys):
+    words = ["run", "mru-solver", "--repeat", "26,0", "--estimator", "ist"]
+    assert study(*words, "--set", "step_width=0.5", "--set", "threshold=falling") == 0
+    (row,) = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+    assert (row["point"]["step_width"], row["point"]["threshold"]) == (0.5, "falling")
+    assert study("run", "fig-2", "--repeat", "0,0", "--set", "interference_threshold_db=6") == 0
+    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert {row["point"]["interference_threshold_db"] for row in rows} == {6}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("step_width", "it must be NAME=VALUE"), ("panel=x", "A setting of the points is 'panel'")],
+)
+def test_what_is_no_setting_is_refused(text, said, capsys):
+    assert study("run", "mru-solver", "--repeat", "0,0", "--set", text) == 2
+    assert said in capsys.readouterr().err

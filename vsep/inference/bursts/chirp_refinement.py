@@ -166,7 +166,12 @@ def place_chirps(
 
 
 def refine_chirps(
-    chirps: PlacedChirps, model: SignalModel, costs: ChirpCosts, *, max_steps: int = 1
+    chirps: PlacedChirps,
+    model: SignalModel,
+    costs: ChirpCosts,
+    *,
+    max_steps: int = 1,
+    least_gain: float = NO_GAIN,
 ) -> PlacedChirps:
     """Maximise costs in (frequency at the burst's centre, slope) by damped Gauss-Newton steps.
 
@@ -180,6 +185,8 @@ def refine_chirps(
         What is maximised.
     max_steps : int
         Steps at most.
+    least_gain : float
+        Nats that a step must promise to be tried.
 
     Returns
     -------
@@ -197,7 +204,7 @@ def refine_chirps(
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
         steps, promises = gauss_newton_steps(gradients, curvatures, present.slope, longest)
         # Bursts whose quadratic model promises a gain try their step, a quarter of it, and so on.
-        trying = (promises >= NO_GAIN).nonzero()[0]
+        trying = (promises >= least_gain).nonzero()[0]
         still = np.zeros(len(moving), dtype=bool)
         for _ in range(HALVINGS):
             if len(trying) == 0:

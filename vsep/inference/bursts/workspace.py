@@ -259,7 +259,13 @@ class InterferenceWorkspace:
             residual=residual[table.interfered],
             noise_precision=noise_precision,
         )
-        refined = refine_chirps(table.chirps.some(own), self.model, costs, max_steps=max_steps)
+        refined = refine_chirps(
+            table.chirps.some(own),
+            self.model,
+            costs,
+            max_steps=max_steps,
+            least_gain=self.schedule.least_gain,
+        )
         for same in self.at_antennas(own):
             table.chirps = table.chirps.replaced(same, refined)
 

@@ -90,6 +90,15 @@ def require_one_antenna(model: SignalModel, name: str) -> None:
         )
 
 
+def require_stationary(model: SignalModel, name: str) -> None:
+    """Raise `InputError` where an estimator is asked to model range migration."""
+    if not model.is_stationary:
+        raise InputError(
+            f"The {name} estimator does not model range migration; factorised, object-only and "
+            "masked do. With range_migration neglected it can be used."
+        )
+
+
 def is_quiet(info: IterationInfo) -> bool:
     """Whether a step changed nothing that matters."""
     return (

@@ -10,13 +10,14 @@ Gamma-distributed (Whittle's likelihood). Terms are added one by one as long as 
 the next is convincing; without any the noise is white.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from scipy import fft
 
 from vsep._typing import ComplexArray, FloatArray, frozen
+from vsep.inference.core.skirt import estimate_skirt
 from vsep.signal.template import SignalModel
 
 CONVINCING = 20.0  # score statistic, chi-square with one degree of freedom, of a first term ...
@@ -47,6 +48,11 @@ class NoiseSpectrum:
         the noise power.
     variance : (N,) float
         Relative variance of the estimate.
+    own_skirt : float
+        Share of an object's power in a sample by which its own phase noise has raised the level at
+        its beat; zero without phase noise.
+    phase_noise : float
+        Standard deviation of the phase noise that the level holds, in rad.
 
     Examples
     --------
@@ -57,6 +63,8 @@ class NoiseSpectrum:
 
     power: FloatArray
     variance: FloatArray
+    own_skirt: float = 0.0
+    phase_noise: float = 0.0
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -84,7 +92,7 @@ class NoiseSpectrum:
 
     def scaled(self, factor: float) -> "NoiseSpectrum":
         """Return the spectrum times a factor."""
-        return NoiseSpectrum(self.power * factor, self.variance)
+        return replace(self, power=self.power * factor)
 
     def differs_from(self, other: "NoiseSpectrum") -> bool:
         """Whether this spectrum is another by more than its own uncertainty."""
@@ -118,7 +126,11 @@ def _between(values: FloatArray, beats: FloatArray) -> FloatArray:
 
 
 def estimate_noise_spectrum(
-    noise_residual: ComplexArray, model: SignalModel, *, convincing: float = CONVINCING
+    noise_residual: ComplexArray,
+    model: SignalModel,
+    *,
+    convincing: float = CONVINCING,
+    lines: tuple[FloatArray, FloatArray] | None = None,
 ) -> NoiseSpectrum | None:
     """Noise spectrum of rows that hold nothing but noise and a few weak lines.
 
@@ -130,6 +142,8 @@ def estimate_noise_spectrum(
         Sampling and assumed filter.
     convincing : float
         Score statistic that the first term needs.
+    lines : tuple of two (L,) float, optional
+        Beats of the objects and their powers in a sample: around them phase noise is looked for.
 
     Returns
     -------
@@ -154,6 +168,25 @@ def estimate_noise_spectrum(
     if noise_residual.shape[0] * noise_residual.shape[1] < FEWEST_ROWS:
         return None
     periodogram, looks = quiet_periodogram(noise_residual)
+    skirt = None if lines is None else estimate_skirt(periodogram, looks, *lines)
+    if skirt is None:
+        return _smooth_spectrum(periodogram, looks, model, convincing)
+    smooth = _smooth_spectrum(periodogram / skirt.shape, looks, model, convincing)
+    if smooth is None:
+        level = float(np.mean(periodogram / skirt.shape))
+        smooth = NoiseSpectrum(np.full(len(periodogram), level), np.full(len(periodogram), 0.0))
+    return NoiseSpectrum(
+        smooth.power * skirt.shape,
+        smooth.variance + skirt.variance,
+        skirt.own_level,
+        skirt.phase_std,
+    )
+
+
+def _smooth_spectrum(
+    periodogram: FloatArray, looks: float, model: SignalModel, convincing: float
+) -> NoiseSpectrum | None:
+    """Spectrum without lines; None where nothing speaks against white noise."""
     terms, centred, norms = spectral_terms(model.num_samples, filter_power(model).tobytes())
     # Against white noise, which is nearly always all there is to do
     excess = _excess(periodogram, np.full(periodogram.shape, np.log(periodogram.mean())), looks)

@@ -1,5 +1,6 @@
 """Noise spectrum of a state, estimated anew as long as a run has not settled."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,7 +13,7 @@ from vsep.inference.core.noise_spectrum import (
     estimate_noise_spectrum,
 )
 from vsep.inference.core.progress import ComponentEvent, EventKind
-from vsep.inference.core.state import SeparationState
+from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.signal.template import SignalModel
 
 NEARLY_NOISE_DB = 13.0  # over the threshold: what the strongest unmodelled line may have
@@ -29,6 +30,7 @@ def noise_spectrum_due(state: SeparationState) -> bool:
 
 def next_noise_spectrum(
     state: SeparationState,
+    objects: ObjectComponents,
     events: Sequence[ComponentEvent],
     noise_residual: ComplexArray,
     noise_precision: float,
@@ -43,6 +45,8 @@ def next_noise_spectrum(
     ----------
     state : SeparationState
         Where the step started from.
+    objects : ObjectComponents
+        After the step; what the own oscillator's noise is in proportion to.
     events : sequence of ComponentEvent
         Of the step; they say how strong the strongest unmodelled line was.
     noise_residual : (A P, N) complex
@@ -65,7 +69,7 @@ def next_noise_spectrum(
         default=0.0,
     )
     moving = abs(noise_precision / state.noise_precision - 1.0) > STEADY
-    if not noise_spectrum_due(state) or moving or strongest > NEARLY_NOISE_DB:
+    if moving or strongest > NEARLY_NOISE_DB:
         return state.noise_spectrum
     rows = noise_residual.reshape(model.num_antennas, *model.shape)
     clean = np.ones(model.num_ramps, np.bool_)
@@ -77,7 +81,8 @@ def next_noise_spectrum(
         rows = rows / np.sqrt(share)
     last = state.noise_spectrum
     convincing = CONVINCING if last is None else STILL_CONVINCING
-    spectrum = estimate_noise_spectrum(rows, model, convincing=convincing)
+    lines = objects.beats, objects.powers / math.prod(model.shape)
+    spectrum = estimate_noise_spectrum(rows, model, convincing=convincing, lines=lines)
     # A run cannot settle while its thresholds move.
     settled = last is not None and spectrum is not None and not spectrum.differs_from(last)
     return last if settled else spectrum

@@ -24,6 +24,7 @@ class EventKind(enum.Enum):
     CHIRP_STARTED = "burst found"
     CHIRP_DROPPED = "burst dropped"
     CHIRP_RESTARTED = "burst search restarted"
+    RECEIVER_CHANGED = "receiver errors estimated"
 
 
 class ComponentEvent(NamedTuple):

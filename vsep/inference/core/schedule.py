@@ -50,6 +50,8 @@ class Schedule:
         Whether a step of all objects together ends Algorithm 3.
     refinement_steps : int
         Newton steps of theta per call.
+    least_gain : float
+        Nats of log evidence that such a step must promise to be tried.
     correct_filter : tuple of two int, or None
         First and last iteration (from 0) in which the correction of the assumed filter is
         estimated; afterwards it stands still, because it and the channels trade slowly what makes
@@ -59,6 +61,9 @@ class Schedule:
         would be bursts that are not modelled yet. None never.
     noise_spectrum : bool
         Whether noise is estimated over beat frequency; the paper's is white.
+    ends_when_calm : bool
+        Whether a run whose samples are weighed ends as well when some iterations in a row changed
+        next to nothing; otherwise only when one changed nothing that matters.
     """
 
     name: str
@@ -76,9 +81,11 @@ class Schedule:
     recompute_amplitudes: bool
     joint_object_step: bool
     refinement_steps: int = 1
+    least_gain: float = 1e-4
     correct_filter: tuple[int, int] | None = None
     weigh_from: int | None = None
     noise_spectrum: bool = False
+    ends_when_calm: bool = False
 
     def object_additions(self, iteration: int) -> int:
         """Object components that may be added in this iteration (counted from 0)."""
@@ -130,15 +137,17 @@ ROBUST: Final = Schedule(
     early_burst_range_db=30.0,
     burst_range_db=40.0,
     channel_additions=4,
-    late_object_additions=4,
+    late_object_additions=16,
     early_search=(0, 2, 4, 6, 8, 10, 12),
     late_search_period=4,
     search_before_convergence=True,
     recompute_amplitudes=True,
     joint_object_step=True,
-    correct_filter=(1, 14),
+    least_gain=1e-2,
+    correct_filter=(4, 14),
     weigh_from=6,
     noise_spectrum=True,
+    ends_when_calm=True,
 )
 
 PAPER: Final = Schedule(

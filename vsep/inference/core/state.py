@@ -12,6 +12,7 @@ import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
+from vsep.inference.core.receiver import ReceiverErrors
 from vsep.inference.core.search_cache import SearchCache
 from vsep.signal.corrected_filter import NUM_SPLINES
 
@@ -60,6 +61,12 @@ class ObjectComponents:
     def num_components(self) -> int:
         """Number of components L."""
         return len(self.component_ids)
+
+    @property
+    def powers(self) -> FloatArray:
+        """(L,) squared magnitudes of the weights; the antennas' mean."""
+        powers = self.amplitudes.real**2 + self.amplitudes.imag**2
+        return np.asarray(powers if powers.ndim == 1 else powers.mean(axis=1))
 
     @property
     def component_snr(self) -> FloatArray:
@@ -206,8 +213,12 @@ class SeparationState:
         Noise over beat frequency; None where it is white.
     sample_weights : (P, N) float or None
         How much every sample counts; None where all count fully.
+    receiver : ReceiverErrors or None
+        Errors of oscillator and receivers, taken off the frame before a step; None without.
     quiet_iterations : int
         Iterations in a row that have added no object and next to no channel component.
+    calm_iterations : int
+        Iterations in a row that have changed next to nothing, see `vsep.inference.core.estimator`.
     """
 
     iteration: int
@@ -223,7 +234,9 @@ class SeparationState:
     used_share: float = 1.0
     noise_spectrum: NoiseSpectrum | None = None
     sample_weights: FloatArray | None = None
+    receiver: ReceiverErrors | None = None
     quiet_iterations: int = 0
+    calm_iterations: int = 0
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -234,8 +247,17 @@ class SeparationState:
         """Noise precision at which a whole frame would tell as much as the samples that count."""
         return self.noise_precision * self.used_share
 
+    def corrected(self, received: ComplexArray) -> ComplexArray:
+        """Return the frame without the errors of oscillator and receivers."""
+        return received if self.receiver is None else self.receiver.corrected(received)
+
+    @property
+    def unexplained_share(self) -> float:
+        """Share of the noise that no phase of the oscillator has been fitted to."""
+        return 1.0 if self.receiver is None else 1.0 - self.receiver.explained
+
     def cleaned(self, received: ComplexArray) -> ComplexArray:
-        """Return the frame without interference.
+        """Return the frame without interference and errors of the receiver.
 
         Samples hold what the objects predict as far as they do not count.
 
@@ -244,7 +266,7 @@ class SeparationState:
         received : (P, N) or, of several antennas, (A P, N) complex
             The frame.
         """
-        left = received - self.interference_signal
+        left = self.corrected(received) - self.interference_signal
         if self.sample_weights is None:
             return left
         return self.object_signal + self.sample_weights * (left - self.object_signal)
@@ -285,6 +307,7 @@ class SeparationState:
             object_signal=self.object_signal[rows],
             sample_weights=None if self.sample_weights is None else self.sample_weights[rows],
             interference_signal=self.interference_signal[rows],
+            receiver=None if self.receiver is None else self.receiver.of_antenna(antenna),
         )
 
     def bursts_in(self, ramp: int) -> tuple[BurstComponents, ...]:

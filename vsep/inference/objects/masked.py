@@ -92,7 +92,7 @@ class MaskedSeparator(ObjectSettings):
         flagged = ~self.used
         if self.missing is not None:
             flagged = flagged & ~self.missing
-        difference = received - new_state.object_signal
+        difference = state.corrected(received) - new_state.object_signal
         return replace(new_state, interference_signal=np.where(flagged, difference, 0.0)), info
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:

@@ -5,17 +5,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep._validation import require_choice
 from vsep.errors import InputError
 from vsep.inference.core.elbo import noise_bound, weights_bound
+from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
-from vsep.inference.core.noise_update import next_noise_spectrum
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.parameters import PARAMETERS
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
@@ -39,6 +41,8 @@ class ObjectSettings:
         Where a run stops at the latest.
     missing : (P, N) or (A, P, N) bool or None
         Samples that were never received and are left out.
+    range_migration : {"modelled", "neglected"}
+        Whether objects that move through range cells are modelled where the model has it.
     """
 
     model: SignalModel
@@ -46,9 +50,14 @@ class ObjectSettings:
     object_threshold_db: float | None = None
     max_iterations: int = PARAMETERS["max_iterations"].default
     missing: BoolArray | None = field(default=None, compare=False, repr=False)
+    range_migration: str = PARAMETERS["range_migration"].default
 
     def __post_init__(self) -> None:
         """Check the settings."""
+        choices = PARAMETERS["range_migration"].choices or {}
+        require_choice("range_migration", self.range_migration, tuple(choices))
+        if self.range_migration == "neglected":
+            object.__setattr__(self, "model", replace(self.model, migration=STATIONARY))
         for name, unit in (("false_alarm_rate", "per frame"), ("max_iterations", "")):
             PARAMETERS[name].require(getattr(self, name), name, unit)
         if self.object_threshold_db is not None:
@@ -126,13 +135,14 @@ class ObjectOnlySeparator(ObjectSettings):
         """One iteration of Algorithm 3 on the received signal itself."""
         if self.missing is not None:
             return step_on_used(self, received, state, ~self.missing)
+        received = state.corrected(received)
         with part(OBJECTS):
             objects = update_objects(  # Algorithm 3 with r_alpha = r
                 received,
                 state,
+                self.model,
                 self.threshold_db,
                 ROBUST.object_additions(state.iteration),
-                self.model.num_antennas,
                 state.relative_noise,
             )
         object_signal = objects.signal
@@ -140,10 +150,7 @@ class ObjectOnlySeparator(ObjectSettings):
         # denominator of (65)
         error = expected_error(noise_residual, objects.active.trace())
         new_state, info = conclude_objects(state, objects, object_signal, error, received.size)
-        spectrum = next_noise_spectrum(
-            state, objects.events, noise_residual, new_state.noise_precision, self.model
-        )
-        return replace(new_state, noise_spectrum=spectrum), info
+        return with_environment(state, new_state, info, noise_residual, self.model)
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when nothing happened, nothing moved and lambda is steady."""
@@ -162,14 +169,15 @@ def step_on_used(
     share = num_used / used.size
     steps = settings.row_steps(used)  # w
     length = float(steps.mean())
+    received = state.corrected(received)
     used_residual = np.where(used, received - state.object_signal, 0.0)  # M (r - Phi alpha)
     with part(OBJECTS):
         objects = update_objects(
             state.object_signal + steps * used_residual,  # r'
             replace(state, noise_precision=state.noise_precision / length),  # lambda / w
+            model,
             settings.threshold_db,
             ROBUST.object_additions(state.iteration),
-            model.num_antennas,
             state.relative_noise,
         )
     object_signal = objects.signal
@@ -177,24 +185,23 @@ def step_on_used(
     # (65) over the used samples, which see their share of tr(Phi C Phi^H)
     error = expected_error(difference[used], share * objects.active.trace())
     new_state, info = conclude_objects(state, objects, object_signal, error, num_used)
-    spectrum = next_noise_spectrum(
+    return with_environment(
         state,
-        objects.events,
+        new_state,
+        info,
         np.where(used, difference, 0.0),
-        new_state.noise_precision,
         model,
         interfered=np.flatnonzero(~used.all(axis=1)),
         share=share,
     )
-    return replace(new_state, noise_spectrum=spectrum), info
 
 
 def update_objects(
     residual: ComplexArray,
     state: SeparationState,
+    model: SignalModel,
     threshold_db: float,
     max_additions: int,
-    num_antennas: int = 1,
     relative_noise: NoiseSpectrum | None = None,
     keep: float = 1.0,
     *,
@@ -208,12 +215,12 @@ def update_objects(
         Received signal minus the interference estimate.
     state : SeparationState
         Where the step starts from.
+    model : SignalModel
+        Size of the frame, and how objects move through range cells.
     threshold_db : float
         T_alpha.
     max_additions : int
         New components at most.
-    num_antennas : int
-        A.
     relative_noise : NoiseSpectrum, optional
         Noise over beat frequency in units of 1/lambda.
     keep : float
@@ -227,7 +234,8 @@ def update_objects(
         state.noise_precision,
         threshold=ObjectThreshold(float(from_db(threshold_db)), relative_noise, keep),
         next_id=state.next_component_id,
-        num_antennas=num_antennas,
+        num_antennas=model.num_antennas,
+        migration=model.migration,
     )
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
     workspace.update_components(jointly=jointly)  # for all l: (70), Algorithm 4
@@ -256,7 +264,7 @@ def conclude_objects(
     num_used : int
         Samples that count.
     """
-    noise_precision = num_used / error  # (65)
+    noise_precision = num_used * state.unexplained_share / error  # (65)
     active = objects.active
     bound = weights_bound(
         active.amplitudes,

@@ -10,8 +10,9 @@ from vsep.inference.objects.measurement_vectors import MultipleVectorActiveSet
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels import joint_slopes as slopes
 from vsep.kernels.line_spectra import Columns
+from vsep.kernels.moving_atoms import STATIONARY, Migration
 from vsep.kernels.newton_ascent import MAX_STEP_CELLS, NO_GAIN
-from vsep.kernels.object_posterior import place_columns
+from vsep.kernels.object_posterior import place_columns, place_moving_columns
 from vsep.kernels.posterior import Posterior
 from vsep.signal.atoms import Factors
 
@@ -27,6 +28,7 @@ class PlacedComponents:
     points: FloatArray
     factors: Factors
     active: ActiveSet
+    migration: Migration = STATIONARY
 
     @property
     def background(self) -> Factors:
@@ -39,7 +41,14 @@ class PlacedComponents:
         """All columns and their posterior in the form of the kernels."""
         active = self.active
         weights = active.amplitudes if active.amplitudes.ndim == 2 else active.amplitudes[:, None]
-        return Columns(*self.factors, active.covariance, weights, active.noise_precision)
+        return Columns(
+            *self.factors,
+            active.covariance,
+            weights,
+            active.noise_precision,
+            self.points,
+            self.migration,
+        )
 
 
 def place_components(
@@ -48,6 +57,7 @@ def place_components(
     residual: ComplexArray,
     noise_precision: float,
     background: Factors,
+    migration: Migration = STATIONARY,
 ) -> PlacedComponents:
     """Posterior of all columns with the objects at the given points.
 
@@ -63,6 +73,8 @@ def place_components(
         lambda.
     background : tuple of (M, N) and (M, P) complex
         Separable columns that do not move; also the size of a frame, where there are none.
+    migration : Migration
+        How objects move through range cells; without a background only.
 
     Raises
     ------
@@ -70,14 +82,21 @@ def place_components(
         If the precision matrix is not positive definite.
     """
     # C from (59), alpha from (58)
-    placed = place_columns(points, background, precisions, residual, noise_precision)
+    if migration.coupling == 0.0:
+        placed = place_columns(points, background, precisions, residual, noise_precision)
+    else:
+        num_ramps = background[1].shape[1]
+        placed = place_moving_columns(
+            points, num_ramps, precisions, residual, noise_precision, migration
+        )
     factors = placed.beat_factors, placed.doppler_factors
     projections, amplitudes = placed.projections, placed.amplitudes
     kind: type[ActiveSet] = MultipleVectorActiveSet
     if len(residual) == background[1].shape[1]:  # one antenna
         kind, projections, amplitudes = ActiveSet, projections[:, 0], amplitudes[:, 0]
     fit = Posterior(placed.gram, projections, placed.covariance, amplitudes, placed.log_determinant)
-    return PlacedComponents(points, factors, kind.fitted(fit, precisions, noise_precision))
+    active = kind.fitted(fit, precisions, noise_precision)
+    return PlacedComponents(points, factors, active, migration)
 
 
 def joint_slopes(placed: PlacedComponents, residual: ComplexArray) -> tuple[FloatArray, FloatArray]:
@@ -113,6 +132,7 @@ def joint_step(placed: PlacedComponents, residual: ComplexArray) -> PlacedCompon
             residual,
             active.noise_precision,
             placed.background,
+            placed.migration,
         )
         if trial.active.cost() >= cost:  # backtracking: the joint cost never falls
             return trial

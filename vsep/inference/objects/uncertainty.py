@@ -13,6 +13,7 @@ from scipy.linalg import cho_factor, cho_solve, pinvh
 from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.state import ObjectComponents
+from vsep.kernels.moving_atoms import STATIONARY, Migration, moving_jets
 from vsep.signal.atoms import DispersionStd, gram, gram_between, line_factors, moved_atoms
 
 
@@ -23,6 +24,7 @@ def fisher_information(
     precisions: FloatArray,
     noise_precision: float,
     shape: tuple[int, int],
+    migration: Migration = STATIONARY,
 ) -> FloatArray:
     """Fisher information of (beats, dopplers) with unknown complex weights.
 
@@ -38,6 +40,8 @@ def fisher_information(
         lambda.
     shape : tuple of int
         (P, N).
+    migration : Migration
+        How objects move through range cells.
 
     Returns
     -------
@@ -53,17 +57,17 @@ def fisher_information(
     >>> f"{fisher[0, 0] ** -0.5:.3e}"
     '4.816e-05'
     """
-    num_ramps, num_samples = shape
-    factors = line_factors(beats, num_samples), line_factors(dopplers, num_ramps)
     shared = amplitudes.ndim == 2
     weights = np.ones(len(beats), dtype=np.complex128) if shared else amplitudes
-    moved = moved_atoms(factors, weights)  # B = dPhi alpha
-    crossed = gram_between(factors, moved)  # Phi^H B
+    grams = _grams(beats, dopplers, weights, shape)
+    if migration.coupling != 0.0:
+        grams = _moving_grams(beats, dopplers, weights, shape, migration)
+    own, crossed, moved = grams
     # precision matrix of (59)
-    posterior = cho_factor(noise_precision * gram(*factors) + np.diag(precisions), lower=True)
+    posterior = cho_factor(noise_precision * own + np.diag(precisions), lower=True)
     # lambda B^H Phi C Phi^H B
     explained = noise_precision * crossed.conj().T @ cho_solve(posterior, crossed)
-    seen = gram(*moved) - explained  # B^H (I - lambda Phi C Phi^H) B
+    seen = moved - explained  # B^H (I - lambda Phi C Phi^H) B
     if shared:
         # What is learnt at each antenna adds up.
         every = np.tile(amplitudes, (len(seen) // len(beats), 1))
@@ -72,11 +76,38 @@ def fisher_information(
     return fisher
 
 
+def _grams(
+    beats: FloatArray, dopplers: FloatArray, weights: ComplexArray, shape: tuple[int, int]
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Phi^H Phi, Phi^H B and B^H B with the derivatives B = dPhi alpha."""
+    factors = line_factors(beats, shape[1]), line_factors(dopplers, shape[0])
+    moved = moved_atoms(factors, weights)
+    return gram(*factors), gram_between(factors, moved), gram(*moved)
+
+
+def _moving_grams(
+    beats: FloatArray,
+    dopplers: FloatArray,
+    weights: ComplexArray,
+    shape: tuple[int, int],
+    migration: Migration,
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """`_grams` of moving atoms, whose inner products depend on differences of frequencies only."""
+    points = np.stack([beats, dopplers], axis=1)
+    value, by_beat, by_doppler, *second = moving_jets(points, migration, *shape, 6)
+    # The jets are derivatives by the first atom, those by the second have the other sign.
+    crossed = -np.concatenate([by_beat, by_doppler], axis=1) * np.tile(weights, 2)
+    moved = -np.block([[second[0], second[1]], [second[1], second[2]]])
+    pairs = np.tile(weights, 2)
+    return value, crossed, moved * np.outer(pairs.conj(), pairs)
+
+
 def dispersion_std(
     objects: ObjectComponents,
     noise_precision: float,
     shape: tuple[int, int],
     relative_noise: NoiseSpectrum | None = None,
+    migration: Migration = STATIONARY,
 ) -> DispersionStd:
     """Posterior standard deviations of every object's beat and Doppler frequency.
 
@@ -90,6 +121,8 @@ def dispersion_std(
         (P, N).
     relative_noise : NoiseSpectrum, optional
         Noise over beat frequency in units of 1/lambda.
+    migration : Migration
+        How objects move through range cells.
     """
     num_objects = objects.num_components
     unknown = np.full(num_objects, np.inf)
@@ -102,6 +135,7 @@ def dispersion_std(
         objects.precisions,
         noise_precision,
         shape,
+        migration,
     )
     # Coincident components make F singular; the pseudo-inverse keeps the others' figures.
     variance = np.maximum(np.diagonal(pinvh(fisher)), 0.0)  # diagonal of F^-1

@@ -1,6 +1,6 @@
 """Algorithm 3: addition, refinement, update and pruning of grid-less object components."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import fft
@@ -13,9 +13,23 @@ from vsep.inference.objects.refinement import PlacedComponents, joint_step, plac
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels.candidates import Candidate, best_candidate
 from vsep.kernels.convergence import largest_change
+from vsep.kernels.moving_atoms import (
+    STATIONARY,
+    Migration,
+    moving_jets,
+    moving_products,
+    moving_signals,
+)
 from vsep.kernels.newton_ascent import Updated, update_lines
-from vsep.kernels.object_posterior import lines_trace, object_signals, subtract_columns
+from vsep.kernels.object_posterior import (
+    lines_trace,
+    object_signals,
+    separable_projections,
+    subtract_columns,
+)
 from vsep.signal.atoms import Factors
+from vsep.signal.keystone import keystone_transform
+from vsep.signal.template import SignalModel
 from vsep.units import to_db, wrap_frequency
 
 ADDITION_WINDOW = 0.25  # of the first candidate's ratio: what a further one of the step must reach
@@ -86,6 +100,8 @@ class ObjectWorkspace:
         Columns of another source that share the joint posterior, in place of being subtracted.
     num_antennas : int
         A.
+    migration : Migration
+        How objects move through range cells; without a background only.
     """
 
     def __init__(
@@ -98,6 +114,7 @@ class ObjectWorkspace:
         next_id: int,
         background: Background | None = None,
         num_antennas: int = 1,
+        migration: Migration = STATIONARY,
     ) -> None:
         # Writable copies: for read-only arrays the kernels would be compiled a second time.
         self.residual = residual.copy()
@@ -115,6 +132,7 @@ class ObjectWorkspace:
             self.residual,
             noise_precision,
             background.factors,
+            migration,
         )
         self._summed: tuple[PlacedComponents | None, ComplexArray] = None, self.residual
         self.max_frequency_change = 0.0
@@ -141,9 +159,29 @@ class ObjectWorkspace:
         placed, signal = self._summed
         if placed is not self.placed:
             weights = self.placed.columns.amplitudes[: len(self.ids)]
-            signal = object_signals(*self.factors, weights)  # Phi alpha
+            if self.is_stationary:
+                signal = object_signals(*self.factors, weights)  # Phi alpha
+            else:
+                migration = self.placed.migration
+                signal = moving_signals(self.points, weights, migration, *self._shape)
             self._summed = self.placed, signal
         return signal
+
+    @property
+    def is_stationary(self) -> bool:
+        """Whether objects stay in their range cells."""
+        return self.placed.migration.coupling == 0.0
+
+    @property
+    def _shape(self) -> tuple[int, int]:
+        """(P, N)."""
+        return len(self.residual) // self.num_antennas, self.residual.shape[1]
+
+    def products(self, signals: ComplexArray) -> ComplexArray:
+        """(L, A) inner products of the components with signals (A P, N)."""
+        if self.is_stationary:
+            return separable_projections(signals, *self.factors)
+        return moving_products(self.points, self.placed.migration, self._shape[0], signals.copy())
 
     def add_components(self, max_additions: int) -> None:
         """Add up to `max_additions` new components, the strongest candidate first.
@@ -169,10 +207,13 @@ class ObjectWorkspace:
         columns = self.placed.columns
         transforms = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
         num_ramps, num_samples = transforms.shape[1:]
-        # Axis after axis: a transform of both would run over the added rows of zeros as well.
-        if num_ramps > 1:
-            transforms = fft.ifft(transforms, 2 * num_ramps, axis=1)
-        transforms = fft.ifft(transforms, 2 * num_samples, axis=2)
+        if not self.is_stationary:
+            transforms = keystone_transform(transforms, self.placed.migration)
+        else:
+            # Axis after axis: a transform of both would run over the added rows of zeros as well.
+            if num_ramps > 1:
+                transforms = fft.ifft(transforms, 2 * num_ramps, axis=1)
+            transforms = fft.ifft(transforms, 2 * num_samples, axis=2)
         levels = np.ones(1)
         if self.threshold.relative_noise is not None:
             levels = self.threshold.levels(np.arange(2 * num_samples) / (2 * num_samples))
@@ -188,6 +229,7 @@ class ObjectWorkspace:
             self.residual,
             active.noise_precision,
             self.placed.background,
+            self.placed.migration,
         )
 
     def update_components(self, *, jointly: bool = True) -> None:
@@ -215,7 +257,7 @@ class ObjectWorkspace:
         noise_precision = active.noise_precision
         # C from (59), alpha from (58), without the rounding of the rank-one updates
         placed = place_components(
-            points, precisions, self.residual, noise_precision, before.background
+            points, precisions, self.residual, noise_precision, before.background, before.migration
         )
         if jointly:
             placed = joint_step(placed, self.residual)  # all zeta from (67)
@@ -223,7 +265,9 @@ class ObjectWorkspace:
             start, placed.points, placed.active.precisions, placed.columns
         )
         points = wrap_frequency(placed.points)
-        self.placed = PlacedComponents(points, placed.factors, placed.active)
+        if not self.is_stationary:
+            points[:, 1] = placed.points[:, 1]
+        self.placed = replace(placed, points=points)
 
     def _record_pruned(self, new: Updated) -> None:
         for index in np.flatnonzero(~new.kept):
@@ -283,17 +327,12 @@ def no_objects(num_antennas: int = 1) -> ObjectComponents:
     )
 
 
-def objects_trace(components: ObjectComponents, shape: tuple[int, ...], num_antennas: int) -> float:
-    """tr(Phi C Phi^H), the expected energy of the weights' uncertainty at all antennas.
-
-    Parameters
-    ----------
-    components : ObjectComponents
-        The objects.
-    shape : tuple of int
-        Of one antenna's frame, (P, N).
-    num_antennas : int
-        A.
-    """
+def objects_trace(components: ObjectComponents, model: SignalModel) -> float:
+    """tr(Phi C Phi^H), the expected energy of the weights' uncertainty at all antennas."""
     points = np.array([components.beats, components.dopplers])
-    return num_antennas * lines_trace(points, components.covariance.copy(), *shape)
+    if model.is_stationary:
+        trace = lines_trace(points, components.covariance.copy(), *model.shape)
+    else:
+        gram = moving_jets(points.T.copy(), model.migration, *model.shape, 1)[0]
+        trace = float(np.vdot(gram, components.covariance).real)
+    return model.num_antennas * trace

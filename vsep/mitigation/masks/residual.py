@@ -44,7 +44,7 @@ def residual_mask(received: FrameArray) -> BoolArray:
     for _ in range(ROUNDS):
         estimator = MaskedSeparator(model=model, mask=mask, max_iterations=ITERATIONS)
         state = run(estimator, frame).state
-        power = np.abs(frame - state.object_signal) ** 2 * state.noise_precision
+        power = np.abs(state.corrected(frame) - state.object_signal) ** 2 * state.noise_precision
         power = uniform_filter1d(power, AVERAGED, axis=1, mode="nearest")
         last, mask = mask, extended(power > START, closed(power > EXTEND, MAX_GAP))
         mask = grown(mask, MARGIN)

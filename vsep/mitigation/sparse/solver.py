@@ -59,12 +59,14 @@ def gradient_std(operator: SensingOperator, residual: Samples) -> float:
 
 
 def residual_update(
-    operator: SensingOperator, measured: Samples, spectrum: Samples
+    operator: SensingOperator, measured: Samples, spectrum: Samples, step_width: float = 1.0
 ) -> tuple[float, Samples]:
-    """Return std(A^H r) of (12) and the gradient step x + A^H r of (11) and (17), r = y - A x."""
+    """Return std(A^H r) of (12) and the step x + theta A^H r of (11) and (17), r = y - A x."""
     residual = operator.forward(spectrum)
     np.subtract(measured, residual, out=residual)
     noise = gradient_std(operator, residual)
     updated = operator.adjoint_of_scratch(residual)
+    if step_width != 1.0:
+        updated *= step_width
     updated += spectrum
     return noise, updated

@@ -1,10 +1,11 @@
 """Iterative soft and hard thresholding, with a schedule and with a prior model: (11)-(15).
 
-    x_{t+1} = T_lambda(x_t + A^H (y - A x_t)),   lambda_t = beta std(A^H r_t)
+    x_{t+1} = T_lambda(x_t + theta A^H (y - A x_t)),   lambda_t = beta std(A^H r_t)
 
-The step size of (11) is one, because the norm of A is. Hard thresholding by (12) alone locks on
-early artefacts of strong objects: in the first iterations the standard deviation is made by side
-lobes, not by noise, and what passes once is never removed. The schedule keeps
+The step width theta of (11) is one, because the norm of A is. The source leaves open whether lambda
+is constant, falls by a factor, or follows (12): all three can be had. Hard thresholding by (12)
+alone locks on early artefacts of strong objects: in the first iterations the standard deviation is
+made by side lobes, not by noise, and what passes once is never removed. The schedule keeps
 ``lambda_t >= decay^t max|A^H y|``, so that strong objects are settled before weak ones may enter.
 With a prior the threshold of a cell is ``(1 - zeta(p)) lambda_t``, (13) and (15).
 
@@ -14,11 +15,12 @@ assets/docs/mitigation.md.
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
 from vsep._typing import FloatArray
+from vsep._validation import require_choice, require_range
 from vsep.mitigation.entry import COMPRESSIVE_SENSING, MitigationEntry
 from vsep.mitigation.sparse.filling import SparseMitigation, sparse_entry
 from vsep.mitigation.sparse.operators import Domain, RealSamples, Samples, SensingOperator
@@ -26,6 +28,8 @@ from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
 from vsep.mitigation.sparse.solver import Solver, SolverState, residual_update, zero_spectrum
 
 Shrinkage: TypeAlias = Literal["soft", "hard"]
+Threshold: TypeAlias = Literal["adaptive", "constant", "falling"]
+FALLING = 0.9  # factor of a falling threshold from one iteration to the next
 SOFT_CONTROL = 2.5  # beta of the methods with a soft threshold
 
 
@@ -34,6 +38,7 @@ class ThresholdingState(SolverState):
     """Spectrum with the schedule."""
 
     floor: float  #: the schedule's bound on the next threshold; zero without a schedule
+    noise: float = 0.0  #: level of noise in the cells of A^H y, for thresholds that do not adapt
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -44,14 +49,28 @@ class IterativeThresholding(Solver):
     control: float  #: beta of (12), typically 2 to 4
     #: factor of the schedule from one iteration to the next, below one; zero for no schedule
     decay: float = 0.0
+    #: lambda follows (12); or is beta times the level of noise in A^H y, at once or at the end of a
+    #: fall from its largest cell
+    threshold: Threshold = "adaptive"
+    step_width: float = 1.0  #: theta of (11), in (0, 1]
     #: (P, N) zeta(p) of every cell, in [0, 1): the share by which its threshold is lowered
     relief: FloatArray | None = None
 
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        require_choice("threshold", self.threshold, get_args(Threshold))
+        require_range("step_width", self.step_width, 1e-6, 1.0)
+
     def init(self, operator: SensingOperator, measured: Samples) -> ThresholdingState:
         """Zero spectrum; the schedule starts at the largest cell of A^H y."""
-        floor = float(np.abs(operator.adjoint(measured)).max()) if self.decay > 0.0 else 0.0
+        floor = noise = 0.0
+        if self.decay > 0.0 or self.threshold != "adaptive":
+            cells = np.abs(operator.adjoint(measured))
+            floor = float(cells.max()) if self.threshold != "constant" else 0.0
+            # The median of the power of noise is ln 2 times its mean.
+            noise = float(np.median(cells) / np.sqrt(np.log(2.0)))
         return ThresholdingState(
-            spectrum=zero_spectrum(operator, measured), may_stop=False, floor=floor
+            spectrum=zero_spectrum(operator, measured), may_stop=False, floor=floor, noise=noise
         )
 
     def step(
@@ -59,14 +78,15 @@ class IterativeThresholding(Solver):
     ) -> ThresholdingState:
         """One masked residual update and one threshold, (11) and (12)."""
         assert isinstance(state, ThresholdingState)
-        deviation, updated = residual_update(operator, measured, state.spectrum)
-        noise = self.control * deviation
+        deviation, updated = residual_update(operator, measured, state.spectrum, self.step_width)
+        noise = self.control * (deviation if self.threshold == "adaptive" else state.noise)
         shrink = soft_threshold if self.shrinkage == "soft" else hard_threshold
         threshold = max(noise, state.floor)
         return ThresholdingState(
             spectrum=shrink(updated, self._thresholds(operator, threshold, updated)),
             may_stop=state.floor <= noise,
-            floor=self.decay * state.floor,
+            floor=(FALLING if self.threshold == "falling" else self.decay) * state.floor,
+            noise=state.noise,
         )
 
     def _thresholds(

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import Final
 
 from vsep.recordings.configurations.configuration import Configuration
-from vsep.recordings.migration import velocity_of_one_cell
 from vsep.recordings.settings import REAL, RecordingSettings
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 
@@ -72,7 +71,8 @@ def consequences(radar: ChirpSequence, settings: RecordingSettings) -> Iterator[
         )
     yield (
         f"range migration: an object moves one range cell in a frame at "
-        f"{velocity_of_one_cell(radar):.4g} m/s"
+        f"{radar.one_cell_mps:.4g} m/s; "
+        + ("modelled" if radar.migration.coupling else "neglected")
     )
 
 

@@ -17,7 +17,16 @@ from vsep.recordings.configurations.json_files import (
 from vsep.recordings.configurations.mmwave_studio import is_log, is_lua, read_log, read_lua
 from vsep.recordings.configurations.ti_cfg import is_cfg, read_cfg
 from vsep.recordings.configurations.xwr_yaml import is_xwr, read_xwr
-from vsep.recordings.settings import MAX_FILE, RAW_FORMATS, SETTING_NAMES, settings_values
+from vsep.recordings.guess import Guess
+from vsep.recordings.readers import format_of_name
+from vsep.recordings.settings import (
+    MAX_FILE,
+    RAW_FORMATS,
+    SETTING_NAMES,
+    RecordingSettings,
+    parse_settings,
+    settings_values,
+)
 
 READERS: Final = (
     Reader("mmWave Studio's JSON", is_studio_json, read_studio_json),
@@ -31,7 +40,6 @@ SUFFIXES: Final = (".yaml", ".yml", ".json", ".cfg", ".lua", ".txt", ".log")
 """Names of files that are configurations or settings, not recordings."""
 
 MAX_BYTES: Final = 8 * 2**20
-_BY_SUFFIX: Final = {".npz": "npz", ".npy": "npy", ".mat": "mat"}
 
 
 def read_configuration(name: str, text: str) -> Configuration:
@@ -88,7 +96,7 @@ def for_recording(configuration: Configuration, recording: str) -> Configuration
     A configuration tells of the sensor; an array of NumPy or MATLAB holds samples in an order of
     its own, which its axes name.
     """
-    kind = _BY_SUFFIX.get(Path(recording).suffix.lower())
+    kind = format_of_name(recording)
     said = configuration.settings.get("format")
     if kind is None or said is None or said.value not in RAW_FORMATS:
         return configuration
@@ -99,7 +107,50 @@ def for_recording(configuration: Configuration, recording: str) -> Configuration
     )
 
 
+def told_by(suggested: Mapping[str, Any], recording: str) -> Configuration:
+    """Return what a recording tells of itself as a configuration."""
+    return Configuration(
+        {
+            name: Said(value, recording, is_own=True)
+            for name, value in suggested.items()
+            if value is not None
+        }
+    )
+
+
+def completed(configuration: Configuration, guess: Guess) -> Configuration:
+    """Return a configuration with what it leaves open of a raw capture's layout as guessed."""
+    settings = dict(configuration.settings)
+    for name, value in guess.settings.items():
+        if name not in settings:
+            settings[name] = Said(value, "guessed from the samples")
+    return Configuration(settings, configuration.remarks)
+
+
 _OF_RAW: Final = ("format", "num_antennas", "skip_bytes")
+
+
+def settings_of(configuration: Configuration, recording: str, where: str) -> RecordingSettings:
+    """Return the settings of a recording that a configuration says.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Of the sensor or by hand.
+    recording : str
+        Its path; the suffix tells the format where the configuration says that of a raw capture.
+    where : str
+        Names of the files that say it, for the sentence of an `InputError`.
+
+    Raises
+    ------
+    InputError
+        If something is missing or out of its range.
+    """
+    try:
+        return parse_settings(for_recording(configuration, recording).values)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
 
 
 def merged(configurations: Mapping[str, Configuration]) -> Configuration:

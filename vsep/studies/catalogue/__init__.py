@@ -12,13 +12,14 @@ more:
   its text the other.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, Final
 
 from vsep._entry_points import load_entries, require_loadable
+from vsep._validation import require_choice
 from vsep.errors import InputError, shown
 from vsep.presets.registry import NOISE_SCENES
 from vsep.signal.filters import NoFilter
@@ -75,6 +76,7 @@ def make_study(
     selection: str | None = None,
     settings: TrialSettings | None = None,
     object_threshold_db: float | None = None,
+    changes: Mapping[str, Any] | None = None,
 ) -> Study:
     """Return a study with other realisations, methods, points or settings.
 
@@ -93,7 +95,9 @@ def make_study(
     settings : TrialSettings, optional
         Seed, schedule and GOSPA.
     object_threshold_db : float, optional
-        In the place of the points' own thresholds.
+        In the place of the points' own thresholds and rates.
+    changes : mapping, optional
+        Other values of parameters of all points, those of `vsep.studies.study.CHANGEABLE`.
 
     Raises
     ------
@@ -107,12 +111,12 @@ def make_study(
     (52, 13, 13)
     """
     own = require_study(study) if isinstance(study, str) else study
-    points = own.points
+    changed = dict(changes or {})
     if object_threshold_db is not None:
-        points = tuple(
-            replace(point, object_threshold_db=object_threshold_db, false_alarm_rate=None)
-            for point in points
-        )
+        changed |= {"object_threshold_db": object_threshold_db, "false_alarm_rate": None}
+    for name in changed:
+        require_choice("A setting of the points", name, own.changeable)
+    points = tuple(replace(point, **changed) for point in own.points)
     if methods is None:
         noise = all(point.scene in NOISE_SCENES for point in points)
         methods = tuple(name for name in own.methods if not (noise and name == NO_INTERFERENCE))

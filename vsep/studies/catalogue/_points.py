@@ -39,7 +39,7 @@ def example_signals(name: str, title: str, *points: Point) -> Study:
         realizations=1,
         points=points,
         methods=estimator_names(),
-        example=True,
+        example="signals",
     )
 
 

@@ -11,6 +11,7 @@ from vsep_app.model.markers import Markers
 from vsep_app.model.static_picture import StaticPicture
 from vsep_app.model.text import counted, resolution_cells
 from vsep_app.pages.compare.picture import ComparePicture, MethodView
+from vsep_app.pages.compare.results import SLOT_COLOURS
 from vsep_app.views.range_doppler import (
     add_colour_bar,
     empty_image,
@@ -23,7 +24,7 @@ from vsep_app.views.range_doppler import (
     miss_columns,
 )
 from vsep_app.views.signals import mark_peaks
-from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, crosshair, plain_figure, put
+from vsep_app.views.style import COLOURS, MAP_PALETTE, Axis, crosshair, lighten, plain_figure, put
 from vsep_app.widgets.layout import stack
 
 
@@ -51,6 +52,7 @@ class CompareMaps:
             mark_peaks(card.profile, source, label, colour=COLOURS[role], marker=marker)
         for plot in (card.map, card.profile):
             plot.add_tools(CrosshairTool(overlay=line))
+            lighten(plot)
         return card
 
     def show(self, picture: ComparePicture) -> None:
@@ -113,7 +115,7 @@ class MethodCard:
         self.marks, self.peaks, self.misses = empty_marks(), _no_peaks(), empty_misses()
         label = "radial velocity [m/s]"
         self.map = map_figure(
-            self._image, title=" ", y_label=label, axes=axes, name=f"compare-{number}"
+            self._image, title=" ", y_label=label, axes=axes, name=f"compare-{number}", scale=scale
         )
         add_colour_bar(self.map, scale)
         labels, name = ("range [m]", "level [dB]"), f"compare-profile-{number}"
@@ -130,6 +132,9 @@ class MethodCard:
         panes = self._map_pane, self._profile_pane
         self.column = stack(*panes, sheet="strip", margin=3, flex="0 1 auto")
         self._drawn: MethodView | None = None
+        # The colour that the table and the curves have.
+        top = {"border-top": f"4px solid {SLOT_COLOURS[number]}"}
+        self.column.styles = {**self.column.styles, **top}
 
     def show(self, static_picture: StaticPicture, view: MethodView, true_objects: Markers) -> None:
         """Draw a method's view; one that has ended is not sent again."""

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vsep._typing import ComplexArray
-from vsep.analysis.metrics import frame_errors, sinr_db
-from vsep.analysis.repair import windowed_error_db
+from vsep.analysis.metrics import frame_errors
+from vsep.analysis.signal_metrics import signal_metrics
 from vsep.inference.core.state import SeparationState
 from vsep.signal.scene import GroundTruth
 
@@ -19,9 +19,11 @@ class MethodMetrics:
     #: Objects without an estimate, and estimates without an object.
     misses: int | None = None
     false_alarms: int | None = None
-    #: Of the cleaned frame.
+    #: Of the cleaned frame, all of `vsep.analysis.signal_metrics.SIGNAL_METRICS`.
     windowed_error_db: float = float("nan")
     sinr_db: float = float("nan")
+    nsinr_db: float = float("nan")
+    gtnr: float = float("nan")
     #: Iterations of the repair and of the estimator; None for a stage that a method has not.
     num_repairs: int | None = None
     num_detections: int | None = None
@@ -39,10 +41,12 @@ class FrameResult:
 
 
 class SignalMeasures(NamedTuple):
-    """Windowed error and SINR of a cleaned frame in dB; NaN without a truth."""
+    """Metrics of a cleaned frame; NaN without a truth."""
 
     windowed_error_db: float = float("nan")
     sinr_db: float = float("nan")
+    nsinr_db: float = float("nan")
+    gtnr: float = float("nan")
 
 
 class Verdict(NamedTuple):
@@ -52,13 +56,11 @@ class Verdict(NamedTuple):
     false_alarms: int | None = None
 
 
-def measure_signal(truth: GroundTruth | None, cleaned: ComplexArray) -> SignalMeasures:
-    """Compare a cleaned frame with the true object signal."""
-    if truth is None or not np.any(truth.object_signal):
-        return SignalMeasures()
-    return SignalMeasures(
-        windowed_error_db(truth.object_signal, cleaned), sinr_db(truth.object_signal, cleaned)
-    )
+def measure_signal(
+    truth: GroundTruth | None, received: ComplexArray, cleaned: ComplexArray
+) -> SignalMeasures:
+    """Compare a cleaned frame with the truth."""
+    return SignalMeasures(**signal_metrics(truth, received, cleaned))
 
 
 def judge_objects(truth: GroundTruth | None, state: SeparationState | None) -> Verdict:

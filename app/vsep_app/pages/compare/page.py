@@ -1,11 +1,13 @@
 """Page that compares two to four methods on the same frame, iterating together."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import panel as pn
 from bokeh.models import ColumnDataSource
 
 from vsep.files.frame_mask import TRUTH
+from vsep.inference.core.progress import Termination
 from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.run_session import Phase
 from vsep_app.model.compare_settings import (
@@ -16,7 +18,7 @@ from vsep_app.model.compare_settings import (
     CompareSettings,
     parse_choice,
 )
-from vsep_app.model.settings import PLAN_NAMES, Settings
+from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, Settings
 from vsep_app.model.url import parse_iteration, parse_query
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.compare import tasks
@@ -27,15 +29,19 @@ from vsep_app.pages.compare.results import CompareResults
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.compare.transport import CompareTransport
 from vsep_app.pages.run_page import ScenePage
+from vsep_app.server.lesson import Glance
 from vsep_app.teaching.experiment import COMPARE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide
+from vsep_app.views.opening import small_map
 from vsep_app.widgets.controls import Controls
+from vsep_app.widgets.keys import Keys
 from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.notifications import antenna_notice, notify
 
 # After a bad repair the estimator finds ever more objects and slows all others down.
-FIRST_QUERY = {"preset": "simulation-2-b", "max_iterations": 50}
+FIRST_QUERY: dict[str, Any] = {"preset": "simulation-2-b", "max_iterations": 50}
 BLIND_MASK = "autoregressive"
+_CHOSEN = ("methods", "mask", "debias")
 
 
 class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture]):
@@ -54,7 +60,12 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
         self.controls = Controls(self.settings, self.load)
         self.form = CompareForm(self.choice, self.controls, self.notify_error)
         self.guide = Guide(
-            context.experiments, here=COMPARE, take=self.take_experiment, opened=opened
+            context.experiments,
+            here=COMPARE,
+            take=self.take_experiment,
+            opened=opened,
+            run=self._go_on,
+            answered=self._answered,
         )
         self.maps, self.results = CompareMaps(), CompareResults()
         self._painted = ColumnDataSource({"number": [0]}, name="painted")
@@ -80,11 +91,12 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
             first_frame=self._restart,
         )
         self.settings.param.watch(lambda *_: self._restart(), list(PLAN_NAMES))
-        self.choice.param.watch(self._choice_changed, ["methods", "mask", "debias"])
+        self.choice.param.watch(self._choice_changed, list(_CHOSEN))
 
     def page(self) -> Any:
         """Return the whole page."""
         self.fault.cover(self.maps.grid, self.results.row)
+        self.keys = Keys(self._painted, self.guide.press)
         return page_frame(
             self.address,
             "Methods against radar interference side by side, live.",
@@ -138,9 +150,37 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
                 )
             self._painted.data = {"number": [self._painted.data["number"][0] + 1]}
         self._shared_iteration.write(self.session.phase, picture.iteration)
+        if picture.termination is not Termination.RUNNING:
+            self.guide.finished(picture.method_runs[0].score)
         at_end = picture.iteration == picture.num_iterations
         if self.transport.play.value and at_end:
             self.next_frame()
+
+    def take_view(self, query: Mapping[str, str]) -> bool:
+        """Show in place what an address of this page names."""
+        if self.settings.preset == LOADED_FRAME:
+            return False
+        query, experiment, _ = open_experiment(query, self._context.experiments, COMPARE)
+        self.guide.open(experiment)
+        usual = {name: CompareSettings.param[name].default for name in _CHOSEN}
+        self.choice.param.update(**{**usual, **parse_choice(query)[0]})
+        self._take_settings({**FIRST_QUERY, **query})
+        return True
+
+    def glance(self) -> Glance | None:
+        """Return the map of the first method."""
+        picture = self.picture
+        if picture is None:
+            return None
+        first = picture.method_runs[0]
+        return Glance(f"{first.name}, iteration {picture.iteration}", small_map(first.map_cleaned))
+
+    def _waits(self) -> bool:
+        return self.guide.awaits_prediction
+
+    def _go_on(self) -> None:
+        self.session.run()
+        self.loop.wake()
 
     def _choice_changed(self, *_: Any) -> None:
         self._write_address()

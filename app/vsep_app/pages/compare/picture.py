@@ -50,10 +50,10 @@ def view_method_run(
     """Make the view of a method from its state."""
     truth, cleaned = static_picture.observation.truth, state.cleaned
     separation, repair = state.separation, state.repair
-    verdict, signal = judge_objects(truth, separation), measure_signal(truth, cleaned)
+    received = static_picture.observation.received
     metrics = MethodMetrics(
-        **verdict._asdict(),
-        **signal._asdict(),
+        **judge_objects(truth, separation)._asdict(),
+        **measure_signal(truth, received, cleaned)._asdict(),
         num_repairs=None if repair is None else repair.iteration,
         num_detections=None if separation is None else separation.iteration,
         repair_s=state.repair_s,

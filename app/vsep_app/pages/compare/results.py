@@ -9,6 +9,7 @@ import panel as pn
 from bokeh.models import BasicTicker, ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
+from vsep.analysis.signal_metrics import SIGNAL_METRICS
 from vsep_app.model.compare_settings import MAX_METHODS
 from vsep_app.model.text import counted
 from vsep_app.pages.compare.metrics import FrameResult, MethodMetrics
@@ -36,12 +37,7 @@ _HEADINGS = (
     ("time [s]", "Spent on the repair + on the estimator, on this machine."),
     ("misses", "True objects without an estimate within one resolution cell."),
     ("false alarms", "Estimates without a true object within one resolution cell."),
-    (
-        "windowed error [dB]",
-        "Error of the cleaned frame under the two-dimensional Hann window of range-Doppler "
-        "processing, over the energy of the objects.",
-    ),
-    ("SINR [dB]", "Energy of the objects over that of all else in the cleaned frame."),
+    *((metric.label, metric.help) for metric in SIGNAL_METRICS.values()),
     ("prior", "Peaks of the last three frames that lower thresholds in this one."),
 )
 
@@ -91,6 +87,9 @@ class CompareResults:
         self.table.object = table_html(picture)
         results = [*picture.past, _present(picture)]
         names = [view.name for view in picture.method_runs]
+        # Of one frame it is a row of dots that the table has as numbers.
+        priors = any(view.num_prior_peaks is not None for view in picture.method_runs)
+        self._curves.visible = priors or len(results) > 1
         for number, source in enumerate(self._sources):
             put(source, _curve(results, number, names))
         self._frames.set((-0.5, max(5.0, results[-1].frame_number + 0.5)))
@@ -131,8 +130,7 @@ def _row(
         ),
         _count(metrics.misses) or MISSING,
         _count(metrics.false_alarms) or MISSING,
-        value_text(metrics.windowed_error_db, 1),
-        value_text(metrics.sinr_db, 1),
+        *(value_text(getattr(metrics, name), each.digits) for name, each in SIGNAL_METRICS.items()),
         peaks,
     ]
     return row_html(cells)

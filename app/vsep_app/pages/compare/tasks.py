@@ -79,7 +79,7 @@ def prepare(plan: ComparePlan, loaded: Frame | None = None) -> Comparison:
     states = tuple(open_method_run(method_run) for method_run in method_runs)
     observation = Observation(received=frame.received, truth=frame.truth)
     static_picture = make_static_picture(frame.radar, observation, title=frame.name)
-    received = measure_signal(frame.truth, frame.received)
+    received = measure_signal(frame.truth, frame.received, frame.received)
     views = (
         view_method_run(static_picture, *pair) for pair in zip(method_runs, states, strict=True)
     )

@@ -9,17 +9,18 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep.errors import InputError
+from vsep.recordings.guess import Guess
+from vsep.recordings.readers import READERS
 from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
 from vsep.recordings.settings_text import values_of, with_value
 from vsep_app.pages.recording.files import MAX_FILE, DropZone
+from vsep_app.pages.recording.guesses import GuessPictures
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.fields import MARGIN, field, pair
 from vsep_app.widgets.layout import heading
 
 _FORMATS = {
-    "NumPy archive, frame (.npz)": "npz",
-    "NumPy array (.npy)": "npy",
-    "MATLAB (.mat)": "mat",
+    **{reader.label: name for name, reader in READERS.items()},
     "DCA1000, xWR12xx/14xx": "dca1000-xwr14xx",
     "DCA1000, xWR16xx/18xx/68xx": "dca1000-xwr16xx",
     "TDA2, cascaded sensors": "tda2",
@@ -55,6 +56,12 @@ _CHOICES: dict[str, tuple[str, dict[str, str], str]] = {
         {"If unsigned": "automatic", "Remove": "remove", "Keep": "keep"},
         "Constant offset of the converter, an object at zero range or at the far end: removed "
         "where no value is negative, always or never.",
+    ),
+    "range_migration": (
+        "Range migration",
+        {"If visible": "automatic", "Modelled": "modelled", "Neglected": "neglected"},
+        "Objects that move through range cells within the frame: one object each, or one cell and "
+        "satellites beside it. If visible: where an object of this frame has satellites.",
     ),
 }
 _NUMBERS: dict[str, tuple[str, str]] = {
@@ -133,6 +140,7 @@ class RecordingForm:
         for name, widget in (("lowest_beat", lowest), ("antennas", receivers)):
             widget.param.watch(partial(self._take_open, name), "value")
             self.quick[name] = widget
+        self.guesses = GuessPictures(self._take_layout)
         self.clutter = field(
             pmu.Switch,
             "No clutter",
@@ -157,6 +165,7 @@ class RecordingForm:
             heading("1 · Recording"),
             self.zones["recording"],
             heading("2 · Format"),
+            self.guesses.panel,
             self.text,
             quick["format"],
             pair(quick["num_antennas"], quick["num_transmitters"]),
@@ -164,7 +173,7 @@ class RecordingForm:
             pair(quick["sign"], quick["samples"]),
             pair(quick["lowest_beat"], quick["offset"]),
             pair(quick["crop_start_samples"], quick["frame"]),
-            quick["antennas"],
+            pair(quick["antennas"], quick["range_migration"]),
             self.clutter,
             pn.Row(self.live, self.save, margin=(0, 12), sizing_mode="stretch_width"),
             heading("4 · Separation"),
@@ -222,6 +231,16 @@ class RecordingForm:
             return
         try:
             self.text.value = with_value(self.text.value or "", name, value)
+        except InputError as error:
+            self._complain(str(error))
+
+    def _take_layout(self, guess: Guess) -> None:
+        """Write a guessed layout into the text."""
+        text = self.text.value or ""
+        try:
+            for name, value in guess.settings.items():
+                text = with_value(text, name, value)
+            self.text.value = text
         except InputError as error:
             self._complain(str(error))
 

@@ -12,9 +12,7 @@ import param
 from vsep.errors import InputError
 from vsep.inference.core.progress import Step
 from vsep.presets import real_frame
-from vsep.recordings.configurations.registry import SUFFIXES
-from vsep.recordings.settings import MAX_FILE as MAX_SETTINGS
-from vsep.recordings.settings import RAW_FORMATS, RecordingSettings, parse_settings
+from vsep.recordings.settings import RecordingSettings, parse_settings
 from vsep.recordings.settings_text import settings_text
 from vsep_app.assets import path
 from vsep_app.jobs.frame_store import FRAME_KEY
@@ -24,7 +22,9 @@ from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.recording import tasks
+from vsep_app.pages.recording.dropped import completed, is_settings, text_of
 from vsep_app.pages.recording.files import DroppedFiles, StoredFile
+from vsep_app.pages.recording.folder import FolderPanel
 from vsep_app.pages.recording.form import RecordingForm
 from vsep_app.pages.recording.tasks import FileFacts, PreparedRecording, RecordingPlan
 from vsep_app.pages.recording.view import RecordingView
@@ -36,7 +36,6 @@ from vsep_app.widgets.share import MAX_FILE
 from vsep_app.widgets.transport import Transport
 
 EXAMPLE = "example (without interference).npz"
-_OF_ARRAYS = ("key", "axes")
 
 
 class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
@@ -65,6 +64,12 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
                 "response": self.drop_response,
                 "reference": self.drop_reference,
             },
+        )
+        self.folder = FolderPanel(
+            context,
+            plan_of=self._plan_of_capture,
+            show=self._show_capture,
+            notify_error=self.notify_error,
         )
         self.view = RecordingView(self._ramp_selected)
         self._acknowledge(self.view.fast_time.source)
@@ -96,7 +101,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
             self.address,
             "Recordings of real radars: read, checked, and separated.",
             self.transport.status,
-            sidebar=self.form.layout(),
+            sidebar=[*self.form.layout(), *self.folder.layout()],
             main=[self.transport.layout(), self.fault.pane, *views],
         )
 
@@ -109,13 +114,14 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
 
     def close(self) -> None:
         """Stop for good and remove the files: the browser has left."""
+        self.folder.close()
         super().close()
         self._files.close()
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
         """Take a recording, its settings, or both."""
-        settings = [each for each in files if _is_settings(each[0])]
-        recordings = [each for each in files if not _is_settings(each[0])]
+        settings = [each for each in files if is_settings(each[0])]
+        recordings = [each for each in files if not is_settings(each[0])]
         if max(len(settings), len(recordings)) > 1:
             self.notify_error(
                 f"{len(files)} files were dropped; one recording and its settings, please."
@@ -178,7 +184,7 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
     ) -> None:
         said: dict[Any, Any] | None = None
         if settings:
-            name, text = settings[0][0], _text_of(*settings[0])
+            name, text = settings[0][0], text_of(*settings[0])
             said = await self._of_worker(None, tasks.SETTINGS_VALUES, name, text)
         if not recordings:
             self._context.post(partial(self._show_settings, said or {}))
@@ -209,6 +215,18 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
         if fault and said is not None:
             self.notify_error(fault)
 
+    def _plan_of_capture(self, file: StoredFile, facts: FileFacts) -> RecordingPlan:
+        """Return the plan of a capture that came into the folder; the settings are those shown."""
+        said = self.form.values()
+        if self._own is not None and parse_settings(said) == parse_settings(self._own):
+            raise InputError("Drop the configuration of the captures' sensor first.")
+        return self._plan(file, parse_settings(completed(said, facts.suggested)))
+
+    def _show_capture(self, file: StoredFile, facts: FileFacts, plan: RecordingPlan) -> None:
+        """Show a capture that came into the folder."""
+        said = {name: getattr(plan.settings, name) for name in self.form.values()}
+        self._take_recording(file, facts, said)
+
     def _show_settings(self, said: Mapping[Any, Any]) -> None:
         self.form.show_text(settings_text(said))
         fault = self._restart()
@@ -237,7 +255,11 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
             said = {} if facts.is_frame else self._said_before()
         self._file = file
         self._own = dict(facts.suggested) if facts.is_frame else None
-        self.form.show_text(settings_text(_completed(said, facts.suggested)))
+        # Who says how many samples a ramp has knows the layout.
+        guesses = facts.guesses if said.get("num_samples") is None else ()
+        self.form.guesses.show(guesses)
+        guessed = guesses[0].settings if guesses else {}
+        self.form.show_text(settings_text(completed(said, {**facts.suggested, **guessed})))
 
     def _said_before(self) -> Mapping[Any, Any]:
         """Return the settings of the last recording: a sensor often records several files."""
@@ -361,27 +383,3 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
     def _open_live(self, name: str, content: bytes) -> None:
         word = self._context.shared_resources.frames.keep(KeptFrame(name=name, content=content))
         self._link.open(f"./?{FRAME_KEY}={word}")
-
-
-def _is_settings(name: str) -> bool:
-    return Path(name).suffix.lower() in SUFFIXES
-
-
-def _text_of(name: str, content: bytes) -> str:
-    """Return the text of a settings file; `InputError` if it is none."""
-    try:
-        return content[:MAX_SETTINGS].decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{name} is no text in UTF-8; a settings file is needed.") from error
-
-
-def _completed(said: Mapping[Any, Any], suggested: Mapping[str, Any]) -> dict[Any, Any]:
-    """Return what was said, completed by what the file says of itself.
-
-    What belongs to a file of another kind is left out.
-    """
-    kinds = {said.get("format") or suggested["format"], suggested["format"]}
-    same = len(kinds) == 1 or kinds <= set(RAW_FORMATS)
-    foreign = () if same else ("format", *_OF_ARRAYS)
-    kept = {key: value for key, value in said.items() if value is not None and key not in foreign}
-    return {**suggested, **kept}

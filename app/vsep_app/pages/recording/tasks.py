@@ -6,7 +6,7 @@ take turns receive other bursts: of them one is chosen.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,12 +16,14 @@ from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.files.frame import Frame, read_frame
 from vsep.files.response_file import read_response
-from vsep.inference.core.progress import Step
+from vsep.inference.core.progress import Step, Termination
 from vsep.inference.core.state import SeparationState
 from vsep.inference.registry import ESTIMATORS
 from vsep.recordings.configurations.registry import configuration_values
 from vsep.recordings.convert import convert_recording
-from vsep.recordings.settings import RecordingSettings
+from vsep.recordings.guess import Guess, guess_layouts
+from vsep.recordings.interference_figures import interference_figures
+from vsep.recordings.settings import RAW_FORMATS, RecordingSettings
 from vsep.recordings.suggest import is_frame_file, suggest_settings
 from vsep.signal.clutter import remove_static_clutter
 from vsep_app.jobs.frame_store import frame_bytes
@@ -37,6 +39,7 @@ from vsep_app.model.static_picture import ByteArray
 from vsep_app.pages.recording.files import StoredFile
 
 PREPARE_S = 60.0  # a recording of the largest size, and the first state of its estimator
+FIGURES_S = 120.0  # a whole run beside
 MAX_MEGABYTES = 2048
 
 
@@ -62,6 +65,7 @@ class FileFacts:
 
     suggested: Mapping[str, Any]  #: Settings; None for what is needed and not known.
     is_frame: bool  #: Whether it is a frame file.
+    guesses: tuple[Guess, ...] = ()  #: Layouts of a raw capture, the best one first.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,16 +159,40 @@ def frame_content(plan: RecordingPlan, as_shown: bool) -> bytes:
     return frame_bytes(frame)
 
 
+def capture_figures(plan: RecordingPlan) -> str:
+    """Separate a capture and say what its interference comes to.
+
+    Raises `InputError` if it cannot be read.
+    """
+    frame, _ = _read(plan)
+    prepared = prepare_frame(plan.scene, _mended(frame, plan), plan.antenna)
+    state, termination = prepared.initial_state, Termination.RUNNING
+    while termination is Termination.RUNNING:
+        step = advance_prepared(prepared, state)
+        state, termination = step.state, step.termination
+    number = state.objects.num_components
+    return f"{number} objects, {interference_figures(frame, state).summary}"
+
+
 def takes_one(estimator: str, settings: RecordingSettings) -> bool:
     """Whether one antenna alone is separated, although a recording may hold several."""
     return not ESTIMATORS.require(estimator).several_antennas or settings.num_transmitters > 1
 
 
 def file_facts(file: StoredFile) -> FileFacts:
-    """Return what a recording says of itself; `InputError` if it is not what its suffix says."""
+    """Return what a recording says of itself, with guesses of a raw capture's layout.
+
+    Raises `InputError` if it is not what its suffix says.
+    """
+    suggested = suggest_settings(file.path, file.name)
+    guesses: tuple[Guess, ...] = ()
+    if suggested["format"] in RAW_FORMATS:
+        with suppress(InputError):
+            guesses = guess_layouts(file.path)
     return FileFacts(
-        suggested=suggest_settings(file.path, file.name),
+        suggested=suggested,
         is_frame=is_frame_file(file.path, file.name),
+        guesses=guesses,
     )
 
 
@@ -258,4 +286,5 @@ def _limited(function: Callable[..., Any], seconds: float = READ_S) -> Limited:
 # For the pool: a file may claim whatever it likes.
 FILE_FACTS, REQUIRE_RESPONSE = _limited(file_facts), _limited(require_response)
 SETTINGS_VALUES = _limited(configuration_values)
+FIGURES = _limited(capture_figures, FIGURES_S)
 FRAME_CONTENT, PREPARE = _limited(frame_content, PREPARE_S), _limited(prepare, PREPARE_S)

@@ -207,7 +207,7 @@ class StreetPage(PageBase):
             if time.monotonic() - self._told_at > TELL_EVERY_S or not self.loop.is_playing:
                 self._told_at = time.monotonic()
                 self.table.object = tracks_html(picture.tracks)
-                self.headline.show(sentence_of(picture), is_first=False)
+                self.headline.tell(sentence_of(picture))
                 self._count.object = f'<span class="status">{punctuality_text(punctuality)}</span>'
                 self._show_status(picture)
             self.times.show(picture)

@@ -54,24 +54,24 @@ class StreetMaps:
         self.source = self._images["after"]
         self._tracks = ColumnDataSource({"range": [], "velocity": [], "text": [], "alpha": []})
         self._truth = ColumnDataSource({"range": [], "velocity": []})
-        self.before = self._figure(
-            "before", "Range-Doppler, received", "radial velocity [m/s]", line
-        )
-        self.after = self._figure("after", "Range-Doppler, bursts cancelled", "", line)
+        self._scale = scale
+        self.before = self._figure("before", "Range-Doppler, received", "radial velocity [m/s]")
+        self.after = self._figure("after", "Range-Doppler, bursts cancelled", "")
+        for plot in (self.before, self.after):
+            plot.add_tools(CrosshairTool(overlay=line))
         add_colour_bar(self.after, scale)
         self._mark(self.after)
         self._mark_truth(self.before)
 
-    def _figure(self, name: str, title: str, y_label: str, line: Span) -> figure:
-        plot = map_figure(
+    def _figure(self, name: str, title: str, y_label: str) -> figure:
+        return map_figure(
             self._images[name],
             title=title,
             y_label=y_label,
             axes=self._axes,
             name=f"street-{name}",
+            scale=self._scale,
         )
-        plot.add_tools(CrosshairTool(overlay=line))
-        return plot
 
     def _mark_truth(self, plot: figure) -> None:
         for colour, width in (("black", 3.5), (COLOURS["true"], 1.8)):

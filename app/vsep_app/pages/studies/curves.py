@@ -28,6 +28,33 @@ _SHAPES = {
     "plus": '<path d="M10 2H12V4H14V6H12V8H10V6H8V4H10Z"/>',
     "square_pin": '<path d="M8 2Q11 4 14 2Q12 5 14 8Q11 6 8 8Q10 5 8 2Z"/>',
     "triangle_pin": '<path d="M11 1Q11.5 5 14.5 8Q11 6.5 7.5 8Q10.5 5 11 1Z"/>',
+    "cross": '<path d="M8 5H14M11 2V8"/>',
+    "x": '<path d="M8 2L14 8M8 8L14 2"/>',
+    "y": '<path d="M11 5V9M11 5L8 2M11 5L14 2"/>',
+    "asterisk": '<path d="M8 5H14M11 2V8M9 3L13 7M9 7L13 3"/>',
+    "dash": '<path d="M8 5H14" stroke-width="3"/>',
+    "dot": '<circle cx="11" cy="5" r="1"/>',
+}
+# Hollow, with something inside.
+_SHAPES |= {
+    f"{outer}_{inner}": f'<g fill="none">{_SHAPES[outer]}<path d="{line}"/></g>'
+    for outer, inners in (
+        ("circle", "cross x dot y"),
+        ("square", "cross x dot"),
+        ("diamond", "cross dot"),
+        ("hex", "dot"),
+        ("star", "dot"),
+        ("triangle", "dot"),
+    )
+    for inner in inners.split()
+    for line in (
+        {
+            "cross": "M8 5H14M11 2V8",
+            "x": "M9 3L13 7M9 7L13 3",
+            "dot": "M10.5 5.5H11.5",
+            "y": "M11 5V8M11 5L9 3M11 5L13 3",
+        }[inner],
+    )
 }
 _MARKS = {"crosses": '<path d="M8 2L14 8M8 8L14 2"/>', "stems": '<circle cx="11" cy="5" r="3.5"/>'}
 

@@ -39,7 +39,7 @@ class StudyForm:
         self.study_name = field(
             pmu.Select,
             "Study",
-            "Figures 2, 4 and 6 are pictures of example signals; all others have statistics.",
+            "Figures 1, 2, 4, 6 and 7 are pictures of single trials; all others have statistics.",
             options=list(CATALOGUE),
             value="fig-3",
         )

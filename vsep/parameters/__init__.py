@@ -5,133 +5,9 @@ default and help from here. A setting that the simulator knows is added by one e
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from math import inf
 from typing import Any
 
-from vsep._validation import require_range
-
-Range = tuple[float, float]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Parameter:
-    """One setting: its words, unit, bounds and default.
-
-    Values, bounds and ranges are in `unit`; `scale` converts them to SI units.
-
-    Attributes
-    ----------
-    name : str
-        As programs spell it.
-    title, unit, convention : str
-        For a reader; the convention stands behind the unit in a form: "dB, total".
-    help : str
-        One or two sentences.
-    default : object
-        A number, a truth value or the name of a choice.
-    bounds : (float, float)
-        What is allowed at all.
-    span : (float, float), optional
-        What a form, a link and a new axis offer; all that is allowed by default.
-    step, scale : float
-        Step of a slider, and how many SI units the unit is.
-    digits : str
-        Format of a slider's value, where the usual one is too short.
-    values : tuple of float
-        Those that a slider offers, where they are few.
-    choices : mapping of str to str
-        Names and labels, where the value is one of them.
-    typed : bool
-        Whether a form has a field for it, not a slider.
-    optional : bool
-        Whether None is allowed; then the default is None.
-    query : str
-        Name in an address; that of the setting by default.
-    option : str
-        Keyword of `vsep.simulate_preset` that takes a setting of the scene, in SI units; its name
-        by default.
-    of_recording, of_bursts : bool
-        Whether it means something for a recorded frame, and whether only with interference.
-    """
-
-    name: str
-    title: str
-    help: str
-    default: Any = None
-    unit: str = ""
-    convention: str = ""
-    bounds: Range = (-inf, inf)
-    span: Range | None = None
-    step: float = 1.0
-    scale: float = 1.0
-    digits: str = ""
-    values: tuple[float, ...] = ()
-    choices: Mapping[str, str] | None = None
-    typed: bool = False
-    optional: bool = False
-    query: str = ""
-    option: str = ""
-    of_recording: bool = True
-    of_bursts: bool = False
-
-    @property
-    def label(self) -> str:
-        """Title with unit, for an axis."""
-        return f"{self.title} [{self.unit}]" if self.unit else self.title
-
-    @property
-    def form_label(self) -> str:
-        """Title with unit and convention, for a form."""
-        return self.label.replace("]", f", {self.convention}]") if self.convention else self.label
-
-    @property
-    def key(self) -> str:
-        """Name in an address."""
-        return self.query or self.name
-
-    @property
-    def whole(self) -> bool:
-        """Whether values are whole numbers."""
-        return isinstance(self.default, int) and not isinstance(self.default, bool)
-
-    @property
-    def offered(self) -> Range:
-        """What a form and a link offer, in `unit`."""
-        return self.span or self.bounds
-
-    def in_si(self, value: Any) -> Any:
-        """Return a value in SI units; what has no unit stays as it is.
-
-        Examples
-        --------
-        >>> PARAMETERS["interferer_slope"].in_si(9.2)
-        9200000000000.0
-        """
-        return value if self.scale == 1.0 else value * self.scale
-
-    def rounded_si(self, value: float) -> float:
-        """Return a value in SI units, to twelve digits, as -250 ns are -2.5e-07 s."""
-        return value if self.scale == 1.0 else float(f"{value * self.scale:.12g}")
-
-    def shown(self, value_si: float) -> float:
-        """Return a value in `unit`, to twelve digits."""
-        return float(f"{value_si / self.scale:.12g}")
-
-    def require(self, value_si: float, name: str = "", unit: str = "") -> None:
-        """Raise `InputError` unless a value in SI units lies within the bounds.
-
-        Parameters
-        ----------
-        value_si : float
-            The value.
-        name, unit : str
-            What the message calls them; by default as a form does.
-        """
-        unit = unit or (self.unit if self.scale == 1.0 else "")
-        lowest, highest = map(self.rounded_si, self.bounds)
-        require_range(name or self.title, value_si, lowest, highest, unit)
-
+from vsep.parameters.record import Parameter
 
 MAX_OBJECTS = 40
 FILTER_KINDS = {"raised_cosine": "Raised cosine", "butterworth": "Butterworth", "none": "None"}
@@ -154,6 +30,91 @@ _CUTOFF: dict[str, Any] = {
 _ROLLOFF: dict[str, Any] = {"default": 0.25, "bounds": (0.05, 1.0), "step": 0.05}
 _ORDER: dict[str, Any] = {"default": 8, "bounds": (1, 12)}
 
+RECEIVER_PARAMETERS = (
+    Parameter(
+        name="phase_jitter",
+        title="Phase jitter",
+        unit="mrad",
+        scale=1e-3,
+        help="Standard deviation of one phase a ramp, in mrad: the own oscillator begins every "
+        "ramp a little earlier or later. It smears strong objects over all velocities.",
+        default=0.0,
+        bounds=(0.0, 1000.0),
+        span=(0.0, 50.0),
+        step=0.5,
+        query="jitter",
+        option="phase_jitter_rad",
+        of_recording=False,
+    ),
+    Parameter(
+        name="phase_noise",
+        title="Phase noise",
+        unit="mrad",
+        scale=1e-3,
+        help="Standard deviation of the own oscillator's phase within a ramp, in mrad. It raises a "
+        "skirt of noise around strong objects.",
+        default=0.0,
+        bounds=(0.0, 500.0),
+        span=(0.0, 50.0),
+        step=0.5,
+        query="phase_noise",
+        option="phase_noise_rad",
+        of_recording=False,
+    ),
+    Parameter(
+        name="phase_noise_bandwidth",
+        title="Phase noise bandwidth",
+        unit="kHz",
+        scale=1e3,
+        help="Offset in kHz at which the spectrum of the phase noise has fallen to half: the width "
+        "of the skirt.",
+        default=100.0,
+        bounds=(0.01, 1e6),
+        span=(5.0, 1000.0),
+        step=5.0,
+        query="noise_bandwidth",
+        option="phase_noise_bandwidth_hz",
+        of_recording=False,
+    ),
+    Parameter(
+        name="iq_gain",
+        title="I/Q gain error",
+        unit="dB",
+        help="By how many dB the Q branch of the receiver is louder than the I branch: every "
+        "object has an image at the negative distance and velocity.",
+        default=0.0,
+        bounds=(-6.0, 6.0),
+        span=(-3.0, 3.0),
+        step=0.1,
+        option="iq_gain_db",
+        of_recording=False,
+    ),
+    Parameter(
+        name="iq_phase",
+        title="I/Q phase error",
+        unit="°",
+        help="By how many ° the angle between the I and Q branches differs from 90°.",
+        default=0.0,
+        bounds=(-30.0, 30.0),
+        span=(-15.0, 15.0),
+        step=0.5,
+        option="iq_phase_deg",
+        of_recording=False,
+    ),
+    Parameter(
+        name="dc_offset",
+        title="DC offset",
+        convention="noise deviations",
+        help="A constant in all samples, as converters and leakage of the own carrier make it, in "
+        "standard deviations of a sample's noise; it has no unit.",
+        default=0.0,
+        bounds=(0.0, 1e6),
+        span=(0.0, 20.0),
+        step=0.5,
+        of_recording=False,
+    ),
+)
+"""What is wrong with the own oscillator and receiver; part of the scene."""
 SCENE_PARAMETERS = (
     Parameter(
         name="snr_db",
@@ -258,6 +219,7 @@ SCENE_PARAMETERS = (
         span=(0, 999_999),
         typed=True,
     ),
+    *RECEIVER_PARAMETERS,
 )
 FILTER_PARAMETERS = (
     Parameter(
@@ -355,6 +317,15 @@ ESTIMATOR_PARAMETERS = (
         optional=True,
         bounds=(0.0, 100.0),
         query="threshold",
+    ),
+    Parameter(
+        name="range_migration",
+        title="Range migration",
+        help="Modelled: an object that moves through range cells within the frame is one object, "
+        "where radar or frame file say so. Neglected: it is one cell and satellites beside it.",
+        default="modelled",
+        choices={"modelled": "Modelled", "neglected": "Neglected"},
+        query="migration",
     ),
     Parameter(
         name="max_iterations",

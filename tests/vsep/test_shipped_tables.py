@@ -1,0 +1,133 @@
+"""Tables that ship: no hand has changed them, and what they are made of is still what is made."""
+
+import csv
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.vsep.mitigation_tables import DOCUMENT, with_tables
+from vsep.reproduction.claims import judge, limits_text
+from vsep.reproduction.figures import FIGURES
+from vsep.reproduction.paper_claims import CLAIMS
+from vsep.reproduction.recipe import read_recipes, recipe_of, table_checksum
+from vsep.studies.catalogue import make_study
+from vsep.studies.summary import summarise
+from vsep.studies.trial import run_trial
+
+FOLDER = Path(__file__).parents[2] / "assets" / "results" / "reproduction"
+RECIPES = read_recipes(FOLDER)
+# A figure, a point of it and a method: run again as a whole, in a second or two each.
+SPOTS = {"3b": (23, "object-only"), "mru-size": (3, "iht")}
+MORE_SPOTS = {  # seconds each
+    "3a": (8, "object-only"),
+    "3c": (30, "object-only"),
+    "3b-letter": (23, "no-interference"),
+    "5a-c": (14, "no-interference"),
+    "5d-f": (19, "no-interference"),
+    "repairs": (2, "zeroing"),
+    "detectors": (9, "masked"),
+    "mru-prior": (2, "ist"),
+    "mru-share": (4, "iht"),
+    "mru-solver": (3, "ist"),
+    "7": (0, "no-interference"),
+}
+NOT_REPEATED = {"seconds", "iteration_ms"}  # of a machine
+TEXTS = ("version", "interval", "mask", "method", "metric")
+
+
+def lines_of(name):
+    with (FOLDER / f"{name}.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_every_table_has_its_recipe():
+    tables = {path.stem for path in FOLDER.glob("*.csv")} - {"claims"}
+    assert tables == set(RECIPES)
+    assert set(RECIPES) <= set(FIGURES)
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_no_hand_has_changed_a_table(name):
+    assert table_checksum(FOLDER / f"{name}.csv") == RECIPES[name]["table"]
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_a_table_is_of_the_recipe_that_makes_it_today(name):
+    study = FIGURES[name].study_of(RECIPES[name]["extent"])
+    assert recipe_of(study) == RECIPES[name]["recipe"]
+    lines = lines_of(name)
+    assert {line["version"] for line in lines} == {RECIPES[name]["version"]}
+    assert {int(line["point_index"]) for line in lines} == set(study.point_indices)
+    assert {line["method"] for line in lines} <= set(study.methods)
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize("name", SPOTS)
+def test_a_spot_that_is_run_again_gives_what_the_table_says(name):
+    require_same(name, *SPOTS[name])
+
+
+@pytest.mark.slow  # `make test` runs two of them again
+@pytest.mark.parametrize("name", MORE_SPOTS)
+def test_a_spot_of_every_other_table_gives_what_it_says(name):
+    require_same(name, *MORE_SPOTS[name])
+
+
+def require_same(name, index, method):
+    """Run a point and a method of a table again, all realisations, and compare."""
+    study = FIGURES[name].study_of(RECIPES[name]["extent"])
+    alone = make_study(
+        study.name,
+        realizations=study.realizations,
+        methods=(method,),
+        selection=str(index),
+        settings=study.settings,
+    )
+    rows = [
+        row for number in range(study.realizations) for row in run_trial(alone.trial(index, number))
+    ]
+    again = {measure.metric: measure.interval for measure in summarise(rows)}
+    told = {
+        line["metric"]: line
+        for line in lines_of(name)
+        if (int(line["point_index"]), line["method"]) == (index, method)
+    }
+    assert len(told) >= 8
+    for metric, line in told.items():
+        if metric in again and metric not in NOT_REPEATED:
+            interval = again[metric]
+            assert int(line["realizations"]) == interval.num_samples
+            for end in ("value", "low", "high"):
+                measured = getattr(interval, end)
+                if math.isfinite(measured):
+                    assert float(line[end]) == pytest.approx(measured, rel=1e-4, abs=1e-9), metric
+
+
+def test_the_table_of_claims_is_that_of_the_document_and_of_todays_claims():
+    claims = lines_of("claims")
+    made = [claim for claim in CLAIMS if claim.figure in RECIPES]
+    assert [(line["figure"], line["says"]) for line in claims] == [
+        (claim.figure, claim.says) for claim in made
+    ]
+    document = (FOLDER.parents[1] / "docs" / "reproduction.md").read_text(encoding="utf-8")
+    for line, finding in zip(claims, judge(made, {}), strict=True):
+        (row,) = [
+            text for text in document.splitlines() if text.startswith("| ") and line["says"] in text
+        ]
+        assert row.endswith(f"| {line['verdict']} |")
+        assert limits_text(finding.claim.claimed) in row
+        value = float(line["value"])
+        assert f"{value:.3g}" in row
+        # The claim's figure is one of its table, but for a place between points.
+        if finding.claim.pick != "crossing":
+            assert any(
+                float(other["value"]) == pytest.approx(value, rel=1e-6)
+                for other in lines_of(line["figure"])
+                if (other["method"], other["metric"]) == (line["method"], line["metric"])
+            )
+
+
+def test_the_tables_of_the_document_on_mitigation_are_those_of_the_files():
+    text = DOCUMENT.read_text(encoding="utf-8")
+    assert with_tables(text) == text

@@ -1,0 +1,1 @@
+"""Reproduction of the figures and the numbers of both source papers."""
