@@ -67,9 +67,9 @@ def large_frames(*, clean):
         )
 
 
-def next_frames(frames, cycle_s=0.05):
+def next_frames(frames, **settings):
     """Separator, and pairs of the state after a frame and the next frame."""
-    separator, state, pairs = SequenceSeparator(cycle_s=cycle_s), SequenceState(), []
+    separator, state, pairs = SequenceSeparator(**settings), SequenceState(), []
     for frame in frames:
         pairs.append((frame, state))
         state, _ = separator.step(frame, state)
@@ -130,7 +130,9 @@ def test_frame_of_the_street(timed, case):
 @pytest.mark.parametrize("case", LARGE)
 def test_large_frame_of_a_sequence(timed, case):
     # Objects of the drawn problem stand still in range: hardly any time passes.
-    separator, pairs = next_frames(large_frames(clean=case == "clean"), cycle_s=1e-4)
+    separator, pairs = next_frames(
+        large_frames(clean=case == "clean"), cycle_s=1e-4, range_migration="neglected"
+    )
     turns = cycle(pairs)
     _, result = timed(
         lambda: separator.step(*next(turns)),

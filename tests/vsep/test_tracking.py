@@ -10,8 +10,8 @@ import pytest
 
 import vsep
 from vsep.errors import InputError
+from vsep.inference.deviations import state_deviations
 from vsep.inference.factorised import FactorisedSeparator
-from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.presets.scenes import preset
 from vsep.presets.street import street_frame
 from vsep.presets.street_traffic import RADAR
@@ -148,7 +148,7 @@ def differences_from_cold(run, number):
     model = SignalModel.of_radar(frame.radar, frame.assumed_filter)
     cold = separate_cold(FactorisedSeparator(model=model), frame.received).solution.state
     warm = run.results[number].state
-    std = dispersion_std(cold.objects, cold.effective_precision, RADAR.shape, cold.relative_noise)
+    std = state_deviations(cold, RADAR.shape, RADAR.migration)
     assert warm.objects.num_components == cold.objects.num_components
     order, other = (np.argsort(each.objects.beats) for each in (cold, warm))
     return np.concatenate(

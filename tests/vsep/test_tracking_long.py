@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import vsep
+from vsep.inference.deviations import state_deviations
 from vsep.inference.factorised import FactorisedSeparator
-from vsep.inference.objects.uncertainty import dispersion_std
 from vsep.presets.street_traffic import FILTER, RADAR
 from vsep.signal.template import SignalModel
 from vsep.tracking.sources import street_sequence
@@ -37,7 +37,7 @@ def test_warm_frames_are_cold_ones_but_for_few_exceptions():
 
 def difference(cold, warm):
     """Root mean square over all objects of both frequencies' differences, in deviations."""
-    std = dispersion_std(cold.objects, cold.effective_precision, RADAR.shape, cold.relative_noise)
+    std = state_deviations(cold, RADAR.shape, RADAR.migration)
     if warm.objects.num_components != cold.objects.num_components:
         return np.inf
     order, other = (np.argsort(each.objects.beats) for each in (cold, warm))

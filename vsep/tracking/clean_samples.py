@@ -111,6 +111,7 @@ def _fitted(
         threshold=threshold,
         next_id=state.next_component_id,
         num_antennas=settings.model.num_antennas,
+        migration=settings.model.migration,
     )
     if refined:
         work.update_components()

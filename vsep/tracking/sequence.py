@@ -212,7 +212,8 @@ class SequenceSeparator:
             return separate_cold(separator, rows)
         if state.received is not None and np.array_equal(rows, state.received):
             return FrameSolution(state.last, "repeated", 0.0)
-        if not self.warm:
+        # What an oscillator does to one frame says nothing of the next.
+        if not self.warm or state.last.state.receiver is not None:
             return separate_cold(separator, rows, state.last.state)
         elapsed_s = state.cycles * self.cycle_s
         return separate_warm(separator, rows, state.last.state, radar, elapsed_s, state.before)

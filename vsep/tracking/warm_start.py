@@ -8,7 +8,7 @@ prediction does not fit is separated like the first frame.
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -20,7 +20,7 @@ from vsep.inference.core.run import run
 from vsep.inference.core.schedule import ROBUST, Schedule
 from vsep.inference.core.state import BurstComponents, ObjectComponents, SeparationState
 from vsep.inference.factorised import FactorisedSeparator
-from vsep.inference.objects.object_only import ObjectOnlySeparator
+from vsep.inference.objects.object_only import ObjectOnlySeparator, ObjectSettings
 from vsep.signal.radar import ChirpSequence
 from vsep.tracking.bursts import fitted_bursts
 from vsep.tracking.clean_samples import fit_clean_samples
@@ -139,10 +139,6 @@ def separate_cold(
 
 
 def _object_only(separator: FactorisedSeparator) -> ObjectOnlySeparator:
-    return ObjectOnlySeparator(
-        model=separator.model,
-        false_alarm_rate=separator.false_alarm_rate,
-        object_threshold_db=separator.object_threshold_db,
-        max_iterations=separator.max_iterations,
-        missing=separator.missing,
-    )
+    """Return the object-only estimator with the settings that both have."""
+    names = [each.name for each in fields(ObjectSettings)]
+    return ObjectOnlySeparator(**{name: getattr(separator, name) for name in names})

@@ -124,7 +124,7 @@ class FrameTimes:
         self._frame.set((0.0, float(SHOWN_FRAMES)))
         self._time.set((0.0, 1.3e3 * CYCLE_S))
         labels = ("frame", "time [ms]")
-        title = "Time for the separation of a frame; the line is the time until the next one"
+        title = "Separation time (dashed: the next frame)"
         self.figure = plain_figure("street-times", title, labels, (self._frame, self._time))
         self.source = ColumnDataSource(self._empty())
         self.figure.vbar(
