@@ -203,7 +203,7 @@ own = replace(own, selected=own.point_indices[:2])
 rows = [row for rows in record_study(own, "rows.jsonl", workers=2) for row in rows]
 assert len(rows) == 2
 titles = {panel.title for panel in study_panels(rows, own)}
-assert "Fig. 5d-f: over SIR at SNR 60 dB" in titles, titles
+assert "Fig. 5d-f: over SIR at SNR 60 dB, the paper's methods" in titles, titles
 assert study_panels(rows) == []
 """
     run(f"if __name__ == '__main__':\n{_indented(script)}", tmp_path, tmp_path)

@@ -13,7 +13,8 @@ over the levels x: 1 where some levels belong to targets alone and all others to
 where both have the same distribution. No monotonic change of the levels changes it. Chosen here:
 the overlap is that of the best single threshold, sup |F_target - F_background|, which equals the
 integral where strong cells are always the more likely targets. A histogram's value would depend on
-its bins.
+its bins. Cells and window are chosen, too: of many combinations these come nearest to the values of
+an independent trial, see `assets/docs/bench.md`. The definition of NSINR is ours.
 """
 
 import numpy as np

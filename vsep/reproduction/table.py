@@ -83,7 +83,7 @@ def cells_of(finding: Finding) -> tuple[str, ...]:
     claim = finding.claim
     return (
         claim.section,
-        f"{claim.says} {claim.remark}".strip(),
+        f"{claim.says} [{claim.remark}]" if claim.remark else claim.says,
         f"{claim.metric.replace('_', ' ')} of {claim.method} {limits_text(claim.claimed)}",
         measured_text(finding.interval),
         str(finding.interval.num_samples),
@@ -113,8 +113,8 @@ def findings_markdown(findings: Sequence[Finding], *, made: str, machine: str) -
         f"{len(findings)} claims: {summary}. {machine}\n",
         "A claim is a range for a measured figure, our reading of the sentence. It is reproduced "
         "where the figure lies in the range, not reproduced where its whole 95 % interval lies "
-        "outside, and undecided between the two. Methods bear the names of *vsep*: `factorised` is "
-        "the proposed variant, `object-only` no mitigation.\n",
+        "outside, and undecided between the two. In brackets stands what we add. Methods bear the "
+        "names of *vsep*: `factorised` is the proposed variant, `object-only` no mitigation.\n",
     ]
     for name, figure in FIGURES.items():
         own = [finding for finding in findings if finding.claim.figure == name]
