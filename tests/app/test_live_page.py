@@ -1,5 +1,5 @@
 import pytest
-from vsep_app.jobs.tasks import prepare
+from vsep_app.jobs.tasks import prepare, preview
 from vsep_app.model.picture import make_picture
 from vsep_app.model.settings import LOADED_FRAME
 from vsep_app.pages.base import PageContext
@@ -186,3 +186,14 @@ def test_the_start_stage_has_cards_until_the_run_begins(opened, many_ramps):
     )
     page.show(later)
     assert (page.views._cards.visible, page.views._tables.visible) == (False, True)
+
+
+def test_a_preview_is_called_one_and_keeps_nothing_of_the_run(opened, many_ramps):
+    page = opened()
+    page.page()
+    page.session._prepared_run = many_ramps.prepared
+    page.show(make_picture(many_ramps.prepared.static_picture, many_ramps.steps[-1].state, ()))
+    page._show_preview(preview(page.settings.plan(), None, 0, 0, "level", 0, "ramps"))
+    assert ">preview<" in page.transport.status.object
+    assert "Let go" in page.headline.text.object
+    assert page.views.map._marks["objects"].data["range"] == []

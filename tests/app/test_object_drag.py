@@ -67,6 +67,15 @@ def test_an_object_is_where_it_was_dragged_and_all_others_stay(stage: Stage) -> 
     np.testing.assert_allclose(stage.levels_db - stage.levels_db.max(), relative, atol=0.1)
 
 
+def test_the_axes_stay_while_an_object_is_dragged(stage: Stage) -> None:
+    ends = stage.view._y.range.start, stage.view._y.range.end
+    for frozen in (True, False):
+        stage.view.freeze(frozen)
+        stage.settings.placed = "12,1.5,0;20,18,0"
+        stage.show()
+        assert ((stage.view._y.range.start, stage.view._y.range.end) == ends) is frozen
+
+
 def test_a_drag_beside_all_objects_moves_none(stage: Stage) -> None:
     stage.drag(START, 29.0, 19.0)
     stage.drag(MOVE, 18.0, 2.0)
@@ -80,6 +89,11 @@ def test_a_double_click_adds_an_object_and_delete_takes_it_away(stage: Stage) ->
     stage.show()
     assert stage.places[-1] == pytest.approx((21.0, 4.0), abs=0.01)
     assert len(stage.places) == 11
+    stage.objects.delete()
+    stage.show()
+    np.testing.assert_allclose(stage.places, before, atol=0.01)
+    stage.view._tapped_twice(DoubleTap(stage.view.after, x=21.0, y=4.0))
+    stage.show()
     stage.view._tapped(Tap(stage.view.after, x=21.1, y=4.0))
     stage.objects.delete()
     stage.show()

@@ -196,8 +196,11 @@ class Dashboard(StagedPage):
         with pn.io.hold():
             equal = bool(slope_remark(picture.crossing.true))
             self.headline.tell(EQUAL_HEADLINE if equal else PREVIEW_HEADLINE)
+            self.transport.show_preview()
             self.controls.show_levels(picture.static_picture.levels_text)
+            self.views.map.freeze(self.objects.moving is not None)
             self.views.show_before(picture, can_drag=self.chirps.can_drag)
+            self.views.map.freeze(False)
 
     def _was_drawn(self, attr: str, old: Any, new: Any) -> None:
         super()._was_drawn(attr, old, new)

@@ -66,10 +66,12 @@ class Axis:
         self._limits: Limits | None = None
         self._held: tuple[Limits, int] | None = None
         self._zoomed: Limits | None = None
+        #: Whether the limits stay, whatever is drawn: what is dragged stays under the pointer.
+        self.is_frozen = False
 
     def set(self, limits: Limits) -> None:
         """Take new limits, to which a reset returns; a range the user has zoomed keeps its zoom."""
-        if limits == self._limits:
+        if limits == self._limits or self.is_frozen:
             return
         untouched = self._zoomed is None and (
             self._limits is None or (self.range.start, self.range.end) == self._limits

@@ -64,6 +64,10 @@ class SwipedMap(RangeDopplerView):
             self.after.on_event(Tap, self._tapped)
             self.after.on_event(DoubleTap, self._tapped_twice)
 
+    def freeze(self, wanted: bool) -> None:
+        """Let both axes stay as they are, or follow what is drawn again."""
+        self._x.is_frozen = self._y.is_frozen = wanted
+
     def _tapped(self, event: Tap) -> None:
         if self._objects is not None and event.x is not None and event.y is not None:
             x, y = self._x.range, self._y.range

@@ -50,11 +50,12 @@ class ObjectDrag:
             self._moved()
 
     def add(self, x: float, y: float, true_objects: Markers) -> None:
-        """Add an object as strong as the median of those that are there."""
+        """Add an object as strong as the median of those there are; it can be deleted at once."""
         places = places_of(true_objects)
         if not self._widget.disabled and 0 < len(places) < MAX_OBJECTS:
             level_db = float(np.median([place.level_db for place in places]))
-            self._settings.placed = places_text([*places, Place(x, y, level_db)])
+            self._places, self._chosen = [*places, Place(x, y, level_db)], len(places)
+            self._settings.placed = places_text(self._places)
 
     def choose(self, drag: Drag, true_objects: Markers) -> None:
         """Take the object at the pointer as that which `delete` takes away."""

@@ -161,6 +161,10 @@ class Transport(RunTransport):
             self._offer_antennas(prepared_run.num_antennas)
         self.refresh(rate, picture)
 
+    def show_preview(self) -> None:
+        """Say that what is drawn is no iteration of a run."""
+        self.status.object = run_status_html("preview", "", Phase.PAUSED, 0.0)
+
     def refresh(self, rate: float, picture: Picture | None = None) -> None:
         """Show the state of the session, with what is drawn: this picture, or the one before it."""
         self.refresh_buttons()

@@ -357,7 +357,9 @@ def test_a_frame_file_is_separated(dashboard, tmp_path, frame_arrays):
 
 def test_equal_slopes_are_simulated_and_explained_beside_the_slider(dashboard):
     dashboard.show("?preset=simulation-1&slope=10.0&speed=30").until_status("converged")
-    dashboard.page.get_by_text("is a steady tone").wait_for(timeout=PATIENCE_MS)
+    told = dashboard.page.get_by_text("is a steady tone")
+    # Below the headline, too, where it is seen while a chirp is turned.
+    dashboard.until(lambda: told.count() == 2, "it is told beside the slider")
     assert "model=convolution" in dashboard.page.url
     # The other radar is the second object, a false one.
     dashboard.until(lambda: "1 of 1 found, 1 false" in dashboard.header, "both are found")
