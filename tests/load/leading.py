@@ -47,6 +47,7 @@ class Browser(Student):
     written: list[tuple[float, str]] = field(default_factory=list)  #: Texts, as they came.
     is_ready: asyncio.Event = field(default_factory=asyncio.Event)
     own_query: str = ""
+    is_leaving: bool = False
     ids: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -67,6 +68,7 @@ class Browser(Student):
 
     def _find_models(self, document) -> None:
         super()._find_models(document)
+        self.is_leaving = False
         for model in _models(document):
             attributes = model.get("attributes", {})
             for name in (attributes.get("label"), attributes.get("name")):
@@ -83,14 +85,15 @@ class Browser(Student):
                 self.search = new
                 self.turned.append((now, new))
             elif name == "pathname":
-                self.tab = new.rpartition("/")[2]
+                self.tab, self.is_leaving = new.rpartition("/")[2], True
             elif name == "reload" and new:
                 self.own_query, is_left = self.search, True
             elif name == "text" and isinstance(new, str):
                 self.written.append((now, new))
         if self._picture.search(content) is not None:
             self.pictures.append(now)
-            self.drawn.append((now, self.search))
+            if not self.is_leaving:
+                self.drawn.append((now, self.search))
             number = {"type": "map", "entries": [["number", [len(self.pictures)]]]}
             await self._change(self._drawn, "data", number)
         return is_left
