@@ -60,6 +60,8 @@ class Browser(Student):
             try:
                 async with self._connected(self.tab) as self._socket:
                     await self._read_document()
+                    # A browser tells where it is.
+                    await self._change(self.ids["location"], "pathname", f"/{self.tab}")
                     self.is_ready.set()
                     while not await self._take(await self._message(self._socket)):
                         pass
@@ -71,6 +73,8 @@ class Browser(Student):
         self.is_leaving = False
         for model in _models(document):
             attributes = model.get("attributes", {})
+            if str(model.get("name")).endswith("location.Location"):
+                self.ids["location"] = model["id"]
             for name in (attributes.get("label"), attributes.get("name")):
                 if isinstance(name, str) and ("value" in attributes or name == "pressed"):
                     self.ids[name] = model["id"]
