@@ -185,10 +185,12 @@ async def led_lesson(
 
 async def _one_round(lesson: Class, number: int, pause_s: float) -> None:
     desk, own = lesson.desk, lesson.own
+    before = LIVE
     for place, experiment in enumerate(shipped_experiments()):
         mark = f"experiment={experiment.name}"
         on_other_page = experiment.page != LIVE
-        kind = "another tab" if on_other_page else "experiment"
+        kind = "experiment" if experiment.page == before else "another tab"
+        before = experiment.page
         await desk.set("Experiment for everybody", "None")
         await lesson.changes(
             kind, lambda name=experiment.title: desk.set("Experiment for everybody", name), mark
