@@ -154,7 +154,14 @@ class Class:
 
 
 async def led_lesson(
-    url: str, *, token: str, sessions: int, rounds: int, pause_s: float, code: str = ""
+    url: str,
+    *,
+    token: str,
+    sessions: int,
+    rounds: int,
+    pause_s: float,
+    code: str = "",
+    most: int = 6,
 ) -> Class:
     """Lead a class through all experiments, so many times; return what was seen when."""
     owner = cookies(url, token=token)
@@ -175,7 +182,7 @@ async def led_lesson(
         await desk.set("Everybody", "Everybody to my view")
         await _until(lambda: all("sir=-20" in each.search for each in students))
         for number in range(rounds):
-            await _one_round(lesson, number, pause_s)
+            await _one_round(lesson, number, pause_s, most)
         return lesson
     finally:
         for task in tasks:
@@ -183,10 +190,10 @@ async def led_lesson(
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _one_round(lesson: Class, number: int, pause_s: float) -> None:
+async def _one_round(lesson: Class, number: int, pause_s: float, most: int) -> None:
     desk, own = lesson.desk, lesson.own
     before = LIVE
-    for place, experiment in enumerate(shipped_experiments()):
+    for place, experiment in enumerate(shipped_experiments()[:most]):
         mark = f"experiment={experiment.name}"
         on_other_page = experiment.page != LIVE
         kind = "experiment" if experiment.page == before else "another tab"
@@ -200,9 +207,9 @@ async def _one_round(lesson: Class, number: int, pause_s: float) -> None:
             await desk.set("Experiment for everybody", "None")
             continue
         await _answers(lesson, experiment)
-        sir = -20 + place - number % 2
+        snr = 50 + place - number % 2
         await lesson.changes(
-            "slider", lambda sir=sir: own.set("SIR [dB, total]", sir), mark, f"sir={sir}"
+            "slider", lambda snr=snr: own.set("SNR [dB, total]", snr), mark, f"snr={snr}"
         )
         await asyncio.sleep(pause_s)
         for name in ("reset", "step"):
