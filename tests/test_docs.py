@@ -57,7 +57,12 @@ NOT_RUN = {
 # Groups of entry points are named as modules are.
 ENTRY_POINT_GROUPS = {"vsep.estimators", "vsep.mitigations", "vsep.presets", "vsep.readers"}
 # Options of other programs that the documents name.
-FOREIGN_OPTIONS = {"--nthreads", "--fail-on-warning", "--reopen-every"}  # of other programs
+FOREIGN_OPTIONS = {
+    "--nthreads",
+    "--fail-on-warning",
+    "--reopen-every",
+    "--lead",
+}  # of other programs
 
 
 def name_of(path: Path) -> str:

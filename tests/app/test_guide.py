@@ -115,10 +115,10 @@ def test_locked_controls_and_hidden_views_are_free_again_after_it(context):
     page.page()
     assert page.controls.widgets["interference"].disabled
     hides = replace(shipped_experiments()[0], staging=Staging(hide=("delay",)))
-    page._stage(hides)
+    page.stage(hides)
     assert not page.controls.widgets["interference"].disabled
     assert not page.views._parts["delay"].visible
-    page._stage(None)
+    page.stage(None)
     assert page.views._parts["delay"].visible
 
 

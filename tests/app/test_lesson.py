@@ -143,6 +143,14 @@ def test_a_view_of_a_visitor_goes_to_the_page_of_the_projector(lesson, hers):
     assert not Lesson().project(HERS)
 
 
+def test_a_page_of_hers_that_is_being_left_leads_no_more(lesson, hers):
+    """Its address is that of the next page already, which has other settings."""
+    hers.seat.show(View(page="compare", query=(("seed", "5"),)))
+    hers.query = {"seed": "5"}
+    hers.seat.lead()
+    assert lesson.state.view == HERS
+
+
 @pytest.mark.usefixtures("hers")
 def test_who_has_left_follows_no_more(lesson):
     page = Page()

@@ -47,6 +47,7 @@ class Browser(Student):
     written: list[tuple[float, str]] = field(default_factory=list)  #: Texts, as they came.
     is_ready: asyncio.Event = field(default_factory=asyncio.Event)
     own_query: str = ""
+    is_leaving: bool = False
     ids: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -59,6 +60,8 @@ class Browser(Student):
             try:
                 async with self._connected(self.tab) as self._socket:
                     await self._read_document()
+                    # A browser tells where it is.
+                    await self._change(self.ids["location"], "pathname", f"/{self.tab}")
                     self.is_ready.set()
                     while not await self._take(await self._message(self._socket)):
                         pass
@@ -67,8 +70,11 @@ class Browser(Student):
 
     def _find_models(self, document) -> None:
         super()._find_models(document)
+        self.is_leaving = False
         for model in _models(document):
             attributes = model.get("attributes", {})
+            if str(model.get("name")).endswith("location.Location"):
+                self.ids["location"] = model["id"]
             for name in (attributes.get("label"), attributes.get("name")):
                 if isinstance(name, str) and ("value" in attributes or name == "pressed"):
                     self.ids[name] = model["id"]
@@ -83,14 +89,15 @@ class Browser(Student):
                 self.search = new
                 self.turned.append((now, new))
             elif name == "pathname":
-                self.tab = new.rpartition("/")[2]
+                self.tab, self.is_leaving = new.rpartition("/")[2], True
             elif name == "reload" and new:
                 self.own_query, is_left = self.search, True
             elif name == "text" and isinstance(new, str):
                 self.written.append((now, new))
         if self._picture.search(content) is not None:
             self.pictures.append(now)
-            self.drawn.append((now, self.search))
+            if not self.is_leaving:
+                self.drawn.append((now, self.search))
             number = {"type": "map", "entries": [["number", [len(self.pictures)]]]}
             await self._change(self._drawn, "data", number)
         return is_left
@@ -147,7 +154,14 @@ class Class:
 
 
 async def led_lesson(
-    url: str, *, token: str, sessions: int, rounds: int, pause_s: float, code: str = ""
+    url: str,
+    *,
+    token: str,
+    sessions: int,
+    rounds: int,
+    pause_s: float,
+    code: str = "",
+    most: int = 6,
 ) -> Class:
     """Lead a class through all experiments, so many times; return what was seen when."""
     owner = cookies(url, token=token)
@@ -168,7 +182,7 @@ async def led_lesson(
         await desk.set("Everybody", "Everybody to my view")
         await _until(lambda: all("sir=-20" in each.search for each in students))
         for number in range(rounds):
-            await _one_round(lesson, number, pause_s)
+            await _one_round(lesson, number, pause_s, most)
         return lesson
     finally:
         for task in tasks:
@@ -176,12 +190,14 @@ async def led_lesson(
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _one_round(lesson: Class, number: int, pause_s: float) -> None:
+async def _one_round(lesson: Class, number: int, pause_s: float, most: int) -> None:
     desk, own = lesson.desk, lesson.own
-    for place, experiment in enumerate(shipped_experiments()):
+    before = LIVE
+    for place, experiment in enumerate(shipped_experiments()[:most]):
         mark = f"experiment={experiment.name}"
         on_other_page = experiment.page != LIVE
-        kind = "another tab" if on_other_page else "experiment"
+        kind = "experiment" if experiment.page == before else "another tab"
+        before = experiment.page
         await desk.set("Experiment for everybody", "None")
         await lesson.changes(
             kind, lambda name=experiment.title: desk.set("Experiment for everybody", name), mark
@@ -191,9 +207,9 @@ async def _one_round(lesson: Class, number: int, pause_s: float) -> None:
             await desk.set("Experiment for everybody", "None")
             continue
         await _answers(lesson, experiment)
-        sir = -20 + place - number % 2
+        snr = 50 + place - number % 2
         await lesson.changes(
-            "slider", lambda sir=sir: own.set("SIR [dB, total]", sir), mark, f"sir={sir}"
+            "slider", lambda snr=snr: own.set("SNR [dB, total]", snr), mark, f"snr={snr}"
         )
         await asyncio.sleep(pause_s)
         for name in ("reset", "step"):

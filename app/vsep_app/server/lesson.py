@@ -167,6 +167,7 @@ class Seat:
         self.taken: View | None = None
         #: Whether it is a page that others can follow.
         self.is_shown_to_all = True
+        self._is_left = False
         self._go: Callable[[View], None] = lambda _: None
         self._query: Callable[[], Mapping[str, str]] = dict
 
@@ -199,7 +200,7 @@ class Seat:
 
     def lead(self) -> None:
         """Take note of what the lecturer's page shows."""
-        if self.leads:
+        if self.leads and not self._is_left:
             self.lesson.change(view=self.view)
 
     def show(self, view: View) -> None:
@@ -226,10 +227,12 @@ class Seat:
 
     def _show(self, view: View) -> None:
         page = self.page
-        if page is None:
+        if page is None or self._is_left:
             return
         self.taken = view
         if view.page != page.address or not page.take_view(dict(view.query)):
+            # The address of a page that is being left is that of another one already.
+            self._is_left = True
             self._go(view)
 
 

@@ -39,9 +39,8 @@ def seat_for(
     return seat, query
 
 
-def add_notice(shown: Any, page: PageBase, experiments: tuple[Experiment, ...]) -> None:
+def add_notice(shown: Any, seat: Seat | None, experiments: tuple[Experiment, ...]) -> None:
     """Let a visitor's page say above its views how the lesson is."""
-    seat = page.seat
     if seat is not None and not seat.leads and seat.is_shown_to_all:
         notice = LessonNotice({one.name: one for one in experiments})
         # Below the title that is not seen.
@@ -49,10 +48,10 @@ def add_notice(shown: Any, page: PageBase, experiments: tuple[Experiment, ...]) 
         seat.tell = notice.tell
 
 
-def start(page: PageBase) -> None:
+def start(page: PageBase, seat: Seat | None) -> None:
     """Let a page begin, and take part in the lesson; called with its document locked."""
     page.start()
-    seat, location = page.seat, pn.state.location
+    location = pn.state.location
     if seat is None or location is None or not (seat.is_shown_to_all or seat.leads):
         return
     seat.begin(page, go=go_to, query=lambda: dict(parse_qsl(location.search[1:])))

@@ -33,7 +33,7 @@ from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.live_address import plan_of_query
 from vsep_app.pages.recording.tasks import PreparedRecording
 from vsep_app.server.access import Role
-from vsep_app.server.lesson import Lesson
+from vsep_app.server.lesson import Lesson, Seat
 from vsep_app.server.patches import release_notifications
 from vsep_app.server.seating import add_notice, seat_for, start
 from vsep_app.teaching.experiment import Experiment
@@ -115,6 +115,8 @@ class Session:
         When it was opened, by the monotonic clock.
     expire : callable
         Lets the server forget it unless a browser connects.
+    seat : Seat or None
+        Its place in a lesson.
     """
 
     page: PageBase
@@ -122,6 +124,7 @@ class Session:
     watched: Callable[[], bool]
     since: float
     expire: Callable[[], None]
+    seat: Seat | None = None
 
 
 class SessionRegistry:
@@ -241,13 +244,14 @@ class SessionRegistry:
             watched=watched,
             since=time.monotonic(),
             expire=partial(_expire, document),
+            seat=seat,
         )
-        pn.state.onload(partial(post, partial(start, page)))
+        pn.state.onload(partial(post, partial(start, page, seat)))
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
         document.js_on_event("connection_lost", CustomJS(code=_OPEN_AGAIN))
         shown = page.page()
-        add_notice(shown, page, tuple(self._experiments))
+        add_notice(shown, seat, tuple(self._experiments))
         return shown
 
     def _has_room(self, most: int) -> bool:
@@ -278,8 +282,8 @@ class SessionRegistry:
         """End all work of a page; nothing happens if it has left already."""
         session = self.open_sessions.pop(page, None)
         if session is not None:
-            if page.seat is not None:
-                page.seat.leave()
+            if session.seat is not None:
+                session.seat.leave()
             page.close()
             session.queue.close()
 

@@ -25,8 +25,8 @@ def with_words(staging: Staging, query: Mapping[str, Any]) -> tuple[Staging, lis
     >>> staging.lock, staging.hide
     (('sir_db',), ('delay', 'seed'))
     >>> errors
-    ['hide has sea; it may have settings of the address, and toolbar, chirps, fast_time, delay, \
-maps, tables.']
+    ['hide has sea; it may have settings of the address, and chirps, fast_time, delay, maps, \
+tables, toolbar.']
     """
     locked, wrong = _read(query, LOCK_KEY, ())
     hidden, more = _read(query, HIDE_KEY, HIDDEN_PARTS)

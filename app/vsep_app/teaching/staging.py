@@ -10,7 +10,7 @@ from vsep_app.model.url import QUERY_NAMES
 
 VIEWS = ("chirps", "fast_time", "delay", "maps", "tables")
 """Views of the live page."""
-HIDDEN_PARTS = ("toolbar", *VIEWS)
+HIDDEN_PARTS = (*VIEWS, "toolbar")
 """Parts of the live page that an experiment may hide, beside the controls of settings."""
 STAGING_KEYS = ("predict", "show", "lock", "hide", "zoom")
 _MOST_PREDICTIONS = 5
