@@ -241,7 +241,7 @@ controls = Controls(settings, lambda *_: None)
 slider = controls.widgets["object_delay"]
 shown = slider.start, slider.end, slider.value, slider.label
 assert shown == (0.0, 120.0, 80.0, "Object delay [ns]")
-assert slider in controls.scene() and entry.help in controls_html(controls.layout())
+assert slider in controls.scene() and entry.help in controls_html(controls.folded())
 slider._process_events({"value": 51.0, "value_throttled": 51.0})
 assert settings.object_delay == 51.0
 frame = make_scene(settings.plan()).frame

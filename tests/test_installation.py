@@ -172,7 +172,7 @@ def test_python_m_vsep_works_in_that_folder(folder: Path) -> None:
         text=True,
         check=True,
     )
-    assert done.stdout.startswith("fig-2 ")
+    assert done.stdout.startswith("fig-1 ")
 
 
 def name_of(requirement: str) -> str:

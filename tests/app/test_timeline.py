@@ -51,5 +51,5 @@ def test_only_what_the_page_knows_is_pressed() -> None:
         "close",
         "__init__",
     ):
-        keys._pressed.data = {"name": [name], "number": [len(pressed)]}
+        keys.pressed.data = {"name": [name], "number": [len(pressed)]}
     assert pressed == ["toggle", "iteration 12", "predict 1"]

@@ -11,6 +11,7 @@ import numpy as np
 from vsep._processes import worker_pool
 from vsep._typing import ComplexArray
 from vsep.inference.core.run import run
+from vsep.inference.deviations import state_deviations
 from vsep.inference.registry import make_estimator
 from vsep.presets.scenes import Scenario, simulate_preset
 from vsep.separability.analytic import analytic_map
@@ -35,6 +36,7 @@ def compile_everything() -> None:
     several = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter, 2)
     _separate("factorised", several, np.stack([observation.received] * several.num_antennas))
     _compile_map()
+    _compile_moving()
 
 
 def compile_side_by_side() -> None:
@@ -57,6 +59,7 @@ def separate_one_frame() -> None:
 
 def _compile_others() -> None:
     _compile_map()
+    _compile_moving()
     scenario, observation = _frame()
     model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     _separate("object-only", model, observation.received)
@@ -69,6 +72,16 @@ def _separate(name: str, model: SignalModel, received: ComplexArray) -> None:
 def _compile_map() -> None:
     x, y = parse_axis("sir_db=-20:0:2"), parse_axis("object_delay_s=1e-7:2e-7:2")
     analytic_map(MapSpec(x=x, y=y))
+
+
+def _compile_moving() -> None:
+    """Separate a frame of an object that moves through range cells, and tell its deviations."""
+    scenario, observation = simulate_preset(
+        "moving-car", snr_db=62.0, sir_db=0.0, seed=1, interference=False, iq_gain_db=1.0
+    )
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
+    state = run(make_estimator("object-only", model, max_iterations=4), observation.received).state
+    state_deviations(state, model.shape, model.migration)
 
 
 def _frame() -> tuple[Scenario, Observation]:

@@ -34,6 +34,8 @@ from vsep_app.widgets.fold import Fold
 from vsep_app.widgets.layout import heading, small_text
 from vsep_app.widgets.setting_widgets import setting_widget
 
+_MAIN = ("preset", "snr_db", "sir_db", "interferer_slope", "burst_shift")
+_LAST = ("seed", "interference")
 _IN_SIGHT = ("filter_kind", "filter_cutoff")
 _PRODUCT, _CONVOLUTION = "multiplicative", "convolution"
 _EQUAL_SLOPES = (
@@ -73,19 +75,19 @@ class SceneControls:
 
     def main(self) -> list[Any]:
         """Return what is in sight; seed and interference share the last line."""
-        names = ("preset", "snr_db", "sir_db", "interferer_slope", "burst_shift")
-        lines = [self.widgets[name] for name in names]
+        lines = [self.widgets[name] for name in _MAIN]
         lines.insert(lines.index(self.widgets["sir_db"]) + 1, self.levels)
         lines.insert(lines.index(self.widgets["interferer_slope"]) + 1, self.slope_note)
-        pair = pn.Row(self.widgets["seed"], self.widgets["interference"])
+        pair = pn.Row(*(self.widgets[name] for name in _LAST))
         pair.sizing_mode = "stretch_width"
         return [heading("Scene"), *lines, pair]
 
     def more(self) -> list[Any]:
         """Return the rest."""
-        names = ("interference_model", "second_interferer", "num_objects", PLACED.name)
-        errors = [self.widgets[each.name] for each in RECEIVER_PARAMETERS]
-        lines = [self.widgets[name] for name in names]
+        receiver = [each.name for each in RECEIVER_PARAMETERS]
+        above = (*_MAIN, *_LAST, *receiver)
+        errors = [self.widgets[name] for name in receiver]
+        lines = [widget for name, widget in self.widgets.items() if name not in above]
         return [*lines, heading("Oscillator and receiver"), *errors]
 
     def arrange(self, settings: Settings, *, loaded: bool) -> None:

@@ -142,7 +142,8 @@ def test_a_frame_file_goes_to_sigmf_and_back_without_settings(
     assert cli.main(["convert", stream, "--out", back]) == 0
     assert "An object at 0.575 m/s" in capsys.readouterr().err
     frame, original = read_frame(back), read_frame(shipped)
-    assert frame.radar == original.radar
+    # What moves is seen when it is converted.
+    assert frame.radar == replace(original.radar, range_migration=True)
     assert np.array_equal(frame.received, original.received)
 
 
