@@ -36,7 +36,7 @@ if (!window.vsep_embedded) {
 }
 const state = JSON.parse(told.data.state[0])
 window.vsep_plays = state.plays
-say("iteration", state)
+if (state.iteration !== undefined) say("iteration", state)
 const now = JSON.stringify(settings())
 if (window.vsep_settings !== now) {
   window.vsep_settings = now

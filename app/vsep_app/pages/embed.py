@@ -52,9 +52,11 @@ class EmbedPage(Dashboard):
         plot.scatter(column, column, source=drawn, visible=False)
         self.keys = Keys(drawn, self._pressed)
         code = path("page/embed.js").read_text(encoding="utf-8")
-        drawn.js_on_change(
-            "data", CustomJS(args={"told": self.told, "pressed": self.keys.pressed}, code=code)
-        )
+        speak = CustomJS(args={"told": self.told, "pressed": self.keys.pressed}, code=code)
+        drawn.js_on_change("data", speak)
+        # A picture that is there when the page begins changes nothing.
+        if pn.state.curdoc is not None:
+            pn.state.curdoc.js_on_event("document_ready", speak)
         return pn.Column(
             unseen_title("vsep: one view"),
             self.play,

@@ -131,7 +131,7 @@ class Dashboard:
         return self.loaded()
 
     def loaded(self):
-        self.page.wait_for_selector("canvas", timeout=PATIENCE_MS)
+        self.page.wait_for_selector("canvas >> visible=true", timeout=PATIENCE_MS)
         self.page.wait_for_selector("[role=status]", timeout=PATIENCE_MS)
         return self
 
