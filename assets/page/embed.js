@@ -34,11 +34,20 @@ if (!window.vsep_embedded) {
   window.addEventListener("message", listen)
   say("ready", {settings: settings()})
 }
-const state = JSON.parse(told.data.state[0])
-window.vsep_plays = state.plays
-if (state.iteration !== undefined) say("iteration", state)
-const now = JSON.stringify(settings())
-if (window.vsep_settings !== now) {
-  window.vsep_settings = now
-  say("settings", {settings: settings()})
+function tell() {
+  const state = JSON.parse(told.data.state[0])
+  if (state.iteration === undefined) return
+  if (window.vsep_told !== told.data.state[0]) {
+    window.vsep_told = told.data.state[0]
+    window.vsep_plays = state.plays
+    say("iteration", state)
+  }
+  const now = JSON.stringify(settings())
+  if (window.vsep_settings !== now) {
+    window.vsep_settings = now
+    say("settings", {settings: settings()})
+  }
 }
+
+// When all that a picture brings has arrived.
+setTimeout(tell, 0)

@@ -53,8 +53,9 @@ class EmbedPage(Dashboard):
         self.keys = Keys(drawn, self._pressed)
         code = path("page/embed.js").read_text(encoding="utf-8")
         speak = CustomJS(args={"told": self.told, "pressed": self.keys.pressed}, code=code)
-        drawn.js_on_change("data", speak)
-        # A picture that is there when the page begins changes nothing.
+        for source in (drawn, self.told):  # in whichever order a picture brings them
+            source.js_on_change("data", speak)
+        # It listens from the beginning on.
         if pn.state.curdoc is not None:
             pn.state.curdoc.js_on_event("document_ready", speak)
         return pn.Column(

@@ -22,11 +22,12 @@ DOT = """() => {
   return [r.left + x, r.top + y, source.data.link[0]]
 }"""
 INTERVALS = """() => {
-  const m = [...Bokeh.documents[0].all_models]
-    .find((m) => m.name === "study-RMSE / root CRLB" && Bokeh.index.find_one_by_id(m.id))
-  if (m == null) { return 0 }
-  const source = m.renderers.map((r) => r.data_source).find((s) => s.data.low)
-  return [...source.data.low].filter((low, i) => low < source.data.high[i]).length
+  // Of the method that has most: without mitigation there is seldom exactly one object.
+  const sources = [...Bokeh.documents[0].all_models]
+    .filter((m) => m.name === "study-RMSE / root CRLB" && Bokeh.index.find_one_by_id(m.id))
+    .flatMap((m) => m.renderers.map((r) => r.data_source))
+  return Math.max(0, ...sources.filter((s) => s.data.low).map(
+    (s) => [...s.data.low].filter((low, i) => low < s.data.high[i]).length))
 }"""
 
 
@@ -86,7 +87,7 @@ def test_a_small_study_runs_to_its_end_and_opens_its_outlier(studies):
     studies.until(lambda: studies.progress == "52 of 52 rows", "all rows are there")
     # A bootstrap of two realisations has an interval wherever both detected the object.
     studies.until(lambda: page.evaluate(INTERVALS) > 5, "the curves have intervals")
-    studies.assert_figures_are_on_the_screen(number=5, least_size=100)
+    studies.assert_figures_are_on_the_screen(number=4, least_size=100)
     first = page.locator("table.trials tbody tr").first
     iterations = int(first.locator("td").last.inner_text())
     with page.context.expect_page() as opened:
