@@ -87,7 +87,7 @@ def without_motion(
     Examples
     --------
     >>> import numpy as np
-    >>> without_motion(np.array([[1.0, -1.0j]]), np.array([0.5]), 2).round(9)
+    >>> without_motion(np.array([[1.0, -1.0j]]), np.array([0.5]), 2).round(9) + 0.0
     array([[1.+0.j, 1.+0.j]])
     """
     later = np.repeat(np.arange(num_transmitters), amplitudes.shape[1] // num_transmitters)

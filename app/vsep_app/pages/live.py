@@ -115,7 +115,7 @@ class Dashboard(StagedPage):
             )
         )
         self._pace, self._most_kept = context.shared_resources.pace, context.most_kept
-        self.transport = Transport(self.settings, self.session, self.loop.wake)
+        self.transport = Transport(self.settings, self.session, self.loop.wake, with_chirps=True)
         self.share = Share(
             self._snapshot,
             pool=context.pool,

@@ -133,9 +133,15 @@ class Transport(RunTransport):
     """The row above the views, and the status in the header."""
 
     def __init__(
-        self, settings: Settings, session: RunSession[Any, Any, Any], wake: Callable[[], None]
+        self,
+        settings: Settings,
+        session: RunSession[Any, Any, Any],
+        wake: Callable[[], None],
+        *,
+        with_chirps: bool = False,
     ) -> None:
         super().__init__(settings, session, wake)
+        self._with_chirps = with_chirps
         self.mode = setting_widget(settings, SETTINGS["fast_time"])
         self.mode.param.update(
             label="Fast time shows", width=130, margin=(7, 4, 0, 4), sizing_mode=None
@@ -150,7 +156,8 @@ class Transport(RunTransport):
 
     def layout(self) -> Any:
         """Return the row."""
-        choices = self.speed, self.scrub, self._antennas, self.chirps, self.mode
+        chirps = [self.chirps] if self._with_chirps else []
+        choices = self.speed, self.scrub, self._antennas, *chirps, self.mode
         return toolbar(*self.buttons.values(), *choices)
 
     def show(self, picture: Picture, rate: float) -> None:

@@ -61,7 +61,7 @@ class EstimatorEntry(Entry):
     --------
     >>> from vsep.inference.objects.object_only import ObjectOnlySeparator
     >>> EstimatorEntry(name="mine", factory=ObjectOnlySeparator).settings
-    ('false_alarm_rate', 'object_threshold_db', 'max_iterations')
+    ('false_alarm_rate', 'object_threshold_db', 'max_iterations', 'range_migration')
     """
 
     kind: ClassVar[str] = "estimator"
