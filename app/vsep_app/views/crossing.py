@@ -54,7 +54,7 @@ class CrossingView:
         self._crossing: Crossing | None = None
         self.figure = plain_figure("crossing", "Chirps", ("", "frequency"), (self._x, self._y))
         self.figure.grid.visible = False
-        self._bands = ColumnDataSource({"xs": [], "ys": []})
+        self._bands = ColumnDataSource({"x": [], "y": []})
         self._sweeps, self._lit = _segments(), _segments()
         self._true = _segments("ramp", "slope", *_HANDLE)
         self._found = _segments("ramp", "slope", "x", "y", "shape", "colour")
@@ -70,8 +70,9 @@ class CrossingView:
         scale = LinearColorMapper(palette=MAP_PALETTE, low=0, high=255)
         plot.image(**place, source=self._image, color_mapper=scale)
         own = {"source": self._sweeps, "line_color": colour["object"]}
-        plot.patches(
-            "xs", "ys", source=self._bands, fill_color=colour["object"], fill_alpha=0.16,
+        # One patch with gaps: BokehJS 3.10 looks up patches that a shorter frame has no more.
+        plot.patch(
+            "x", "y", source=self._bands, fill_color=colour["object"], fill_alpha=0.16,
             line_color=None,
         )  # fmt: skip
         plot.segment(**_SEGMENT, line_width=1.6, **own)
@@ -138,10 +139,10 @@ class CrossingView:
             plane.place(ramps, times, levels)
             for times, levels in ((zero, -band), (end, -band), (end, band), (zero, band))
         ]
-        self._bands.data = {
-            "xs": [short(column) for column in zip(*(x for x, _ in corners), strict=True)],
-            "ys": [short(column) for column in zip(*(y for _, y in corners), strict=True)],
-        }
+        gap = np.full(len(ramps), np.nan)
+        outlines = np.array([*corners, (gap, gap)])  # (corner, axis, ramp)
+        x, y = outlines.transpose(1, 2, 0).reshape(2, -1)
+        self._bands.data = {"x": short(x), "y": short(y)}
         ends = [*plane.place(ramps, zero, zero), *plane.place(ramps, end, zero)]
         self._sweeps.data = dict(zip(_ENDS, map(short, ends), strict=True))
         alone = plane.ramp is not None

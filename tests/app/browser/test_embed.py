@@ -52,12 +52,16 @@ def test_with_the_token_a_view_speaks_with_the_page_around_it(browser, around, e
     assert TOKEN not in frame.url
     assert frame.locator("canvas").count() >= 1
     assert frame.get_by_role("button").count() == 1
-    page.wait_for_function("heard.some((m) => m.kind === 'settings' && m.settings.sir === '-20.0')")
+    page.wait_for_function(
+        "heard.some((m) => m.kind === 'settings' && Number(m.settings.sir) === -20)"
+    )
     page.get_by_role("button", name="First iteration").click()
     page.wait_for_function(f"{LAST}.iteration === 1")
     assert page.evaluate(f"{LAST}.events.length") > 0
     page.get_by_label("SIR").fill("-10")
-    page.wait_for_function("heard.some((m) => m.kind === 'settings' && m.settings.sir === '-10.0')")
+    page.wait_for_function(
+        "heard.some((m) => m.kind === 'settings' && Number(m.settings.sir) === -10)"
+    )
     page.context.close()
 
 
