@@ -35,6 +35,15 @@ def sequences(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 @pytest.mark.cluster
+def rounded(value: Any) -> Any:
+    """Return what is in a line with nine digits of every number."""
+    if isinstance(value, dict):
+        return {name: rounded(each) for name, each in value.items()}
+    if isinstance(value, list):
+        return [rounded(each) for each in value]
+    return float(f"{value:.9g}") if isinstance(value, float) else value
+
+
 def test_a_cluster_that_loses_a_worker_gives_the_lines_of_one_machine_in_their_order(
     cluster: Any,  # noqa: F811
     sequences: list[str],
@@ -58,7 +67,8 @@ def test_a_cluster_that_loses_a_worker_gives_the_lines_of_one_machine_in_their_o
     ):
         assert cli.main([command, *folders, "--out", str(here)]) == code
         assert cli.main([command, *folders, *scheduled]) == code
-        assert without_seconds(there) == without_seconds(here)
+        # LAPACK's last bits follow from where a matrix lies in the memory of a process.
+        assert rounded(without_seconds(there)) == rounded(without_seconds(here))
     assert cluster.workers[0].poll() == -signal.SIGKILL
 
 
