@@ -1,4 +1,4 @@
-"""What the methods of a trial are compared on, and its bounds."""
+"""Scenario that the methods of a trial are compared on, and its bounds."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""What the figures show, in words: for those who do not see them."""
+"""Figures in words, for those who do not see them."""
 
 import numpy as np
 

@@ -13,7 +13,6 @@ from bokeh.server.views.static_handler import StaticHandler
 from tornado.web import StaticFileHandler
 
 _PACKED_SUFFIXES = {".js", ".css", ".mjs", ".svg", ".json"}
-_LEAST_BYTES = 1024
 _MOST_FILES = 64
 
 

@@ -19,8 +19,8 @@ from vsep_app.widgets.layout import number_or_nothing
 EMPTY_TEXTS = {"object_threshold_db": "from the false alarms"}
 
 
-# A program that moves a slider, as a drag in a picture does, has not let it go; since Panel 1.10 it
-# would be taken for that.
+# A program that moves a slider, as a drag in a picture does, has not let it go; since Panel 1.10
+# (pull request 8712) it would be taken for that.
 for _movable in (pmu.FloatSlider, pmu.IntSlider):
     _movable._auto_sync_value_throttled = False
 

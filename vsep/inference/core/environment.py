@@ -1,4 +1,4 @@
-"""What a state says of noise and receiver, renewed at the end of a step."""
+"""Noise and receiver of a state, renewed at the end of a step."""
 
 from dataclasses import replace
 
