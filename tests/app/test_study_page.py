@@ -103,6 +103,33 @@ def test_rows_that_are_opened_are_shown_and_gone_on_with(study_rows, told):
     assert told == []
 
 
+@pytest.mark.usefixtures("slow_engine")
+def test_the_page_opens_on_shipped_rows_and_a_run_goes_on_from_them(told):
+    page = new_page()
+
+    async def context():
+        page.start()
+        await until(lambda: page._panels)
+        shown = page.session.snapshot()
+        page.form.methods.value = ["object-only"]
+        page.form.realizations.value = 51
+        await page._run(None)
+        await until(lambda: page.session.snapshot().phase is StudyPhase.FINISHED)
+        page.close()
+        return shown
+
+    shown = asyncio.run(context())
+    assert shown.phase is StudyPhase.STOPPED
+    assert {row["point"]["panel"] for row in shown.rows} == {"3a"}
+    own = [row for row in shown.rows if row["method"] == "object-only"]
+    # Panel 3a has 13 points, of which 50 realizations are shipped.
+    assert len(own) == 13 * 50
+    rows = page.session.snapshot().rows
+    assert list(rows[: len(own)]) == own
+    assert len(rows) == 13 * 51
+    assert told == []
+
+
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [

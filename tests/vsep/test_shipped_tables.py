@@ -1,20 +1,26 @@
 """Tables that ship: no hand has changed them, and what they are made of is still what is made."""
 
 import csv
+import gzip
+import json
 import math
+import random
 from pathlib import Path
 
 import pytest
 
 from tests.vsep.mitigation_tables import DOCUMENT, with_tables
+from vsep._version import __version__
+from vsep.files.results import as_json
 from vsep.reproduction.claims import judge, limits_text
 from vsep.reproduction.figures import FIGURES
 from vsep.reproduction.paper_claims import CLAIMS
 from vsep.reproduction.recipe import read_recipes, recipe_of, table_checksum
-from vsep.studies.catalogue import make_study
+from vsep.studies.catalogue import CATALOGUE, make_study
 from vsep.studies.summary import summarise
 from vsep.studies.trial import run_trial
 
+ROWS = tuple((Path(__file__).parents[2] / "assets" / "results" / "rows").iterdir())
 FOLDER = Path(__file__).parents[2] / "assets" / "results" / "reproduction"
 RECIPES = read_recipes(FOLDER)
 # A figure, a point of it and a method: run again as a whole, in a second or two each.
@@ -102,6 +108,23 @@ def require_same(name, index, method):
                 measured = getattr(interval, end)
                 if math.isfinite(measured):
                     assert float(line[end]) == pytest.approx(measured, rel=1e-4, abs=1e-9), metric
+
+
+@pytest.mark.parametrize("file", ROWS, ids=[file.name for file in ROWS])
+def test_shipped_rows_are_those_of_this_release_run_again(file):
+    rows = [json.loads(line) for line in gzip.decompress(file.read_bytes()).splitlines()]
+    assert file.name.removesuffix(".jsonl.gz") in CATALOGUE
+    assert {row["version"] for row in rows} == {__version__}
+    assert {row["status"] for row in rows} == {"done"}
+    for row in random.Random(1).sample(rows, 6):
+        study = make_study(row["study"], methods=(row["method"],))
+        (again,) = run_trial(study.trial(row["point_index"], row["realization"]))
+        again = json.loads(as_json(again))
+        for key in row.keys() - NOT_REPEATED:
+            expected = row[key]
+            if isinstance(expected, int | float | list):
+                expected = pytest.approx(expected, rel=1e-4, abs=1e-9)
+            assert again[key] == expected, key
 
 
 def test_the_table_of_claims_is_that_of_the_document_and_of_todays_claims():

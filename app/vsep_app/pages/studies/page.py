@@ -36,6 +36,7 @@ from vsep_app.pages.studies.curves import StudyCurves
 from vsep_app.pages.studies.form import StudyForm
 from vsep_app.pages.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
 from vsep_app.pages.studies.session import KEEP_ROWS, StudySession, StudySnapshot
+from vsep_app.pages.studies.shipped import copy_shipped_rows
 from vsep_app.pages.studies.transport import StudyTransport
 from vsep_app.widgets.fields import tool_field
 from vsep_app.widgets.layout import panel, stack, stylesheet
@@ -85,11 +86,12 @@ class StudyPage(PageBase):
         self.curves, self.scatter = StudyCurves(), StudyScatter()
         self.transport = StudyTransport(run=self._run, halt=self._halt, rows=self._rows)
         self.transport.figure.param.watch(self._figure_chosen, "value")
+        self.form.study_name.param.watch(self._study_chosen, "value")
         text = "Every dot below is one trial of this part of the figure."
         look = {"options": [], "width": 140, "visible": False}
         self.panel = tool_field(pmu.Select, "Trials of panel", text, **look)
         text = "What the dots show of a trial: objects missed or invented, or errors."
-        look = {"options": list(FRAME_VALUES), "value": "false alarms", "width": 230}
+        look = {"options": list(FRAME_VALUES), "width": 230}
         self.value = tool_field(pmu.Select, "Value", text, **look)
 
     def page(self) -> Any:
@@ -120,6 +122,7 @@ class StudyPage(PageBase):
     def start(self) -> None:
         """Begin to look for new rows; called when the page has been drawn."""
         self._context.background.begin(self._follow())
+        self._context.background.begin(self._open_shipped())
 
     def close(self) -> None:
         """Stop the study and forget the temporary folder; the page is gone."""
@@ -144,6 +147,24 @@ class StudyPage(PageBase):
         except (InputError, OSError) as error:
             self.notify_error(str(error))
 
+    def _study_chosen(self, _: Any) -> None:
+        self._context.background.begin(self._open_shipped())
+
+    async def _open_shipped(self) -> None:
+        """Open the rows that the program ships of the chosen study, if nothing is at work."""
+        name = self.form.study_name.value
+        if self._is_busy() or (self.session is not None and self._name == name):
+            return
+        try:
+            study, path = self.form.study(), self.form.path(self._home)
+            if await _in_thread(partial(copy_shipped_rows, name, path)):
+                session = await _in_thread(
+                    partial(StudySession, study, path, workers=self._num_workers())
+                )
+                self._context.post(partial(self._adopt, session, name))
+        except (InputError, OSError) as error:
+            self._context.post(partial(self.notify_error, str(error)))
+
     async def _run(self, _: Any) -> None:
         """Start what the form asks for, or go on with it."""
         try:
@@ -161,17 +182,23 @@ class StudyPage(PageBase):
 
     async def _open(self, study: Study, path: Path) -> StudySession | None:
         """Make the session of a study and its file, and show it; None if another one runs."""
-        workers = self.form.workers.value if self._context.most_studies is None else 1
-        session = await _in_thread(partial(StudySession, study, path, workers=workers))
+        session = await _in_thread(partial(StudySession, study, path, workers=self._num_workers()))
+        return session if self._adopt(session, study.name) else None
+
+    def _num_workers(self) -> int:
+        return self.form.workers.value if self._context.most_studies is None else 1
+
+    def _adopt(self, session: StudySession, name: str) -> bool:
+        """Show a session unless another one runs; called with the document locked."""
         if self._closed or self._is_busy():
-            return None
+            return False
         panels = [name for name in self.form.panels.options if name in self.form.panels.value]
         kept = self.panel.value if self.panel.value in panels else panels[0]
         _SESSIONS.add(session)
-        self.session, self._seen, self._name, self._told = session, None, study.name, ""
+        self.session, self._seen, self._name, self._told = session, None, name, ""
         self.panel.param.update(options=panels, value=kept, visible=True)
         self._show(session.snapshot(), None)
-        return session
+        return True
 
     def _is_busy(self) -> bool:
         return self.session is not None and self.session.is_busy
