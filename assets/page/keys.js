@@ -6,7 +6,7 @@ const MOVES = `${WRITES}, [role=slider], input[type=range], [role=combobox], [ro
   [role=menuitem], [role=tab]`
 const KEYS = {
   ArrowRight: "step", ArrowLeft: "step_back", r: "reset", R: "reset",
-  ",": "ramp_back", ".": "ramp_next", b: "swipe", B: "swipe", Delete: "delete",
+  ",": "ramp_back", ".": "ramp_next", b: "swipe", B: "swipe", Delete: "delete", p: "pin", P: "pin",
 }
 const SIZES = [
   "axis_label_text_font_size", "major_label_text_font_size", "title_text_font_size",

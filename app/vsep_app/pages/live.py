@@ -162,6 +162,8 @@ class Dashboard(StagedPage):
             self.views.map.swipe()
         elif name == "delete":
             self.objects.delete()
+        elif name in ("pin", "unpin"):
+            self.pin(wanted=name == "pin")
         elif name.startswith(ITERATION_PREFIX):
             self.session.scrub(int(name.removeprefix(ITERATION_PREFIX)))
             self.loop.wake()
@@ -305,6 +307,7 @@ class Dashboard(StagedPage):
             if self._is_time_for_the_side(picture):
                 self.views.show_side(picture)
                 self.headline.describe(alternatives(picture))
+                self.tell_pinned(picture)
                 self.controls.show_levels(picture.static_picture.levels_text)
                 if self.session.prepared_run is not None:
                     self.controls.show_threshold(self.session.prepared_run.estimator.threshold_db)

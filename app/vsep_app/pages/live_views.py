@@ -9,6 +9,7 @@ from vsep_app.server.lesson import Glance
 from vsep_app.teaching.staging import Staging
 from vsep_app.views.crossing import CrossingView
 from vsep_app.views.opening import small_map
+from vsep_app.views.pinned import PinnedMarks
 from vsep_app.views.pointer import Drag
 from vsep_app.views.progress import ProgressView
 from vsep_app.views.signals import DelayView, FastTimeView
@@ -41,6 +42,11 @@ class LiveViews:
         self.fast_time = FastTimeView()
         self.delay = DelayView(range_axis, line)
         self.map = SwipedMap(range_axis, line, objects)
+        self.pinned = PinnedMarks(
+            fast_time=self.fast_time.figure,
+            delay=self.delay.figure,
+            range_doppler=self.map.after,
+        )
         self.progress = ProgressView()
         self.tables = RunTables()
         self._hidden: frozenset[str] = frozenset()
@@ -95,6 +101,7 @@ class LiveViews:
         self.delay.update(picture)
         if several:
             self.map.update(picture, with_image=with_map)
+        self.pinned.follow(picture)
         self.fast_time.update(picture)
 
     def show_side(self, picture: Picture) -> None:

@@ -17,7 +17,7 @@ class Headline:
     """A sentence that changes with every iteration; at the first one a button beside it."""
 
     def __init__(self) -> None:
-        self._sentence = self._scene = self._timeline = self._figures = ""
+        self._sentence = self._scene = self._timeline = self._figures = self._pinned = ""
         self._run_number = -1
         self._lines: tuple[LogLine, ...] = ()
         self.text = html_pane("headline", margin=(0, 4), sizing_mode="stretch_width")
@@ -38,6 +38,11 @@ class Headline:
     def tell_scene(self, sentence: str) -> None:
         """Say which frame it is, where the controls alone do not; nothing if they do."""
         self._scene = f'<p class="scene">{escape(sentence)}</p>' if sentence else ""
+        self._write()
+
+    def tell_pinned(self, sentence: str | None) -> None:
+        """Offer to pin what is shown, or say what is pinned; None does neither."""
+        self._pinned = "" if sentence is None else _pinned_html(sentence)
         self._write()
 
     def tell(self, sentence: str) -> None:
@@ -68,7 +73,16 @@ class Headline:
         self._write()
 
     def _write(self) -> None:
-        self.text.object = f"{self._sentence}{self._scene}{self._timeline}{self._figures}"
+        told = self._pinned, self._sentence, self._scene, self._timeline, self._figures
+        self.text.object = "".join(told)
+
+
+def _pinned_html(sentence: str) -> str:
+    name, label = ("unpin", "Unpin") if sentence else ("pin", "Pin this run")
+    return (
+        f'<p class="pinned">{escape(sentence)} '
+        f'<button type="button" data-press="{name}">{label}</button></p>'
+    )
 
 
 def _sentences(sentence: str, remark: str) -> str:

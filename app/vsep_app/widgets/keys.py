@@ -8,7 +8,10 @@ from bokeh.models import ColumnDataSource, CustomJS
 
 from vsep_app.assets import path
 
-NAMES = ("toggle", "step", "step_back", "reset", "ramp_back", "ramp_next", "swipe", "delete")
+NAMES = (
+    *("toggle", "step", "step_back", "reset", "ramp_back", "ramp_next"),
+    *("swipe", "delete", "pin", "unpin"),
+)
 ITERATION_PREFIX = "iteration "
 _CLICKED = re.compile(r"iteration \d{1,6}|predict \d|experiment [a-z0-9-]{1,64}")
 

@@ -183,22 +183,22 @@ class StudyPage(PageBase):
     async def _open(self, study: Study, path: Path) -> StudySession | None:
         """Make the session of a study and its file, and show it; None if another one runs."""
         session = await _in_thread(partial(StudySession, study, path, workers=self._num_workers()))
-        return session if self._adopt(session, study.name) else None
+        self._adopt(session, study.name)
+        return session if self.session is session else None
 
     def _num_workers(self) -> int:
         return self.form.workers.value if self._context.most_studies is None else 1
 
-    def _adopt(self, session: StudySession, name: str) -> bool:
+    def _adopt(self, session: StudySession, name: str) -> None:
         """Show a session unless another one runs; called with the document locked."""
         if self._closed or self._is_busy():
-            return False
+            return
         panels = [name for name in self.form.panels.options if name in self.form.panels.value]
         kept = self.panel.value if self.panel.value in panels else panels[0]
         _SESSIONS.add(session)
         self.session, self._seen, self._name, self._told = session, None, name, ""
         self.panel.param.update(options=panels, value=kept, visible=True)
         self._show(session.snapshot(), None)
-        return True
 
     def _is_busy(self) -> bool:
         return self.session is not None and self.session.is_busy
