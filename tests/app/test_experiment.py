@@ -86,9 +86,9 @@ def run(name, **changes):
     return Outcome(prepared, steps)
 
 
-def test_there_are_eight_in_their_order():
+def test_there_are_nine_in_their_order():
     names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope", "oscillator"]
-    names.append("moving-car")
+    names += ["moving-car", "tone"]
     assert [one.name for one in shipped_experiments()] == names
     assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
 
@@ -117,6 +117,20 @@ def test_the_pedestrian_is_lost_and_found():
     assert found.radar.range_from_beat(found.objects.beats)[at] == pytest.approx(14.4, abs=0.05)
     speed = found.radar.velocity_from_doppler(found.objects.dopplers)[at]
     assert speed == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_periods_of_a_tone_are_a_range():
+    experiment, outcome = named("tone"), run("tone")
+    radar = outcome.radar
+    (beat_hz,) = outcome.truth.beats * radar.sample_rate_hz
+    assert beat_hz * 10e-6 == pytest.approx(8.0, abs=0.05)
+    ramp_s = radar.num_samples / radar.sample_rate_hz
+    assert (ramp_s, 1.0 / ramp_s) == pytest.approx((25.1e-6, 40e3), rel=0.005)
+    assert radar.range_from_beat(1.0 / radar.num_samples) == pytest.approx(0.60, abs=0.005)
+    scene = prepare(Settings(**experiment.settings()).plan()).static_picture
+    right = [experiment.ask.is_right(each, scene) for each in (12.0, 11.6, 12.6, 24.0)]
+    assert right == [True, True, False, False]
+    assert (outcome.misses, outcome.false_alarms) == (0, 0)
 
 
 def came(name, score):

@@ -11,7 +11,7 @@ from vsep_app.pages.base import PageContext
 from vsep_app.pages.compare.page import ComparePage
 from vsep_app.pages.live import Dashboard
 from vsep_app.teaching.experiment import LIVE, shipped_experiments
-from vsep_app.teaching.guide import Guide, cards_html
+from vsep_app.teaching.guide import Guide, cards_html, texts_html
 from vsep_app.teaching.staging import Staging
 
 SIX_OF_TEN = Score(
@@ -187,3 +187,8 @@ def test_the_compare_page_takes_methods_too(context):
 def test_an_unknown_experiment_is_told(context):
     page = Dashboard(context(experiment="none"))
     assert page._errors[0].startswith("experiment is none; it must be one of")
+
+
+def test_what_an_experiment_asks_for_is_read_as_a_whole():
+    (experiment,) = [one for one in shipped_experiments() if one.ask is not None]
+    assert f"<p>{experiment.ask.text}</p>" in texts_html(experiment, here=experiment.page)

@@ -186,7 +186,7 @@ class Guide:
         self.number.visible = asked is not None
         if asked is not None:
             unit = f" [{asked.unit}]" if asked.unit else ""
-            self.number.label = f"{asked.text}{unit}"
+            self.number.label = f"Your answer{unit}"
         if bool(len(self._buttons)) != knows:
             # What nobody needs yet costs the browser nothing.
             self._buttons[:] = [self.ask, self.again] if knows else []
@@ -240,8 +240,12 @@ def texts_html(
         return setting + asked
     return (
         f"{setting}{asked}<h3>Question</h3>{_paragraphs(experiment.question)}"
-        f"<h3>Watch</h3>{_paragraphs(experiment.watch)}"
+        f"<h3>Watch</h3>{_paragraphs(experiment.watch)}{_asked_html(experiment)}"
     )
+
+
+def _asked_html(experiment: Experiment) -> str:
+    return "" if experiment.ask is None else f"<h3>Answer</h3>{_paragraphs(experiment.ask.text)}"
 
 
 def _predictions_html(
