@@ -53,16 +53,37 @@
   const start = (bokeh) => {
     const models = replay.players.map((id) => bokeh.get_model_by_id(id))
     const slider = by("iteration"), play = by("play"), ramp = by("ramp")
-    const items = [...document.querySelectorAll("ol.log li")]
+    const varied = [...document.querySelectorAll("input.varied")]
+    let run = null, items = []
+
+    // The run that the sliders of the varied settings choose, of which the last varies fastest.
+    const choose = () => {
+      let number = 0
+      varied.forEach((each, n) => {
+        const {values} = replay.varied[n]
+        number = number * values.length + Number(each.value)
+        each.nextElementSibling.textContent = values[Number(each.value)]
+      })
+      const ended = run === null || slider.value === slider.max
+      run = replay.runs[number]
+      for (const version of run.axes) apply(models, version)
+      slider.max = run.iterations.length - 1
+      if (ended) slider.value = slider.max
+      by("levels").textContent = run.levels
+      by("events").innerHTML = replay.tables[run.events]
+      items = [...document.querySelectorAll("ol.log li")]
+      ramp?.replaceChildren(...run.ramps.map((number, n) => new Option(number, n, false, n === run.ramp)))
+      document.body.dataset.run = number
+    }
 
     const show = () => {
-      const iteration = Number(slider.value)
-      const shown = replay.iterations[iteration]
-      const chosen = ramp === null ? replay.ramp : Number(ramp.value)
+      const iteration = run.numbers[Number(slider.value)]
+      const shown = run.iterations[Number(slider.value)]
+      const chosen = ramp === null ? run.ramp : Number(ramp.value)
       for (const version of shown.versions[chosen]) apply(models, version)
       by("table").innerHTML = replay.tables[shown.table]
       by("status").textContent = shown.status
-      items.forEach((item, n) => { item.hidden = replay.log[n] > iteration })
+      items.forEach((item, n) => { item.hidden = run.log[n] > iteration })
       document.body.dataset.iteration = iteration
     }
 
@@ -85,6 +106,10 @@
     })
     slider.addEventListener("input", () => { pause(); show() })
     if (ramp !== null) ramp.addEventListener("change", show)
+    for (const each of varied) {
+      each.addEventListener("input", () => { pause(); choose(); show() })
+    }
+    choose()
     show()
   }
 
@@ -95,6 +120,15 @@
   }
   wait()
 })()
+
+// Says of a number whether it is right, as near as asked for.
+for (const field of document.querySelectorAll("input[data-truth]")) {
+  field.addEventListener("change", () => {
+    const off = Math.abs(Number(field.value.replace(",", ".")) - Number(field.dataset.truth))
+    const right = off <= Number(field.dataset.tolerance)
+    document.getElementById("verdict").textContent = right ? "Right." : "Not so: look again."
+  })
+}
 
 // Says of a prediction whether it came, once one is chosen.
 for (const choice of document.querySelectorAll("input[name=predict]")) {

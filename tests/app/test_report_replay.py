@@ -7,16 +7,20 @@ import pytest
 from vsep_app.report.packed import packed_html, unpacked_html
 from vsep_app.report.replay import (
     LEVELS,
-    MAX_VIEWS,
     SHORT_CURVE,
     encoded,
     record_html,
+    recorded_iterations,
     recorded_ramps,
     status,
 )
+from vsep_app.report.run import execute
+from vsep_app.report.sources import of_preset
+from vsep_app.report.variations import read_varied, varied_specs
 
 from tests.app.conftest import finish
 from tests.app.test_report import report_of
+from vsep.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -28,14 +32,16 @@ def short_bursts():
 @pytest.fixture(scope="module")
 def record(short_bursts):
     """Its recorded run."""
-    return record_html(short_bursts)
+    return record_html([short_bursts])
 
 
 @pytest.fixture(scope="module")
 def replay(record):
     """What the script of the page plays."""
     element = re.search(r'id="vsep-replay">(.*?)</script>', record, re.DOTALL)
-    return json.loads(element.group(1))
+    played = json.loads(element.group(1))
+    (run,) = played["runs"]
+    return played | run
 
 
 def decode(value):
@@ -90,20 +96,62 @@ def test_every_ramp_with_a_burst_can_be_chosen(short_bursts, replay):
     assert replay["ramps"][replay["ramp"]] == short_bursts.ramp
 
 
-def test_a_long_run_shows_fewer_ramps(many_ramps, monkeypatch):
+def test_a_long_run_shows_fewer_ramps(many_ramps):
     run = report_of(many_ramps)
-    monkeypatch.setattr("vsep_app.report.replay.MAX_VIEWS", 2 * (len(run.steps) + 1) + 1)
-    assert len(recorded_ramps(run)) == 2
-    assert run.ramp in recorded_ramps(run)
-    monkeypatch.setattr("vsep_app.report.replay.MAX_VIEWS", 1)
-    assert recorded_ramps(run) == [run.ramp]
-    assert MAX_VIEWS > 1
+    assert len(recorded_ramps(run, 2)) == 2
+    assert run.ramp in recorded_ramps(run, 2)
+    assert recorded_ramps(run, 1) == recorded_ramps(run, 0) == [run.ramp]
 
 
 def test_a_run_of_one_ramp_is_recorded_without_a_choice(one_ramp):
-    html = record_html(report_of(one_ramp))
+    html = record_html([report_of(one_ramp)])
     assert 'id="ramp"' not in html
     assert 'id="iteration"' in html
+
+
+def test_runs_of_varied_settings_are_played_by_their_sliders():
+    spec = of_preset("simulation-1")
+    varied = read_varied(["sir=-20,0,20", "snr=20,40"], spec.plan)
+    runs = [execute(each) for each in varied_specs(spec, varied)]
+    levels = [(run.spec.plan.sir_db, run.spec.plan.snr_db) for run in runs]
+    assert levels == [(sir, snr) for sir in (-20.0, 0.0, 20.0) for snr in (20.0, 40.0)]
+    html = record_html(runs, varied)
+    played = json.loads(re.search(r'id="vsep-replay">(.*?)</script>', html, re.DOTALL)[1])
+    assert [each["label"] for each in played["varied"]] == ["SIR [dB, total]", "SNR [dB, total]"]
+    assert [run["levels"] for run in played["runs"]] == [
+        run.static_picture.levels_text for run in runs
+    ]
+    for run, recorded in zip(runs, played["runs"], strict=True):
+        assert recorded["numbers"] == recorded_iterations(len(run.steps), len(runs))
+        assert len(recorded["iterations"]) == len(recorded["numbers"])
+        assert recorded["numbers"][-1] == len(run.steps)
+        (level,) = (
+            content
+            for number in recorded["axes"]
+            for _, _, content in [played["versions"][number]]
+            if content.get("start") == run.static_picture.level_limits_db[0]
+            and content.get("end") == run.static_picture.level_limits_db[1]
+        )
+        assert level["reset_start"] == level["start"]
+    assert len(packed_html(html, title="").encode()) < 1_000_000
+
+
+@pytest.mark.parametrize(
+    ("texts", "told"),
+    [
+        (["volume=1,2"], "volume=1,2"),
+        (["sir"], "sir=-30,-20,-10"),
+        (["sir=-20,loud"], "sir is loud; it must be a number"),
+        (["sir=-20,900"], "sir is 900"),
+        (["interference=0,1"], "interference=0,1"),
+        (["sir=0,1", "sir=2,3"], "give each once"),
+        (["sir=0,1", "snr=20,30", "slope=9,9.2"], "8 runs over 3 settings"),
+        (["seed=1,2,3,4,5,6,7,8,9,10,11,12,13"], "13 runs over 1 settings"),
+    ],
+)
+def test_what_cannot_be_varied_is_told(texts, told):
+    with pytest.raises(InputError, match=re.escape(told)):
+        read_varied(texts, of_preset("simulation-1").plan)
 
 
 @pytest.mark.parametrize("length", [1, SHORT_CURVE, SHORT_CURVE + 1, 300])

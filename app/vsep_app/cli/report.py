@@ -42,6 +42,7 @@ examples:
   vsep report --url 'http://127.0.0.1:5006/?preset=simulation-2-a&iteration=4' --out shared.html
   vsep report --rows fig-3.jsonl --trial 20/17/factorised --out outlier.html
   vsep report --preset simulation-2-c --record run.html --animate run.gif
+  vsep report --preset simulation-2-b --record lesson.html --vary sir=-30,-20,0 --vary snr=40,60
   vsep report --from snapshot.html --out again.html
   vsep report night/*.npz --out reports
   vsep report --experiments course --scorm course.zip
@@ -126,6 +127,13 @@ def _add_outputs(parser: Any) -> None:
         "several frames a folder, made if need be",
     )
     add_file(group, "--record", "*.html: a slider goes through all iterations")
+    group.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="SETTING=V,V,...",
+        help="with --record: runs for these values of a setting of the address, each with a slider",
+    )
     add_file(
         group,
         "--experiments",
@@ -155,12 +163,13 @@ def run(options: argparse.Namespace) -> int:
         return _report_batch(options)
     _require_outputs(options)
     spec = spec_of(options)
+    _module("variations").read_varied(options.vary, spec.plan)
     writer = _module("write")
     report_run = _module("run").execute(spec)
     if options.out is not None:
         writer.write_report(report_run, Path(options.out))
     if options.record is not None:
-        writer.write_record(report_run, Path(options.record))
+        writer.write_record(report_run, Path(options.record), vary=options.vary)
     if options.animate is not None:
         _module("animation").write_animation(report_run, Path(options.animate))
     return 0
@@ -245,6 +254,8 @@ def _require_outputs(options: argparse.Namespace) -> None:
     outs = list(outputs.values())
     if not outs:
         raise InputError("Nothing to write is named; give --out, --record or --animate.")
+    if options.vary and options.record is None:
+        raise InputError(f"--vary {options.vary[0]} needs --record.")
     sources = (*options.frames, options.made_before, options.rows, *(options.settings or ()))
     inputs = {Path(name).resolve() for name in sources if name is not None}
     for out in outs:

@@ -258,7 +258,7 @@ def _levels_text(radar: ChirpSequence, truth: GroundTruth | None) -> str:
         share = float(np.mean(truth.interfered_samples()))
         sir_db = to_db(energy / burst_energy)
         parts.append(
-            f"SIR {sir_db:.1f} dB in total ({sir_db + to_db(share):.1f} dB inside the bursts, "
+            f"SIR {round(sir_db, 1) + 0.0:.1f} dB in total ({sir_db + to_db(share):.1f} dB inside the bursts, "
             f"{100.0 * share:.0f} % of the samples)"
         )
     return "; ".join(parts)

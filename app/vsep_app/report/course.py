@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 from vsep.errors import InputError
 from vsep.files.writing import write_text
 from vsep_app.assets import path
-from vsep_app.model.score import Score
+from vsep_app.model.picture import Picture
 from vsep_app.model.settings import PLAN_NAMES
 from vsep_app.report.packed import packed_html
 from vsep_app.report.replay import record_html
@@ -86,13 +86,13 @@ def experiment_page(experiment: Experiment) -> str:
     settings = experiment.settings()
     plan = replace(default_plan(settings["preset"]), **_plan_values(settings))
     run = execute(ReportSpec(plan=plan))
-    score = run.picture().score
-    html = record_html(run, guide=guide_html(experiment, score))
+    html = record_html([run], guide=guide_html(experiment, run.picture()))
     return packed_html(html, title=f"vsep: {experiment.title}")
 
 
-def guide_html(experiment: Experiment, score: Score | None) -> str:
+def guide_html(experiment: Experiment, picture: Picture | None) -> str:
     """Return what is asked, the outcomes to choose from, and the answer behind a click."""
+    score = None if picture is None else picture.score
     parts = [f"<h2>{escape(experiment.title)}</h2>", _paragraphs(experiment.setting)]
     if experiment.page == COMPARE:
         parts.append(f"<p><em>{_ON_THE_SERVER}</em></p>")
@@ -106,6 +106,15 @@ def guide_html(experiment: Experiment, score: Score | None) -> str:
         parts.append(
             "<fieldset><legend>Predict: how will the run end?</legend>"
             f'{choices}<output id="verdict" role="status"></output></fieldset>'
+        )
+    truth = picture and experiment.ask and experiment.ask.truth(picture.static_picture)
+    if experiment.ask is not None and truth is not None:
+        unit = f" [{experiment.ask.unit}]" if experiment.ask.unit else ""
+        parts.append(
+            f"<fieldset><legend>{escape(experiment.ask.text)}</legend><label>Your answer{unit} "
+            f'<input type="text" inputmode="decimal" data-truth="{truth!r}" '
+            f'data-tolerance="{experiment.ask.tolerance!r}"></label> '
+            '<output id="verdict" role="status"></output></fieldset>'
         )
     parts += [f"<h3>Question</h3>{_paragraphs(experiment.question)}"]
     parts += [f"<details><summary>Answer</summary>{_paragraphs(experiment.answer)}</details>"]

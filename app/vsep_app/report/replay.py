@@ -1,4 +1,4 @@
-"""Replay of a run: one HTML file in which a slider goes through every iteration.
+"""Replay of runs: one HTML file in which a slider goes through every iteration.
 
 The views are given every picture of the run, and what their sources then hold is kept; the page's
 script hands it back to them. So the record shows what the dashboard would, and knows nothing of
@@ -10,11 +10,12 @@ that is the same twice only once.
 import base64
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
 from html import escape
 from typing import Any
 
 import numpy as np
-from bokeh.models import BoxAnnotation, ColumnDataSource
+from bokeh.models import BoxAnnotation, ColorBar, ColumnDataSource, Range1d
 
 from vsep.files.results import as_json
 from vsep_app.assets import path
@@ -22,10 +23,13 @@ from vsep_app.figures.document import document_html
 from vsep_app.model.picture import Picture
 from vsep_app.report.page import ReportViews, found, page_variables
 from vsep_app.report.run import ReportRun
+from vsep_app.report.variations import VariedSetting
 from vsep_app.views.tables import table_html
 
 MAX_VIEWS = 240
-"""Iterations times ramps: what keeps Simulation II below 1 MB."""
+"""Iterations times ramps, of all runs: what keeps Simulation II below 1 MB."""
+MAX_ITERATIONS = 44
+"""Of several runs together: each has a map of its own, which is most of what it takes."""
 SHORT_CURVE = 48
 LEVELS = 1022
 """Steps of a long curve between its least and its largest value; one more code means undefined."""
@@ -48,72 +52,133 @@ class Replay:
         return self._numbers[key]
 
 
-def record_html(run: ReportRun, guide: str = "") -> str:
-    """Return the recorded run as one HTML document that asks for nothing else.
+def record_html(
+    runs: Sequence[ReportRun], varied: Sequence[VariedSetting] = (), *, guide: str = ""
+) -> str:
+    """Return recorded runs as one HTML document that asks for nothing else.
 
-    `guide` is HTML that stands above it.
+    Parameters
+    ----------
+    runs : sequence of ReportRun
+        One, or one for every combination of the varied settings, the last of which varies fastest.
+    varied : sequence of VariedSetting
+        Each gets a slider.
+    guide : str
+        HTML that stands above the run.
     """
-    several = run.static_picture.radar.num_ramps > 1
+    first = runs[0]
+    several = first.static_picture.radar.num_ramps > 1
     views = ReportViews(several=several)
-    ramps = recorded_ramps(run)
-    frames = range(len(run.steps) + 1)
-    pictures = {(i, ramp): run.picture(i, ramp) for i in frames for ramp in ramps}
-    last = pictures[frames[-1], run.ramp]
-    # Axes only grow within a run: after the last picture they hold all of them.
+    frames = [recorded_iterations(len(run.steps), len(runs)) for run in runs]
+    # Of several runs nothing is told twice, so that there is room for fewer ramps.
+    room = MAX_VIEWS // (sum(map(len, frames)) * (1 if len(runs) == 1 else 4))
+    last = _last_picture(first, 0)
     views.update(last)
     replays = {"values": Replay(), "versions": Replay(), "tables": Replay()}
-    players = _players(views.plots)
-    shown = []
-    for i in frames:
-        seen = []
-        for ramp in ramps:
-            # A clean slate: a view draws the map as received once a scene only.
-            views.update(pictures[i, ramp])
-            seen.append([_version(player, n, replays) for n, player in enumerate(players)])
-        picture = pictures[i, run.ramp]
-        shown.append(
-            {
-                "versions": seen,
-                "table": replays["tables"].keep(table_html(picture.table, moving=several)),
-                "status": status(picture, frames[-1]),
-            }
-        )
+    players, scales = _players(views.plots), _scales(views.plots)
+    recorded = [
+        _recorded(run, number, views, (players, scales), replays, frames=own, room=room)
+        for number, (run, own) in enumerate(zip(runs, frames, strict=True))
+    ]
     views.update(last)
     replay = {
-        "players": [player.id for player in players],
+        "players": [player.id for player in (*players, *scales)],
         "values": replays["values"].values,
         "versions": replays["versions"].values,
         "tables": replays["tables"].values,
-        "iterations": shown,
-        "ramps": ramps,
-        "ramp": ramps.index(run.ramp),
-        "log": [line.iteration for line in reversed(last.log) if line.kind != "quiet"],
+        "runs": recorded,
+        "varied": [asdict(each) for each in varied],
     }
     return document_html(
         views.plots,
         template="record.html",
-        title=f"vsep: {run.static_picture.title}, recorded",
+        title=f"vsep: {first.static_picture.title}, recorded",
         variables={
-            **page_variables(run, last),
+            **page_variables(first, last),
             "guide": guide,
             "replay": as_json(replay).replace("<", "\\u003c"),
             "script": path("report/record.js").read_text(encoding="utf-8"),
-            "last": frames[-1],
-            "ramps": ramps,
-            "ramp": run.ramp,
+            "last": len(frames[0]) - 1,
+            "varied": [asdict(each) for each in varied],
             "several": several,
         },
     )
 
 
-def recorded_ramps(run: ReportRun) -> list[int]:
+def _last_picture(run: ReportRun, number: int) -> Picture:
+    return replace(run.picture(), run_number=number)
+
+
+def _recorded(
+    run: ReportRun,
+    number: int,
+    views: ReportViews,
+    models: tuple[Sequence[Any], Sequence[Any]],
+    replays: Mapping[str, Replay],
+    *,
+    frames: Sequence[int],
+    room: int,
+) -> dict[str, Any]:
+    """Return what is played of a run: its pictures by iteration and ramp, and its words."""
+    several = run.static_picture.radar.num_ramps > 1
+    players, scales = models
+    ramps = recorded_ramps(run, room)
+    last = _last_picture(run, number)
+    # Axes only grow within a run: after the last picture they hold all of them.
+    views.update(last)
+    axes = [_set(replays, len(players) + n, _scale(each)) for n, each in enumerate(scales)]
+    shown = []
+    for i in frames:
+        seen = []
+        for ramp in ramps:
+            picture = replace(run.picture(i, ramp), run_number=number)
+            # A clean slate: a view draws the map as received once a scene only.
+            views.update(picture)
+            seen.append([_version(player, n, replays) for n, player in enumerate(players)])
+        shown.append(
+            {
+                "versions": seen,
+                "table": replays["tables"].keep(table_html(picture.table, moving=several)),
+                "status": status(picture, len(run.steps)),
+            }
+        )
+    words = page_variables(run, last)
+    return {
+        "axes": axes,
+        "iterations": shown,
+        "numbers": list(frames),
+        "ramps": ramps,
+        "ramp": ramps.index(run.ramp),
+        "levels": words["levels"],
+        "events": replays["tables"].keep(words["log"]),
+        "log": [line.iteration for line in reversed(last.log) if line.kind != "quiet"],
+    }
+
+
+def recorded_iterations(last: int, num_runs: int) -> list[int]:
+    """Return the iterations that a record shows: all of a single run, else more of the first ones.
+
+    Examples
+    --------
+    >>> recorded_iterations(14, 1) == list(range(15))
+    True
+    >>> recorded_iterations(14, 9)
+    [0, 1, 5, 14]
+    """
+    room = max(2, MAX_ITERATIONS // num_runs)
+    if num_runs == 1 or last < room:
+        return list(range(last + 1))
+    places = np.geomspace(1.0, last + 1.0, room) - 1.0
+    return sorted({round(place) for place in places.tolist()})
+
+
+def recorded_ramps(run: ReportRun, room: int) -> list[int]:
     """Return the ramps that a record shows: with bursts, strongest first, as many as find room."""
     energies = (np.abs(run.seen.interference_signal) ** 2).sum(axis=1)
     hit = run.static_picture.true_ramps | (energies > 0.0)
     hit[run.ramp] = True
-    room = max(1, MAX_VIEWS // (len(run.steps) + 1))
     order = [int(ramp) for ramp in np.argsort(-energies, kind="stable") if hit[ramp]]
-    return sorted([run.ramp, *(ramp for ramp in order if ramp != run.ramp)][:room])
+    return sorted([run.ramp, *(ramp for ramp in order if ramp != run.ramp)][: max(1, room)])
 
 
 def status(picture: Picture, last: int) -> str:
@@ -175,7 +240,22 @@ def _version(player: Any, number: int, replays: Mapping[str, Replay]) -> int:
         }
         return replays["versions"].keep([number, "data", columns])
     if isinstance(player, BoxAnnotation):
-        return replays["versions"].keep(
-            [number, "set", {"left": player.left, "right": player.right}]
-        )
-    return replays["versions"].keep([number, "set", {"text": escape(player.text, quote=False)}])
+        return _set(replays, number, {"left": player.left, "right": player.right})
+    return _set(replays, number, {"text": escape(player.text, quote=False)})
+
+
+def _set(replays: Mapping[str, Replay], number: int, values: Mapping[str, Any]) -> int:
+    return replays["versions"].keep([number, "set", dict(values)])
+
+
+def _scales(plots: Sequence[Any]) -> list[Any]:
+    """Return what changes between runs only: ranges of axes, and levels of the colours."""
+    ranges = [each for plot in plots for each in (plot.x_range, plot.y_range)]
+    bars = [bar.color_mapper for plot in plots for bar in plot.select({"type": ColorBar})]
+    numeric = [each for each in ranges if isinstance(each, Range1d)]
+    return [*{each.id: each for each in (*numeric, *bars)}.values()]
+
+
+def _scale(model: Any) -> dict[str, Any]:
+    ends = ("start", "end", "reset_start", "reset_end") if isinstance(model, Range1d) else ()
+    return {name: getattr(model, name) for name in ends or ("low", "high")}

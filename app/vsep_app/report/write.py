@@ -1,6 +1,6 @@
 """Report files: the suffix of the name determines the format."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from vsep.files.results import as_json
@@ -10,7 +10,8 @@ from vsep_app.report.names import require_record_name, require_report_name
 from vsep_app.report.packed import packed_html
 from vsep_app.report.page import report_html
 from vsep_app.report.replay import record_html
-from vsep_app.report.run import ReportRun, provenance
+from vsep_app.report.run import ReportRun, execute, provenance
+from vsep_app.report.variations import read_varied, varied_specs
 
 
 def write_report(run: ReportRun, out: Path) -> None:
@@ -36,16 +37,18 @@ def report_bytes(run: ReportRun, suffix: str) -> bytes:
     return _MAKERS[suffix](run)
 
 
-def write_record(run: ReportRun, out: Path) -> None:
-    """Write the recorded run.
+def write_record(run: ReportRun, out: Path, *, vary: Sequence[str] = ()) -> None:
+    """Write the recorded run; of settings that are varied a run for every combination.
 
-    Raises `InputError` if the name does not end in ``.html``. Raises `OSError` if the file cannot
-    be written.
+    Raises `InputError` if the name does not end in ``.html`` or something cannot be varied. Raises
+    `OSError` if the file cannot be written.
     """
     require_record_name(str(out))
+    varied = read_varied(vary, run.spec.plan)
+    runs = [execute(spec) for spec in varied_specs(run.spec, varied)] if varied else [run]
     title = f"vsep: {run.static_picture.title}, recorded"
     told = for_html(provenance(run))
-    write_text(out, packed_html(record_html(run), title=title, provenance=told))
+    write_text(out, packed_html(record_html(runs, varied), title=title, provenance=told))
 
 
 def _html(run: ReportRun) -> bytes:
