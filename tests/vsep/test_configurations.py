@@ -2,11 +2,15 @@
 
 import json
 import re
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.io import savemat
 
 from vsep.errors import InputError
+from vsep.recordings.configurations.configuration import Said
 from vsep.recordings.configurations.consequences import consequences, lines_of
 from vsep.recordings.configurations.registry import (
     for_recording,
@@ -301,4 +305,13 @@ def test_later_files_count_and_arrays_keep_their_own_order() -> None:
     array = for_recording(both, "cube.npy")
     assert array.values["format"] == "npy"
     assert "num_antennas" not in array.values
-    assert for_recording(both, "adc_data.bin") is both
+    assert for_recording(both, "adc_data.bin") == both
+
+
+def test_of_several_arrays_the_largest_is_taken(tmp_path: Path) -> None:
+    path = tmp_path / "radar.mat"
+    savemat(path, {"radar": {"adc": np.ones((4, 8)), "fs": 1e7}})
+    said = for_recording(read_configuration("mine.json", '{"format": "mat"}'), str(path))
+    assert said.settings["key"] == Said("radar.adc", "the largest array of radar.mat")
+    named = read_configuration("mine.json", '{"format": "mat", "key": "radar.fs"}')
+    assert for_recording(named, str(path)) == named

@@ -71,6 +71,8 @@ def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tu
         )
     captured = without_offset(kept_receivers(path, captured, settings), settings)
     frame, remarks = _frame(path, captured, settings)
+    if np.all(frame.received == frame.received[0, 0]):
+        raise InputError(f"{path}: all samples are equal; a recording is needed.")
     return frame, (*remarks, *advice(frame, settings))
 
 
@@ -136,7 +138,7 @@ def _frame(
     lowest, taken = lowest_beat(received, radar, settings)
     migration = settings.range_migration == "modelled"
     if settings.range_migration == "automatic" and radar.needs_migration:
-        migration = visible_walker(received[0], radar) is not None
+        migration = visible_walker(received, radar) is not None
     spacing = settings.antenna_spacing_wavelengths
     if settings.num_transmitters == 1:
         spacing = spacing_of(captured.kept, spacing)
@@ -185,7 +187,8 @@ def _require_kind(path: str, ramps: NDArray[Any], settings: RecordingSettings) -
     is_real = ramps.dtype.kind != "c"
     if is_real and settings.samples != REAL:
         raise InputError(
-            f"{path} holds real numbers; name an axis iq that holds I and Q, or say samples: real."
+            f"{path} holds real numbers; name an axis iq that holds I and Q, or two arrays by "
+            "key: I,Q, or say samples: real."
         )
     if not is_real and settings.samples == REAL:
         raise InputError(f"{path} holds complex numbers, but samples is 'real'.")
