@@ -19,6 +19,7 @@ VISIBLE_DB: Final = 10.0  # over the noise: satellites that are found as objects
 CERTAIN_DB: Final = 18.0  # over the noise: what is no maximum of the noise
 _NONE, _LEAST = 1e-9, 1e-6  # to the largest cell: no noise at all, and what is then taken for it
 _FEWEST = 8  # ramps and samples
+_LOUD, _USUAL = 3.0, 0.9  # times this quantile of the magnitudes: bursts
 
 
 class Walker(NamedTuple):
@@ -48,6 +49,9 @@ def visible_walker(received: ComplexArray, radar: ChirpSequence) -> Walker | Non
         return None
     windows = [np.blackman(count + 2)[1:-1] for count in received.shape[-2:]]
     window = np.outer(*windows)
+    magnitude = np.abs(received)
+    usual = np.quantile(magnitude, _USUAL, axis=(-2, -1), keepdims=True)
+    received = np.where(magnitude > _LOUD * usual, 0.0, received)  # bursts become gaps
     loss = window.size * np.sum(window**2) / np.sum(window) ** 2
     maps = np.abs(np.fft.ifft2(received * window)) ** 2
     noise, most = float(np.median(maps)) / np.log(2.0), float(maps.max())
