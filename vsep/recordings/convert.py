@@ -13,7 +13,7 @@ from vsep.files.filter_keys import read_filter
 from vsep.files.frame import Frame
 from vsep.files.frame_checks import require_usable
 from vsep.recordings.advice import advice
-from vsep.recordings.axes import arranged, virtual_antennas
+from vsep.recordings.axes import arranged, of_one_chirp, virtual_antennas
 from vsep.recordings.captured import Captured
 from vsep.recordings.half_band import complex_at_half_rate, half_band, missing_at_half_rate
 from vsep.recordings.migration import visible_walker
@@ -82,6 +82,7 @@ def _captured(path: str, settings: RecordingSettings) -> Captured:
     stored = read_stored_array(path, settings)
     if READERS[settings.format].is_stream:
         settings = replace(settings, axes=STREAM_AXES)
+    settings, remarks = of_one_chirp(settings)
     samples = arranged(path, stored, settings)
     least = LEAST_RUN if settings.samples == REAL else LEAST_SAMPLES
     runs = zero_runs(samples.reshape(-1), least)
@@ -90,7 +91,7 @@ def _captured(path: str, settings: RecordingSettings) -> Captured:
     return Captured(
         samples=signed,
         missing=missing,
-        remarks=(remark,) if remark else (),
+        remarks=(*remarks, remark) if remark else remarks,
         unit=1.0 if samples.dtype.kind in "iu" else 0.0,
         is_unsigned=is_unsigned(signed),
     )
