@@ -16,6 +16,7 @@ from vsep_app.pages.recording.tasks import (
     RecordingPlan,
     advance,
     compose,
+    file_facts,
     frame_content,
     prepare,
     require_response,
@@ -265,3 +266,9 @@ def test_too_few_ramps_for_clutter_are_a_sentence(stored, frame_arrays):
     plan = plan_of(file, settings, is_frame=True, removes_clutter=True)
     with pytest.raises(InputError, match=r"short.npz has 4 ramps; to remove clutter at least 8"):
         prepare(plan)
+
+
+def test_a_file_of_another_kind_is_called_by_its_name(stored):
+    file = stored("adc.xyz", b"\x89HDF\r\n\x1a\n" + bytes(1000))
+    with pytest.raises(InputError, match=r"^adc\.xyz is damaged or no HDF5 file"):
+        file_facts(file)

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,6 +38,7 @@ from tests.fuzzing.mutations import (
     of_texts,
     revalued,
 )
+from tests.vsep.ros_bags import write_bag
 from vsep.errors import InputError
 from vsep.files.frame import read_frame
 from vsep.files.response_file import read_response
@@ -177,6 +179,16 @@ def hdf5_content() -> Content:
         content.create_dataset("radar/adc", data=data, chunks=(1, 4, 8), compression="gzip")
         content["adc"] = data
     return damaged(file.getvalue())
+
+
+def bag_content() -> Content:
+    strategies = []
+    for compressed in (False, True):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "a.bag"
+            write_bag(path, bytes(range(256)) * 8, 4, compressed=compressed)
+            strategies.append(damaged(path.read_bytes()))
+    return st.one_of(*strategies)
 
 
 def sigmf_content() -> Content:
@@ -417,6 +429,12 @@ PARSERS = (
         content=lambda: damaged(bytes(range(256)) * 64),
     ),
     Parser(name="HDF5", suffix=".h5", parse=recording("hdf5", key="adc"), content=hdf5_content),
+    Parser(
+        name="ROS bag",
+        suffix=".bag",
+        parse=recording("dca1000-xwr16xx", num_samples=32, num_antennas=2),
+        content=bag_content,
+    ),
     Parser(
         name="SigMF",
         suffix=".sigmf-meta",

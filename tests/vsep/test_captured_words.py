@@ -187,6 +187,17 @@ def test_files_of_another_kind_are_refused(tmp_path: Path, start: bytes, words: 
     assert "\n" not in str(caught.value)
 
 
+def test_an_order_of_words_is_doubted_whatever_the_number_of_receivers(tmp_path: Path) -> None:
+    whole = samples()[:, :2]
+    assert converted(tmp_path, two_lanes(whole), num_antennas=2)[1] == ()
+    _, remarks = converted(tmp_path, two_lanes(whole), num_antennas=2, format="tsw1400-xwr16xx")
+    assert any("say format: dca1000-xwr16xx" in remark for remark in remarks)
+    _, remarks = converted(
+        tmp_path, four_lanes(samples()), num_antennas=2, format="dca1000-xwr14xx"
+    )
+    assert any("say format: tda2" in remark for remark in remarks)
+
+
 # Receivers
 
 
@@ -201,6 +212,14 @@ def test_dead_receivers_are_left_out(tmp_path: Path) -> None:
     assert np.array_equal(frame.in_file_sign(frame.antennas) * 2**15, kept)
     assert frame.antenna_spacing_wavelengths == 1.0
     assert remarks[0].startswith("Receivers 1, 3 of 0 to 3 are constant")
+    chosen, remarks = converted(tmp_path, four_lanes(whole), format="tda2", antennas="1,2")
+    assert chosen.num_antennas == 1
+    assert remarks[0].startswith("Receivers 1 of 0 to 3 are constant")
+
+
+def test_equal_samples_are_no_recording(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="all samples are equal; a recording is needed"):
+        converted(tmp_path, np.full(16 * WORDS_PER_RAMP, 7, np.int16))
 
 
 def test_receivers_are_chosen(tmp_path: Path) -> None:

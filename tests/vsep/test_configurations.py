@@ -2,11 +2,15 @@
 
 import json
 import re
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.io import savemat
 
 from vsep.errors import InputError
+from vsep.recordings.configurations.configuration import Said
 from vsep.recordings.configurations.consequences import consequences, lines_of
 from vsep.recordings.configurations.registry import (
     for_recording,
@@ -301,4 +305,32 @@ def test_later_files_count_and_arrays_keep_their_own_order() -> None:
     array = for_recording(both, "cube.npy")
     assert array.values["format"] == "npy"
     assert "num_antennas" not in array.values
-    assert for_recording(both, "adc_data.bin") is both
+    assert for_recording(both, "adc_data.bin") == both
+
+
+ONE_CHIRP_CFG = CFG.replace("frameCfg 0 1 16", "frameCfg 0 0 1")
+ONE_CHIRP_SHAPE = INFINEON["device_config"]["fmcw_single_shape"] | {"num_chirps_per_frame": 1}
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("radar.cfg", ONE_CHIRP_CFG),
+        ("config.json", json.dumps({"fmcw_single_shape": ONE_CHIRP_SHAPE})),
+    ],
+)
+def test_a_chirp_a_frame_makes_ramps_of_frames(name: str, text: str) -> None:
+    said = read_configuration(name, text)
+    assert said.values["ramp_period_s"] == pytest.approx(0.1)
+    assert "num_ramps" not in said.values
+    assert any("sends one chirp a frame" in remark for remark in said.remarks)
+    assert "one chirp a frame" in said.settings["ramp_period_s"].source
+
+
+def test_of_several_arrays_the_largest_is_taken(tmp_path: Path) -> None:
+    path = tmp_path / "radar.mat"
+    savemat(path, {"radar": {"adc": np.ones((4, 8)), "fs": 1e7}})
+    said = for_recording(read_configuration("mine.json", '{"format": "mat"}'), str(path))
+    assert said.settings["key"] == Said("radar.adc", "the largest array of radar.mat")
+    named = read_configuration("mine.json", '{"format": "mat", "key": "radar.fs"}')
+    assert for_recording(named, str(path)) == named

@@ -224,6 +224,16 @@ def test_implausible_values_are_remarked(
     assert any(re.search(words, remark) for remark in remarks)
 
 
+def test_frames_without_ramps_are_ramps(tmp_path: Path) -> None:
+    turns = target(period_s=0.04)[:, None, :]
+    axes = {"axes": "frames,antennas,samples", "ramp_period_s": 0.04}
+    frame, remarks = converted(tmp_path, np.exp(2j * np.pi * turns), **axes)
+    assert frame.radar.num_ramps == NUM_RAMPS
+    assert "one chirp a frame" in remarks[0]
+    alone, _ = converted(tmp_path, np.exp(2j * np.pi * turns), **axes, num_ramps=1)
+    assert alone.radar.num_ramps == 1
+
+
 def test_axes_that_look_swapped_are_remarked(tmp_path: Path) -> None:
     still = np.exp(2j * np.pi * target(period_s=0.0))
     _, remarks = converted(tmp_path, still[:, :16].T.copy())

@@ -31,6 +31,16 @@ def test_the_right_layout_comes_first_in_at_least_23_of_24_captures(tmp_path: Pa
     assert sum(right) >= 23
 
 
+def test_lost_packets_hide_no_layout(tmp_path: Path) -> None:
+    layout = LAYOUTS[2]
+    content = bytearray(capture(layout, "clutter", np.random.default_rng(JUDGED_SEED)))
+    for packet in (9, 30, 31):
+        content[packet * 1456 : (packet + 1) * 1456] = bytes(1456)
+    (guess, *_) = guessed(tmp_path, bytes(3 * 1456) + bytes(content))
+    assert guess.settings.pop("skip_bytes") == 3 * 1456
+    assert tuple(guess.settings.values()) == layout.settings
+
+
 def test_the_shipped_recording_is_told_from_its_words(tmp_path: Path) -> None:
     with np.load(assets.path("frames/openradar_doppler_example_1.npz")) as archive:
         received = archive["received"]

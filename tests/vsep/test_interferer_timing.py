@@ -13,6 +13,7 @@ from vsep._typing import ComplexArray
 from vsep.analysis.crossings import Crossings
 from vsep.analysis.interferer_timing import fit_interferer_timings
 from vsep.errors import InputError
+from vsep.files.timing_lines import FrameTimings, timing_line
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.signal.bursts import true_bursts
@@ -306,3 +307,45 @@ def test_the_simulator_redraws_the_recording(recorded: Crossings) -> None:
         errors.append(np.abs(drawn - sample).min() if len(drawn) else np.inf)
     # Against all bursts that were found, the wrong ones too.
     assert np.median(errors) <= 0.1
+
+
+def incomplete(seed: int) -> tuple[float, Crossings]:
+    """The interval of an interferer at random, and part of its bursts, with gaps and wrong ones."""
+    rng = np.random.default_rng([19, seed])
+    period = rng.uniform(35e-6, 180e-6)
+    slope = rng.choice([rng.uniform(3e12, 24e12), rng.uniform(-40e12, -5e12)])
+    gaps = rng.integers(0, 3)
+    edges = [0, *sorted(rng.integers(10, 118, gaps)), RADAR.num_ramps]
+    shifts = np.cumsum([0.0, *rng.uniform(1e-3, 20e-3, gaps)])
+    sequence = interferer(
+        slope_hz_per_s=slope,
+        ramp_period_s=period,
+        ramp_duration_s=min(0.9 * period, 1.5e9 / abs(slope)),
+        num_ramps=4000,
+        start_frequency_hz=77e9 if slope > 0.0 else 78e9,
+    )
+    bursts = []
+    for low, high, shift in zip(edges[:-1], edges[1:], shifts, strict=True):
+        part = simulated(replace(sequence, time_offset_s=shift - 30e-3))
+        inside = (part.ramps >= low) & (part.ramps < high)
+        bursts.append((part.ramps[inside], part.samples[inside], part.slopes_hz_per_s[inside]))
+    ramps, samples, slopes = (np.concatenate(each) for each in zip(*bursts, strict=True))
+    every = Crossings(ramps=ramps, samples=samples, slopes_hz_per_s=slopes)
+    share, wrong = rng.uniform(0.1, 1.0), rng.uniform(0.0, 0.25)
+    return period, disturbed(every, deviation=0.1, outliers=wrong, kept=share, seed=seed)
+
+
+def test_of_incomplete_bursts_no_interval_is_wrong_without_a_word() -> None:
+    right = 0
+    for seed in range(20):
+        period, crossings = incomplete(seed)
+        timings = fit_interferer_timings(crossings, RADAR)
+        frame = FrameTimings(
+            file="a", radar=RADAR, crossings=crossings, timings=timings, parallel_ramps=()
+        )
+        for timing in timings:
+            is_right = abs(timing.ramp_period_s / period - 1.0) < 2e-3
+            assert is_right or "remark" in timing_line(frame)
+        right += bool(timings)
+        assert timings or len(crossings.ramps) == 0 or "remark" in timing_line(frame)
+    assert right >= 6

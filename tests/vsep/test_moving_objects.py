@@ -15,6 +15,7 @@ from vsep.inference.objects.uncertainty import dispersion_std, fisher_informatio
 from vsep.inference.registry import make_estimator
 from vsep.kernels.moving_atoms import STATIONARY
 from vsep.recordings.convert import convert_recording
+from vsep.recordings.migration import visible_walker
 from vsep.recordings.settings import RecordingSettings
 from vsep.signal.filters import NoFilter
 from vsep.signal.linear_array import AntennaScene, UniformLinearArray
@@ -284,6 +285,25 @@ def test_a_recording_says_whether_objects_walk(tmp_path):
     frame, remarks = convert_recording(path, replace(settings, range_migration="neglected"))
     assert not frame.radar.range_migration
     assert any("range_migration: modelled, fewer ramps" in remark for remark in remarks)
+
+
+def test_a_walk_is_visible_by_all_antennas_and_not_by_gaps():
+    still = replace(RADAR, num_ramps=32, num_samples=128, range_migration=False)
+    ramp, time = np.ogrid[: still.num_ramps, : still.num_samples]
+    rng = np.random.default_rng(7)
+    noise = rng.standard_normal((4, *still.shape, 2)) @ np.array([1.0, 1.0j]) / np.sqrt(2.0)
+    strong = 25.0 * np.exp(-2j * np.pi * 0.2 * time) + 0.0 * ramp
+    # 4096 samples: 51 dB at one antenna, 57 dB at four; satellites of a hundredth of a cell, 46 dB
+    # below, are at 5 and 11 dB.
+    doppler = 0.01 * still.one_cell_mps * 2.0 * CARRIER_HZ / SPEED_OF_LIGHT_MPS * 60e-6
+    moving = 5.6 * np.exp(-2j * np.pi * (0.4 * time + doppler * ramp))
+    assert visible_walker(noise + strong, still) is None
+    assert visible_walker(noise[0] + strong + moving, still) is None
+    walker = visible_walker(noise + strong + moving, still)
+    assert walker.cells == pytest.approx(0.01, rel=0.05)
+    assert walker.level_db == pytest.approx(57.1, abs=0.5)
+    gaps = (noise + strong) * (np.abs(ramp * still.num_samples + time - 2000) > 300)
+    assert visible_walker(gaps, still) is None
 
 
 def test_angles_lack_the_motion_between_transmitters_that_take_turns(tmp_path):

@@ -115,3 +115,17 @@ def test_the_table_of_the_letter_is_that_of_the_files():
             found = [float(number) for number in re.findall(r"\d+(?:\.\d+)?", cells[column])]
             half = 0.5 if metric == "iterations" else 0.005
             assert found == pytest.approx(figures[float(cells[0])], abs=half + 1e-6)
+
+
+def test_the_cost_of_interference_is_that_of_its_table():
+    with (ASSETS / "results/interference-cost.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 10
+    for row in rows:
+        value, low, high = (f"{float(row[key]):.3f}" for key in ("value", "low", "high"))
+        (line,) = (
+            line
+            for line in TEXT.splitlines()
+            if line.startswith(f"| {row['ratio_to_no_interference']} |")
+        )
+        assert f"{value} [{low}, {high}]" in line

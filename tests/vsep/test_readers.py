@@ -6,10 +6,9 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from rosbags.rosbag1 import Writer
-from rosbags.typesys import Stores, get_typestore
 
 from tests.vsep.layout_scenes import LAYOUTS, capture
+from tests.vsep.ros_bags import write_bag
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame, write_frame
 from vsep.recordings.convert import convert_recording
@@ -118,27 +117,10 @@ def test_a_stream_of_sigmf_needs_to_be_cut(tmp_path: Path) -> None:
         converted(tmp_path / "a.sigmf-meta", format="sigmf", num_samples=32)
 
 
-def bag(path: Path, content: bytes, count: int) -> None:
-    """A bag of a capture in messages, beside a topic of another kind."""
-    store = get_typestore(Stores.ROS1_NOETIC)
-    array = store.types["std_msgs/msg/Int16MultiArray"]
-    layout = store.types["std_msgs/msg/MultiArrayLayout"]
-    text = store.types["std_msgs/msg/String"]
-    with Writer(path) as writer:
-        adc = writer.add_connection("/radar/adc", array.__msgtype__, typestore=store)
-        log = writer.add_connection("/log", text.__msgtype__, typestore=store)
-        words = np.frombuffer(content, "<i2")
-        for number, part in enumerate(np.split(words, count)):
-            message = array(layout=layout(dim=[], data_offset=0), data=part)
-            writer.write(adc, number, store.serialize_ros1(message, array.__msgtype__))
-            other = text(data="a message")
-            writer.write(log, number, store.serialize_ros1(other, text.__msgtype__))
-
-
 def test_words_of_a_ros_bag_are_a_raw_capture(tmp_path: Path) -> None:
     layout = LAYOUTS[2]
     content = capture(layout, "clutter", np.random.default_rng(5))
-    bag(tmp_path / "a.bag", content, 4)
+    write_bag(tmp_path / "a.bag", content, 4)
     (tmp_path / "a.bin").write_bytes(content)
     path = str(tmp_path / "a.bag")
     assert tuple(guess_layouts(path)[0].settings.values()) == layout.settings

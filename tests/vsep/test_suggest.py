@@ -60,6 +60,14 @@ def test_a_matlab_file_says_the_same(tmp_path: Path) -> None:
     assert suggested(path) == NEEDED | {"format": "mat", "ramp_period_s": 3e-5, "key": "adc"}
 
 
+@pytest.mark.parametrize("suffix", ["npz", "mat"])
+def test_i_and_q_that_lie_apart_are_one_recording(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"adc.{suffix}"
+    parts = {"t": np.zeros(3), "Q": np.ones((4, 8)), "I": 2.0 * np.ones((4, 8))}
+    np.savez(path, **parts) if suffix == "npz" else savemat(path, parts)
+    assert suggested(path)["key"] == "I,Q"
+
+
 def test_others_say_their_kind_at_most(tmp_path: Path) -> None:
     for name, kind in (("a.npy", {"format": "npy"}), ("a.bin", {"format": "dca1000-xwr16xx"})):
         (tmp_path / name).write_bytes(b"anything")

@@ -13,6 +13,7 @@ import numpy as np
 
 from vsep._typing import BoolArray
 from vsep.analysis.crossings import Crossings, InterfererTiming
+from vsep.analysis.timing_fractions import consistent, whole_steps
 from vsep.analysis.timing_search import MIN_BURSTS, fit_one, refined
 from vsep.signal.radar import ChirpSequence
 
@@ -68,7 +69,8 @@ def fit_interferer_timings(
         else:
             num_unfitted += 1
         left = left.select(~group)
-    return _divided(timings)
+    whole = tuple(each for timing in timings for each in whole_steps(timing))
+    return _divided(list(consistent(whole)))
 
 
 def _divided(timings: list[InterfererTiming]) -> tuple[InterfererTiming, ...]:

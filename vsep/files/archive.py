@@ -148,10 +148,9 @@ class Archive:
         except _UNREADABLE as error:
             raise _damaged(f"{self.name}: array {key!r}") from error
 
-    def largest(self) -> str:
-        """Return the name of the largest array, of equal ones the first; empty if there is none."""
-        sizes = {key: self._zip.NameToInfo[f"{key}.npy"].file_size for key in self.names()}
-        return max(sizes, key=lambda key: sizes[key], default="")
+    def sizes(self) -> dict[str, int]:
+        """Return how many bytes every array has, by its name."""
+        return {key: self._zip.NameToInfo[f"{key}.npy"].file_size for key in self.names()}
 
     def array(self, key: str, *, max_elements: int = MAX_SAMPLES) -> NDArray[Any]:
         """Read one array.

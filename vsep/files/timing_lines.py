@@ -16,6 +16,8 @@ from vsep.files.writing import printable, write_table
 from vsep.signal.radar import ChirpSequence
 
 _MAX_LINE = 2**26  # characters
+_MOST = 0.7  # of the bursts, which timings should explain
+_SURE_MERIT = 0.6  # from here on a multiple or fraction of an interval was hardly ever found
 _COLUMNS = ("file", "interferer", "ramp", "crossing_sample", "predicted_sample", "residual_samples")
 
 
@@ -69,9 +71,20 @@ def timing_line(frame: FrameTimings) -> dict[str, Any]:
             f"{len(frame.crossings.ramps)} bursts better than chance, with a fifth of the bursts "
             "that they predict."
         )
-    elif frame.timings and 2 * explained < len(frame.crossings.ramps):
+    elif 0 < len(frame.crossings.ramps) < MIN_BURSTS:
+        remarks.append(
+            f"Not enough evidence for a timing: {len(frame.crossings.ramps)} bursts, of "
+            f"{MIN_BURSTS} at least."
+        )
+    elif frame.timings and explained < _MOST * len(frame.crossings.ramps):
         remarks.append(
             f"Not enough evidence for the other {len(frame.crossings.ramps) - explained} bursts."
+        )
+    least = min((timing.merit for timing in frame.timings), default=1.0)
+    if least < _SURE_MERIT:
+        remarks.append(
+            f"Only {least:.0%} of the bursts that a timing predicts were found: its interval may "
+            "be a whole fraction or multiple of the right one."
         )
     if frame.parallel_ramps:
         ramps = ", ".join(str(ramp) for ramp in frame.parallel_ramps[:10])

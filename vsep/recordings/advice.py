@@ -80,7 +80,8 @@ def _of_samples(frame: Frame, settings: RecordingSettings) -> Iterator[str]:
             f"{frame.radar.num_samples} samples."
         )
         return
-    yield from migration_remark(received, frame.radar)
+    every = received if frame.antennas is None else frame.antennas
+    yield from migration_remark(every, frame.radar)
     if settings.samples == REAL or frame.radar.num_samples < 16:
         return
     if halves(received, frame.radar.slope_hz_per_s).likeness > MIRROR_SHARE:

@@ -4,6 +4,7 @@ Transmitters that take turns make virtual antennas: those of the first transmitt
 r of transmitter t was the ramp ``r num_transmitters + t`` on the air.
 """
 
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -14,6 +15,19 @@ from vsep.recordings.settings import RecordingSettings
 
 AXES: Final = ("frames", "transmitters", "antennas", "ramps", "samples", "iq", "iiqq")
 _USUAL: Final = {1: ("samples",), 2: ("ramps", "samples"), 3: ("antennas", "ramps", "samples")}
+
+
+def of_one_chirp(settings: RecordingSettings) -> tuple[RecordingSettings, tuple[str, ...]]:
+    """Take the frames of an array without ramps for these, and say so."""
+    names = [name.strip() for name in (settings.axes or "").split(",")]
+    if "frames" not in names or "ramps" in names or settings.frame or settings.num_ramps == 1:
+        return settings, ()
+    axes = ",".join("ramps" if name == "frames" else name for name in names)
+    return replace(settings, axes=axes), (
+        "axes names frames and no ramps, one chirp a frame: the frames are taken for the ramps of "
+        f"one, {settings.ramp_period_s:g} s apart by ramp_period_s; num_ramps: 1 keeps the first "
+        "one alone.",
+    )
 
 
 def arranged(path: str, array: NDArray[Any], settings: RecordingSettings) -> NDArray[Any]:

@@ -13,7 +13,7 @@ from vsep.files.filter_keys import read_filter
 from vsep.files.frame import Frame
 from vsep.files.frame_checks import require_usable
 from vsep.recordings.advice import advice
-from vsep.recordings.axes import arranged, virtual_antennas
+from vsep.recordings.axes import arranged, of_one_chirp, virtual_antennas
 from vsep.recordings.captured import Captured
 from vsep.recordings.half_band import complex_at_half_rate, half_band, missing_at_half_rate
 from vsep.recordings.migration import visible_walker
@@ -71,6 +71,8 @@ def convert_recording(path: str, settings: RecordingSettings) -> tuple[Frame, tu
         )
     captured = without_offset(kept_receivers(path, captured, settings), settings)
     frame, remarks = _frame(path, captured, settings)
+    if np.all(frame.received == frame.received[0, 0]):
+        raise InputError(f"{path}: all samples are equal; a recording is needed.")
     return frame, (*remarks, *advice(frame, settings))
 
 
@@ -80,6 +82,7 @@ def _captured(path: str, settings: RecordingSettings) -> Captured:
     stored = read_stored_array(path, settings)
     if READERS[settings.format].is_stream:
         settings = replace(settings, axes=STREAM_AXES)
+    settings, remarks = of_one_chirp(settings)
     samples = arranged(path, stored, settings)
     least = LEAST_RUN if settings.samples == REAL else LEAST_SAMPLES
     runs = zero_runs(samples.reshape(-1), least)
@@ -88,7 +91,7 @@ def _captured(path: str, settings: RecordingSettings) -> Captured:
     return Captured(
         samples=signed,
         missing=missing,
-        remarks=(remark,) if remark else (),
+        remarks=(*remarks, remark) if remark else remarks,
         unit=1.0 if samples.dtype.kind in "iu" else 0.0,
         is_unsigned=is_unsigned(signed),
     )
@@ -136,7 +139,7 @@ def _frame(
     lowest, taken = lowest_beat(received, radar, settings)
     migration = settings.range_migration == "modelled"
     if settings.range_migration == "automatic" and radar.needs_migration:
-        migration = visible_walker(received[0], radar) is not None
+        migration = visible_walker(received, radar) is not None
     spacing = settings.antenna_spacing_wavelengths
     if settings.num_transmitters == 1:
         spacing = spacing_of(captured.kept, spacing)
@@ -185,7 +188,8 @@ def _require_kind(path: str, ramps: NDArray[Any], settings: RecordingSettings) -
     is_real = ramps.dtype.kind != "c"
     if is_real and settings.samples != REAL:
         raise InputError(
-            f"{path} holds real numbers; name an axis iq that holds I and Q, or say samples: real."
+            f"{path} holds real numbers; name an axis iq that holds I and Q, or two arrays by "
+            "key: I,Q, or say samples: real."
         )
     if not is_real and settings.samples == REAL:
         raise InputError(f"{path} holds complex numbers, but samples is 'real'.")

@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._typing import ComplexArray, FloatArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.errors import InputError
 from vsep.recordings.frame_length import frame_length
 from vsep.recordings.layout_evidence import (
@@ -31,9 +31,11 @@ from vsep.recordings.layout_evidence import (
     ramp_likeness,
     range_spectra,
 )
-from vsep.recordings.missing_samples import prediction_error
+from vsep.recordings.layouts import FOUR_LANES, RECEIVERS_IN_TURN
+from vsep.recordings.missing_samples import leading_zeros, prediction_error, zero_runs
+from vsep.recordings.packets import PAYLOAD
 from vsep.recordings.raw_bytes import open_raw
-from vsep.recordings.raw_words import FOUR_LANES, RECEIVERS_IN_TURN, samples_of_words
+from vsep.recordings.raw_words import samples_of_words
 from vsep.recordings.settings import COMPLEX_1X, COMPLEX_2X, REAL, RecordingSettings
 from vsep.recordings.word_kinds import signed_words, two_heaps
 
@@ -51,6 +53,8 @@ USUAL_LENGTHS: Final = frozenset(
 LEAST_COST: Final = 3e-4
 """Noise alone costs 5e-5."""
 
+_WORD = 2  # bytes
+_MANY_ZEROS, _FEW_ZEROS = 64, 16  # words: packets lost before the capture; samples that are zero
 _FEWEST_RAMPS = 16
 _PREDICTED = 16  # samples from which the next one is predicted; not more than the least length
 _JUMP = 4  # samples after a ramp's start whose prediction counts
@@ -133,6 +137,17 @@ class _Layout(NamedTuple):
         )
         return samples_of_words(words[: count * self.words], settings, count)
 
+    def whole_ramps(self, words: FloatArray, lost: BoolArray | None) -> NDArray[Any]:
+        """Ramps of words; where some were lost the longest row of ramps that were not."""
+        ramps = self.of(words)
+        if lost is None:
+            return ramps
+        broken = lost[: len(ramps) * self.words].reshape(len(ramps), -1).any(axis=1)
+        ends = np.flatnonzero(np.concatenate([[True], broken, [True]]))
+        longest = int(np.argmax(np.diff(ends)))
+        kept = ramps[ends[longest] : ends[longest + 1] - 1]
+        return kept if len(kept) >= _FEWEST_RAMPS else ramps
+
 
 _ANY_RADAR: Final[dict[str, Any]] = {
     "start_frequency_hz": 77e9,
@@ -178,21 +193,38 @@ def guess_layouts(path: str, *, skip_bytes: int = 0, topic: str | None = None) -
                 f"{path} holds {total} words; to guess their layout at least {FEWEST_WORDS} are "
                 "needed."
             )
-        stored, _ = source.words(skip_bytes, min(total, MOST_WORDS))
-        of_frames, _ = source.words(skip_bytes, min(total, MOST_OF_FRAMES))
-    unsigned = two_heaps(stored - np.uint16(2**15), 16)
-    words, clipped = quiet(signed_words(stored, None, unsigned=unsigned, bits=16).values)
-    spectra = dict(_least_flat(words, _candidates(clipped, total)))
+        begun = 0 if skip_bytes else _WORD * _empty_words(source.words(0, MOST_OF_FRAMES)[0])
+        total -= begun // _WORD
+        stored, lost = source.words(skip_bytes + begun, min(total, MOST_WORDS))
+        of_frames, _ = source.words(skip_bytes + begun, min(total, MOST_OF_FRAMES))
+    empty = zero_runs(stored)
+    lost = empty if lost is None else lost if empty is None else lost | empty
+    unsigned = two_heaps((stored if lost is None else stored[~lost]) - np.uint16(2**15), 16)
+    signed = signed_words(stored, lost, unsigned=unsigned, bits=16).values
+    words, clipped = quiet(signed if lost is None else np.where(lost, 0, signed))
+    spectra = dict(_least_flat(words, lost, _candidates(clipped, total)))
     ranked = _ranked(spectra)
     if not ranked:
         raise InputError(
             f"{path} holds no echoes in any layout of its words: say the settings, or record again."
         )
-    best, *others = (
-        _guess(words, total, each, spectra[each.layout], unsigned=unsigned) for each in ranked
+    begins = {"skip_bytes": begun} if begun else {}
+    found = (
+        _guess(each.layout.whole_ramps(words, lost), total, each, spectra, unsigned=unsigned)
+        for each in ranked
     )
+    best, *others = (replace(each, settings=each.settings | begins) for each in found)
     whole = signed_words(of_frames, None, unsigned=unsigned, bits=16).values
     return _with_frames(best, ranked[0], quiet(whole)[0]), *others
+
+
+def _empty_words(stored: NDArray[Any]) -> int:
+    """Return how many words of zeros precede the capture; packets that were lost are whole."""
+    zeros = leading_zeros(stored)
+    if zeros < _MANY_ZEROS or zeros > stored.size - FEWEST_WORDS:
+        return 0
+    beyond = zeros % (PAYLOAD // _WORD)
+    return zeros - (beyond if beyond < _FEW_ZEROS else 0)
 
 
 def _with_frames(guess: Guess, ranked: _Ranked, words: FloatArray) -> Guess:
@@ -256,16 +288,16 @@ def _least_jump(error: FloatArray, length: int) -> float:
 
 
 def _least_flat(
-    words: FloatArray, layouts: Iterator[_Layout]
+    words: FloatArray, lost: BoolArray | None, layouts: Iterator[_Layout]
 ) -> Iterator[tuple[_Layout, ComplexArray]]:
     """Yield layouts with the least flat range spectra, and these."""
     found = []
     for layout in layouts:
-        flat = flatness(range_spectra(layout.of(words)))
+        flat = flatness(range_spectra(layout.whole_ramps(words, lost)))
         if flat < 0.0:
             found.append((flat + _OF_LENGTH * math.log2(layout.num_samples), layout))
     for _, layout in sorted(found)[:_MAPPED]:
-        yield layout, range_spectra(layout.of(words))
+        yield layout, range_spectra(layout.whole_ramps(words, lost))
 
 
 def _ranked(spectra: dict[_Layout, ComplexArray]) -> list[_Ranked]:
@@ -326,17 +358,16 @@ def _turns(layout: _Layout, ramps: ComplexArray, noise: float) -> int:
 
 
 def _guess(
-    words: FloatArray,
+    samples: NDArray[Any],
     total: int,
     ranked: _Ranked,
-    spectra: ComplexArray,
+    spectra: dict[_Layout, ComplexArray],
     *,
     unsigned: bool,
 ) -> Guess:
     layout, turns, noise, ranked_by = ranked
-    samples = layout.of(words)
     whole = len(samples) // turns * turns
-    in_channels = in_turns(spectra[:whole], turns)
+    in_channels = in_turns(spectra[layout][:whole], turns)
     told, one_sided = evidence(in_turns(samples[:whole], turns), in_channels, noise)
     kind = layout.samples
     if kind != REAL:

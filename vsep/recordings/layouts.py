@@ -23,6 +23,8 @@ FEWEST_SAMPLES: Final = 32
 FEWER: Final = 0.3  # ... if another one has less than this of it
 _FIRST = 3  # cells next to zero, which spread to both sides
 _SAME: Final = {"tsw1400": "tda2"}
+FOUR_LANES = 4
+RECEIVERS_IN_TURN: Final = ("dca1000-xwr16xx", "tsw1400-xwr16xx")
 
 
 def image_share(samples: NDArray[Any]) -> float:
@@ -67,14 +69,16 @@ def better_format(
         Puts words into their places as settings say.
     """
     num_samples = settings.num_samples or 0
-    # Other numbers of receivers make other lengths of a ramp.
-    if settings.samples == REAL or settings.num_antennas != 4:
-        return None
-    if num_samples % 2 or num_samples < FEWEST_SAMPLES:
+    if settings.samples == REAL or num_samples % 2 or num_samples < FEWEST_SAMPLES:
         return None
     own = _SAME.get(settings.format, settings.format)
+    # Four lanes are all in the file, receivers in turn only those that are on.
+    same = settings.num_antennas == FOUR_LANES
+    orders = [
+        name for name in ORDERS if same or (name in RECEIVERS_IN_TURN) == (own in RECEIVERS_IN_TURN)
+    ]
     images = {
-        name: image_share(read(words, replace(settings, format=name), num_ramps)) for name in ORDERS
+        name: image_share(read(words, replace(settings, format=name), num_ramps)) for name in orders
     }
     best = min(images, key=lambda name: images[name])
     doubted = images[own] > IMAGES and images[best] < FEWER * images[own]

@@ -15,9 +15,11 @@ from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
 SATELLITE_DB: Final = -6.0  # of an object that moves by one range cell
-VISIBLE_DB: Final = 13.0  # over the noise of a frame: what is found as an object
-_DYNAMIC = 1e-6  # of the window's side lobes, which are no noise
+VISIBLE_DB: Final = 10.0  # over the noise: satellites that are found as objects
+CERTAIN_DB: Final = 18.0  # over the noise: what is no maximum of the noise
+_NONE, _LEAST = 1e-9, 1e-6  # to the largest cell: no noise at all, and what is then taken for it
 _FEWEST = 8  # ramps and samples
+_LOUD, _USUAL = 3.0, 0.9  # times this quantile of the magnitudes: bursts
 
 
 class Walker(NamedTuple):
@@ -34,24 +36,41 @@ class Walker(NamedTuple):
 
 
 def visible_walker(received: ComplexArray, radar: ChirpSequence) -> Walker | None:
-    """Return the moving object of a frame (P, N) with the strongest satellites, if visible."""
-    if min(received.shape) < _FEWEST:
+    """Return the moving object of a frame with the strongest satellites, if visible.
+
+    Parameters
+    ----------
+    received : (P, N) or (A, P, N) complex
+        Antennas count together, as for an estimator.
+    radar : ChirpSequence
+        That of the frame.
+    """
+    if min(received.shape[-2:]) < _FEWEST:
         return None
-    window = np.hanning(received.shape[0])[:, None] * np.hanning(received.shape[1])
-    power = np.abs(np.fft.ifft2(received * window)) ** 2
-    noise = max(float(np.median(power)) / np.log(2.0), _DYNAMIC * float(power.max()))
-    if noise <= 0.0:
+    windows = [np.blackman(count + 2)[1:-1] for count in received.shape[-2:]]
+    window = np.outer(*windows)
+    magnitude = np.abs(received)
+    usual = np.quantile(magnitude, _USUAL, axis=(-2, -1), keepdims=True)
+    received = np.where(magnitude > _LOUD * usual, 0.0, received)  # bursts become gaps
+    loss = window.size * np.sum(window**2) / np.sum(window) ** 2
+    maps = np.abs(np.fft.ifft2(received * window)) ** 2
+    noise, most = float(np.median(maps)) / np.log(2.0), float(maps.max())
+    if most == 0.0:
         return None
+    noise = noise if noise > _NONE * most else _LEAST * most
+    power = maps.reshape(-1, *maps.shape[-2:]).sum(axis=0)
+    # Beside a maximum is its own main lobe.
+    for step, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
+        power = np.where(power < np.roll(power, step, axis), 0.0, power)
     course = power.max(axis=1)
-    doppler = np.fft.fftfreq(len(course)).astype(np.float64)
-    velocity = np.abs(radar.velocity_from_doppler(doppler))
+    velocity = np.abs(radar.velocity_from_doppler(np.fft.fftfreq(len(course)).astype(np.float64)))
     cells = velocity / radar.one_cell_mps
-    # Of a window's main lobe three cells belong to what stands still.
-    cells[np.abs(doppler) * len(course) < 2.5] = 0.0
-    # Beside a maximum its own main lobe
-    cells[(course < np.roll(course, 1)) | (course < np.roll(course, -1))] = 0.0
-    level_db = to_db(np.maximum(course, 1e-300) / noise)
+    level_db = to_db(course / noise * loss)
     satellites_db = level_db + 2.0 * to_db(np.maximum(cells, 1e-9)) + SATELLITE_DB
+    # No side lobe of a gap in the samples is larger than its share.
+    gaps = np.sum(window * (received == 0), axis=(-2, -1)).max() / np.sum(window)
+    gaps = gaps / max(1.0 - gaps, 1e-9)
+    satellites_db[level_db < max(CERTAIN_DB, level_db.max() + 2.0 * to_db(gaps))] = -np.inf
     worst = int(np.argmax(satellites_db))
     if satellites_db[worst] < VISIBLE_DB:
         return None
@@ -59,7 +78,7 @@ def visible_walker(received: ComplexArray, radar: ChirpSequence) -> Walker | Non
 
 
 def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[str]:
-    """Say if a moving object of a frame (P, N) has visible satellites, or would have."""
+    """Say if a moving object of a frame has visible satellites, or would have."""
     walker = visible_walker(received, radar)
     if walker is None:
         return

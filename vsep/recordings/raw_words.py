@@ -23,15 +23,18 @@ from vsep._typing import BoolArray
 from vsep.errors import InputError
 from vsep.files.archive import MAX_SAMPLES
 from vsep.recordings.captured import Captured
-from vsep.recordings.layouts import better_format, remark_of_format
+from vsep.recordings.layouts import (
+    FOUR_LANES,
+    RECEIVERS_IN_TURN,
+    better_format,
+    remark_of_format,
+)
 from vsep.recordings.missing_samples import leading_zeros, samples_before_ramp, zero_runs
 from vsep.recordings.raw_bytes import RawBytes, open_raw
 from vsep.recordings.saturation import remark_of_saturated, saturated_words
 from vsep.recordings.settings import REAL, RecordingSettings
 from vsep.recordings.word_kinds import signed_words
 
-FOUR_LANES = 4
-RECEIVERS_IN_TURN: Final = ("dca1000-xwr16xx", "tsw1400-xwr16xx")
 UNSIGNED: Final = ("tsw1400", "tsw1400-xwr16xx")
 _WORD = 2  # bytes
 _MANY_ZEROS, _MOST_ZEROS = 64, 2**23  # words before the first frame

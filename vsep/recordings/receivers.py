@@ -16,30 +16,31 @@ TELLING_OFFSET_DB: Final = 0.0  # of real samples, to the rest: from here on an 
 
 
 def kept_receivers(path: str, captured: Captured, settings: RecordingSettings) -> Captured:
-    """Leave out receivers that were not chosen, or that are dead where none were.
+    """Leave out receivers that were not chosen, and those that are dead.
 
     Raises `InputError` if one that is chosen is not there.
     """
     count = captured.samples.shape[1]
     chosen = settings.chosen_antennas()
-    if chosen is not None:
-        if max(chosen) >= count:
-            raise InputError(
-                f"antennas is {settings.antennas}, but {path} holds {count} receivers, 0 to "
-                f"{count - 1}."
-            )
-        return _taken(captured, chosen, ())
-    levels = [_level(captured, antenna) for antenna in range(count)]
-    alive = tuple(antenna for antenna in range(count) if levels[antenna] > 0.0)
-    if not alive or count == 1:
-        return captured
+    if chosen is not None and max(chosen) >= count:
+        raise InputError(
+            f"antennas is {settings.antennas}, but {path} holds {count} receivers, 0 to "
+            f"{count - 1}."
+        )
+    wanted = tuple(range(count)) if chosen is None else chosen
+    levels = {antenna: _level(captured, antenna) for antenna in wanted}
+    alive = tuple(antenna for antenna in wanted if levels[antenna] > 0.0)
+    if not alive or len(wanted) == 1:
+        return _taken(captured, wanted, ())
     remarks = []
-    if len(alive) < count:
-        dead = ", ".join(str(antenna) for antenna in range(count) if antenna not in alive)
+    if len(alive) < len(wanted):
+        dead = ", ".join(str(antenna) for antenna in wanted if antenna not in alive)
         remarks.append(
             f"Receivers {dead} of 0 to {count - 1} are constant, switched off or not connected; "
             f"they are left out, as antennas: {','.join(map(str, alive))} would."
         )
+    if chosen is not None:
+        return _taken(captured, alive, tuple(remarks))
     usual = float(np.median([levels[antenna] for antenna in alive]))
     weak = [each for each in alive if levels[each] < usual * 10.0 ** (-WEAK_DB / 10.0)]
     if weak:

@@ -1,6 +1,8 @@
 """Suggested settings of a recording, from what its file says of itself."""
 
 import json
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,6 +20,7 @@ RAW_FORMAT: Final = "dca1000-xwr16xx"
 """Suggested for files that say nothing: the usual card and the most common sensors."""
 
 _SIGNAL = "received"
+_PARTS: Final = (("i", "q"), ("re", "im"), ("real", "imag"))
 _BY_START: Final = (
     (b"\x93NUMPY", "npy"),
     (b"PK\x03\x04", "npz"),
@@ -106,7 +109,7 @@ def _of_archive(archive: Archive) -> dict[str, Any]:
     for key in names:
         found |= _told(archive, key)
     if len(names) > 1:
-        found["key"] = archive.largest()
+        found["key"] = _largest(archive.sizes())
     return found
 
 
@@ -154,8 +157,19 @@ def _of_named(path: str, name: str) -> dict[str, Any]:
                 array = read_hdf5(path, key) if by_hdf5 else read_matlab(file, name, key)
                 found[key] = _plain(array)
     if len(sizes) > 1:
-        found["key"] = max(sizes, key=lambda key: sizes[key])
+        found["key"] = _largest(sizes)
     return found
+
+
+def _largest(sizes: Mapping[str, int]) -> str:
+    """Return the key of the largest array, or of I and Q where they lie apart."""
+    most = max(sizes.values())
+    largest = [key for key in sizes if sizes[key] == most]
+    parts = {re.split(r"\W", key)[-1].lower(): key for key in largest}
+    for first, second in _PARTS:
+        if first in parts and second in parts:
+            return f"{parts[first]},{parts[second]}"
+    return largest[0]
 
 
 def _count(shape: tuple[int, ...]) -> int:

@@ -2,11 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from vsep.errors import InputError
 
 _LARGEST = 1e15
+ONE_CHIRP: Final = (
+    "The sensor sends one chirp a frame: those of all frames in the file are taken for the ramps "
+    "of one."
+)
 
 
 @dataclass(frozen=True, slots=True)

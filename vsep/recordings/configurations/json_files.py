@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vsep.errors import InputError
-from vsep.recordings.configurations.configuration import Configuration, Said, number
+from vsep.recordings.configurations.configuration import ONE_CHIRP, Configuration, Said, number
 from vsep.recordings.configurations.ti_setup import Chirp, TiProfile, TiSetup
 from vsep.recordings.settings import REAL
 
@@ -114,7 +114,8 @@ def read_infineon_json(name: str, text: str) -> Configuration:
     antennas = values.get("rx_antennas")
     num_antennas = len(antennas) if isinstance(antennas, list) else 1
     sampled_s = count / rate
-    period_s = of("chirp_repetition_time_s")
+    period_s, num_ramps = of("chirp_repetition_time_s"), int(of("num_chirps_per_frame"))
+    frame_period_s = number(name, values.get("frame_repetition_time_s", 0.0), "frame period")
     remarks = [
         f"The slope is {end - start:.6g} Hz over {count:g} samples at {rate:g} Hz; a chirp sweeps "
         "a little more, since the synthesizer settles before its first sample."
@@ -124,6 +125,15 @@ def read_infineon_json(name: str, text: str) -> Configuration:
             f"{count:g} samples at {rate:g} Hz take {sampled_s:.3g} s, but chirps repeat after "
             f"{period_s:.3g} s: one of them is wrong."
         )
+    period = Said(period_s, "chirp_repetition_time_s")
+    axes, ramps = (
+        "frames,antennas,ramps,samples",
+        {"num_ramps": Said(num_ramps, "num_chirps_per_frame")},
+    )
+    if num_ramps == 1 and frame_period_s > period_s:
+        axes, ramps = "ramps,antennas,frames,samples", {}
+        period = Said(frame_period_s, "one chirp a frame: frame_repetition_time_s")
+        remarks.append(ONE_CHIRP)
     return Configuration(
         {
             "format": Said("npy", "assumed: the array radar.npy of Infineon's SDK"),
@@ -132,12 +142,12 @@ def read_infineon_json(name: str, text: str) -> Configuration:
                 (end - start) / sampled_s, "end minus start frequency over the sampled time"
             ),
             "sample_rate_hz": Said(rate, "sample_rate_Hz"),
-            "ramp_period_s": Said(period_s, "chirp_repetition_time_s"),
+            "ramp_period_s": period,
             "num_samples": Said(int(count), "num_samples_per_chirp"),
-            "num_ramps": Said(int(of("num_chirps_per_frame")), "num_chirps_per_frame"),
+            **ramps,
             "num_antennas": Said(num_antennas, "rx_antennas"),
             "samples": Said(REAL, "Infineon's 60 GHz sensors have one mixer a receiver"),
-            "axes": Said("frames,antennas,ramps,samples", "as Infineon's SDK saves them"),
+            "axes": Said(axes, "as Infineon's SDK saves them"),
         },
         tuple(remarks),
     )

@@ -27,6 +27,7 @@ from vsep.recordings.settings import (
     parse_settings,
     settings_values,
 )
+from vsep.recordings.suggest import suggest_settings
 
 READERS: Final = (
     Reader("mmWave Studio's JSON", is_studio_json, read_studio_json),
@@ -91,20 +92,23 @@ def read_configuration_file(path: str) -> Configuration:
 
 
 def for_recording(configuration: Configuration, recording: str) -> Configuration:
-    """Return a configuration with the format of a recording of another kind.
+    """Return a configuration with the format of a recording of another kind, and its array.
 
     A configuration tells of the sensor; an array of NumPy or MATLAB holds samples in an order of
-    its own, which its axes name.
+    its own, which its axes name. Of several arrays the largest one is taken.
     """
     kind = format_of_name(recording)
-    said = configuration.settings.get("format")
-    if kind is None or said is None or said.value not in RAW_FORMATS:
-        return configuration
-    kept = {name: each for name, each in configuration.settings.items() if name not in _OF_RAW}
-    return Configuration(
-        {"format": Said(kind, f"the name of {Path(recording).name}")} | kept,
-        configuration.remarks,
-    )
+    settings = dict(configuration.settings)
+    said = settings.get("format")
+    name = Path(recording).name
+    if kind is not None and said is not None and said.value in RAW_FORMATS:
+        kept = {key: each for key, each in settings.items() if key not in _OF_RAW}
+        settings = {"format": Said(kind, f"the name of {name}")} | kept
+    if "key" not in settings and "format" in settings and settings["format"].value in _OF_ARRAYS:
+        largest = suggest_settings(recording, recording).get("key")
+        if largest is not None:
+            settings["key"] = Said(largest, f"the largest array of {name}")
+    return replace(configuration, settings=settings)
 
 
 def told_by(suggested: Mapping[str, Any], recording: str) -> Configuration:
@@ -128,6 +132,7 @@ def completed(configuration: Configuration, guess: Guess) -> Configuration:
 
 
 _OF_RAW: Final = ("format", "num_antennas", "skip_bytes")
+_OF_ARRAYS: Final = ("npz", "mat", "hdf5")
 
 
 def settings_of(configuration: Configuration, recording: str, where: str) -> RecordingSettings:

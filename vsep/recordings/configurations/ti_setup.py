@@ -7,7 +7,7 @@ Every chirp of a frame names a profile and the transmitters that send it.
 from dataclasses import dataclass, field
 
 from vsep.errors import InputError
-from vsep.recordings.configurations.configuration import Configuration, Said
+from vsep.recordings.configurations.configuration import ONE_CHIRP, Configuration, Said
 from vsep.recordings.settings import COMPLEX_1X, COMPLEX_2X, REAL
 
 FOUR_LANES = ("12", "14", "22", "1243", "1443", "2243")
@@ -114,9 +114,16 @@ class TiSetup:
         }
         if self.frame is not None:
             ramps = len(order) * self.frame[2]
-            settings["num_ramps"] = Said(
-                ramps, f"{len(order)} chirps in {self.frame[2]} loops of {self.frame_source}"
-            )
+            if ramps == 1 and self.frame_period_s > settings["ramp_period_s"].value:
+                settings["ramp_period_s"] = Said(
+                    self.frame_period_s,
+                    f"one chirp a frame: the frame's period, {self.frame_source}",
+                )
+                self.remarks.append(ONE_CHIRP)
+            else:
+                settings["num_ramps"] = Said(
+                    ramps, f"{len(order)} chirps in {self.frame[2]} loops of {self.frame_source}"
+                )
         settings |= self._antennas(settings["format"].value, order)
         if self.sample_kind is not None:
             kind, text = _KINDS.get(int(self.sample_kind.value), ("complex", "unknown"))

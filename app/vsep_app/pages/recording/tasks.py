@@ -184,16 +184,17 @@ def file_facts(file: StoredFile) -> FileFacts:
 
     Raises `InputError` if it is not what its suffix says.
     """
-    suggested = suggest_settings(file.path, file.name)
-    guesses: tuple[Guess, ...] = ()
-    if suggested["format"] in RAW_FORMATS:
-        with suppress(InputError):
-            guesses = guess_layouts(file.path)
-    return FileFacts(
-        suggested=suggested,
-        is_frame=is_frame_file(file.path, file.name),
-        guesses=guesses,
-    )
+    with _called(file):
+        suggested = suggest_settings(file.path, file.name)
+        guesses: tuple[Guess, ...] = ()
+        if suggested["format"] in RAW_FORMATS:
+            with suppress(InputError):
+                guesses = guess_layouts(file.path)
+        return FileFacts(
+            suggested=suggested,
+            is_frame=is_frame_file(file.path, file.name),
+            guesses=guesses,
+        )
 
 
 def require_response(file: StoredFile) -> None:
