@@ -1,16 +1,20 @@
 """A worker process, seen from the server, and what goes on in it."""
 
+import gc
 import logging
 import math
 import multiprocessing
 import os
 import pickle
 import signal
+import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Protocol
@@ -29,6 +33,9 @@ _LOG = logging.getLogger(__name__)
 MAX_UNWANTED_S = 2.0
 LOOK_EVERY_S = 0.25
 _MEGABYTE = 2**20
+# Workers are forks of one process that has done this once: they share its memory, and another one
+# is there within milliseconds. A fork of the server itself, which has threads, may lock up.
+_PRELOADED = "vsep_app.server.preloaded"
 # The environment is changed while a process starts.
 _STARTING = threading.Lock()
 
@@ -94,8 +101,8 @@ class TookTooLongError(Exception):
 class Worker:
     """One process, seen from the server; it is yet to be started."""
 
-    def __init__(self, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
-        self._kept, self._prepare = kept, prepare
+    def __init__(self, kept: tuple[type, ...]) -> None:
+        self._kept = kept
         self._process: Any = None
         self.started_at = -math.inf  #: Last attempt, by the monotonic clock.
         self._pipe: Connection[Any, Any] | None = None
@@ -115,18 +122,19 @@ class Worker:
 
         Raises `OSError` where the system has no room for another process or pipe.
         """
-        # Spawned, not forked: a fork of a process with threads (a server, BLAS) may lock up.
-        context = multiprocessing.get_context("spawn")
+        context = _context()
         self.started_at = time.monotonic()
         if self._pipe is not None:
             self._pipe.close()
         self._pipe, theirs = context.Pipe()
         process = context.Process(
-            target=work, args=(theirs, self._kept, self._prepare), daemon=True, name="vsep-worker"
+            target=work, args=(theirs, self._kept), daemon=True, name="vsep-worker"
         )
         try:
             with _STARTING, single_threaded():
                 process.start()
+        except EOFError as error:  # from the process that is forked
+            raise OSError("the process that workers are forks of has ended") from error
         finally:
             theirs.close()
         self._object_cache = ObjectCache(self._kept, serving=True)
@@ -171,14 +179,25 @@ class Worker:
             raise TookTooLongError(job.function.lack_of_time)
 
 
-def work(pipe: Connection, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
+def _context() -> Any:
+    """Return how processes are started here; a process that is forked listens in a folder."""
+    try:
+        tempfile.gettempdir()
+    except OSError:
+        return multiprocessing.get_context("spawn")
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([_PRELOADED])
+    return context
+
+
+def work(pipe: Connection, kept: tuple[type, ...]) -> None:
     """Do jobs until the other end of the pipe is closed; the body of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if prepare is not None:
-        try:
-            prepare()
-        except Exception as problem:  # the jobs may do all the same
-            _LOG.error("a worker could not prepare", exc_info=problem)
+    import_module(_PRELOADED)
+    # What is shared stays so: looking for garbage would write to it.
+    gc.freeze()
     object_cache = ObjectCache(kept, serving=False)
     while True:
         try:
