@@ -1,3 +1,4 @@
+import contextlib
 import errno
 import importlib
 import os
@@ -270,15 +271,24 @@ def test_a_pool_without_descriptors_goes_on_when_there_are_some():
 
 STARVED = """
 import os, resource, signal, time
+from pathlib import Path
 from vsep_app.jobs.pool import WorkerPool
+
+def parent(process):
+    return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1]
 
 if __name__ == "__main__":
     pool = WorkerPool((), workers=2)
     while pool.figures().workers < 2:
         time.sleep(0.01)
+    workers = pool.figures().process_ids
+    origin = parent(workers[0])
+    used = {int(each.name) for each in Path("/proc/self/fd").iterdir()}
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (3, hard))
-    for number in pool.figures().process_ids:
+    # One, and what the killed workers leave, which is not enough for another one.
+    few = [number for number in range(100) if number not in used][1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (few, hard))
+    for number in workers:
         os.kill(number, signal.SIGKILL)
     until = time.monotonic() + 20.0
     while pool.figures().workers and time.monotonic() < until:
@@ -287,7 +297,9 @@ if __name__ == "__main__":
     time.sleep(1.0)
     assert (pool.figures().workers, pool.figures().waiting) == (0, 1), pool.figures()
     resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
-    assert job.result(20.0) in pool.figures().process_ids
+    process = job.result(20.0)
+    assert process in pool.figures().process_ids
+    assert parent(process) == origin
     pool.close()
 """
 
@@ -351,12 +363,20 @@ def test_workers_share_what_they_have_loaded(pool):
 
 
 @LINUX
-def test_without_the_process_that_workers_are_forks_of_another_is_made(pool):
+def test_workers_outlive_the_process_that_they_are_forks_of_and_another_is_made(pool):
     from tests.load.chaos import origins_of
 
     (origin,) = origins_of(os.getpid())
-    before = set(pool.figures().process_ids)
-    for number in (origin, *before):
-        os.kill(number, signal.SIGKILL)
+    before = set(started(pool).figures().process_ids)
+    os.kill(origin, signal.SIGKILL)
+    _until(lambda: origins_of(os.getpid()) == [])
+    assert pool.queue().submit(_where).result(PATIENCE_S) in before
+    # What takes too long is ended all the same.
+    with pytest.raises(InputError, match="takes more than"):
+        pool.queue().submit(_within(_sleep, seconds=0.1), 600.0).result(PATIENCE_S)
+    _until(lambda: len(before.symmetric_difference(pool.figures().process_ids)) == 2)
+    for number in before:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(number, signal.SIGKILL)
     assert pool.queue().submit(_where).result(PATIENCE_S) not in before
-    assert origins_of(os.getpid()) != [origin]
+    assert len(origins_of(os.getpid())) == 1

@@ -178,11 +178,24 @@ def _told(url: str) -> dict:
         return json.loads(answer.read())
 
 
+# They outlive the process that they are forks of, and are then no longer below the server.
+_seen: dict[int, set[int]] = {}
+
+
 def workers_of(server: int) -> list[int]:
     """Return the numbers of the worker processes of a server that live."""
-    return _children(server, b"spawn_main") + [
-        worker for origin in origins_of(server) for worker in _children(origin, b"forkserver")
-    ]
+    found = _seen.setdefault(server, set())
+    found.update(_children(server, b"spawn_main"))
+    for origin in origins_of(server):
+        found.update(_children(origin, b"forkserver"))
+    found.intersection_update(each for each in found if _lives(each))
+    return sorted(found)
+
+
+def _lives(process: int) -> bool:
+    with contextlib.suppress(OSError):
+        return (Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]) != "Z"
+    return False
 
 
 def origins_of(server: int) -> list[int]:

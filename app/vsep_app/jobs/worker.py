@@ -6,13 +6,14 @@ import math
 import multiprocessing
 import os
 import pickle
+import select
 import signal
 import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing.connection import Connection
@@ -36,6 +37,8 @@ _MEGABYTE = 2**20
 # Workers are forks of one process that has done this once: they share its memory, and another one
 # is there within milliseconds. A fork of the server itself, which has threads, may lock up.
 _PRELOADED = "vsep_app.server.preloaded"
+# Starting a process takes seven. What it is to be a fork of ends when it is asked by halves.
+_NUM_DESCRIPTORS = 8
 # The environment is changed while a process starts.
 _STARTING = threading.Lock()
 
@@ -114,8 +117,16 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether the process is there."""
-        return self._process is not None and bool(self._process.is_alive())
+        """Whether the process is there.
+
+        Where it is a fork, what it is a fork of would tell of its end, but may have ended before;
+        so its end of the pipe is looked at, where the system can.
+        """
+        if self._process is None or self._pipe is None:
+            return False
+        if not hasattr(select, "poll"):
+            return bool(self._process.is_alive())
+        return not self._hangs_up(0.0)
 
     def start(self) -> None:
         """Start the process, or another one after it has ended.
@@ -126,19 +137,23 @@ class Worker:
         self.started_at = time.monotonic()
         if self._pipe is not None:
             self._pipe.close()
-        self._pipe, theirs = context.Pipe()
+        _require_descriptors(_NUM_DESCRIPTORS)
+        ours, theirs = context.Pipe()
         process = context.Process(
             target=work, args=(theirs, self._kept), daemon=True, name="vsep-worker"
         )
         try:
             with _STARTING, single_threaded():
                 process.start()
-        except EOFError as error:  # from the process that is forked
-            raise OSError("the process that workers are forks of has ended") from error
+        except BaseException as error:
+            ours.close()
+            if isinstance(error, EOFError):
+                raise OSError("the process that workers are forks of has ended") from error
+            raise
         finally:
             theirs.close()
         self._object_cache = ObjectCache(self._kept, serving=True)
-        self._process = process
+        self._process, self._pipe = process, ours
 
     def do(self, job: AnyJob) -> tuple[float, bool, Any]:
         """Have a job done; return its seconds, whether it went well, and result or exception.
@@ -170,6 +185,20 @@ class Worker:
         if self._process is not None:
             self._process.kill()
             self._process.join()
+        if self.alive:  # and what it is a fork of has ended
+            with suppress(ProcessLookupError):
+                os.kill(self.process_id, signal.SIGKILL)
+            self._hangs_up(MAX_UNWANTED_S)
+
+    def _hangs_up(self, seconds: float) -> bool:
+        """Whether the other end of the pipe is closed, or will be within some time."""
+        assert self._pipe is not None
+        pipe = select.poll()
+        try:
+            pipe.register(self._pipe, 0)
+        except (OSError, ValueError):  # closed here by another thread
+            return True
+        return bool(pipe.poll(1000.0 * seconds))
 
     def _give_up_if_due(self, job: AnyJob, now: float, started: float) -> None:
         if job.unwanted_since is not None and now - job.unwanted_since > MAX_UNWANTED_S:
@@ -190,6 +219,13 @@ def _context() -> Any:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([_PRELOADED])
     return context
+
+
+def _require_descriptors(number: int) -> None:
+    """Raise `OSError` where this process can open no more so many files."""
+    with ExitStack() as opened:
+        for _ in range(number):
+            opened.callback(os.close, os.open(os.devnull, os.O_RDONLY))
 
 
 def work(pipe: Connection, kept: tuple[type, ...]) -> None:
