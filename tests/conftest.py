@@ -55,3 +55,11 @@ def frame_arrays() -> FrameArrays:
         return {key: value for key, value in (arrays | changes).items() if value is not None}
 
     return make
+
+
+@pytest.fixture(scope="session")
+def compiled_kernels() -> None:
+    """Machine code is kept: compiling it takes more memory than what is done with it."""
+    from vsep_app.jobs.warmup import compile_everything
+
+    compile_everything()
