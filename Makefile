@@ -37,13 +37,12 @@ test-all: $(VENV)/.checks
 	$(BIN)/mypy
 	$(PYTEST)
 
-# The part that depends on the releases of Panel and Bokeh, with the older ones and without a
-# browser; commands load neither.
+# The pages with the older releases of Panel and Bokeh, without a browser.
 test-app: export PYTHONPATH := $(OLDER)
 test-app: $(OLDER)/.complete
 	$(BIN)/python -m pip check
 	$(BIN)/python -c 'import bokeh, panel; print("Panel", panel.__version__, "Bokeh", bokeh.__version__)'
-	$(PYTEST) tests/app --ignore tests/app/cli -m "not (slow or ui or scenario)"
+	$(PYTEST) tests/app --ignore tests/app/cli --loading panel -m "not (slow or ui or scenario)"
 
 bench: $(VENV)/.checks
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only
