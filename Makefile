@@ -7,12 +7,13 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-# Further requirements of the environment, such as 'panel<1.10'.
-REQUIRE ?=
+# The oldest releases of Panel and Bokeh that the program takes, looked for before those of $(VENV).
+OLDER := $(CURDIR)/build/older-releases
 # The matrices are small: a second thread of the linear algebra only costs time.
 export OMP_NUM_THREADS ?= 1
 # Files in the order in which they are collected: the browser's come last.
-PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
+WORKERS ?= 2
+PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 .PHONY: demo test test-fast test-all test-app bench docs clean
 
@@ -36,27 +37,35 @@ test-all: $(VENV)/.checks
 	$(BIN)/mypy
 	$(PYTEST)
 
-# The part that depends on the releases of Panel and Bokeh, without a browser; commands load neither.
-test-app: $(VENV)/.checks
-	$(PYTEST) tests/app --ignore tests/app/cli -m "not (slow or ui or scenario)"
+# The pages with the older releases of Panel and Bokeh, without a browser.
+test-app: export PYTHONPATH := $(OLDER)
+test-app: $(OLDER)/.complete
+	$(BIN)/python -m pip check
+	$(BIN)/python -c 'import bokeh, panel; print("Panel", panel.__version__, "Bokeh", bokeh.__version__)'
+	$(PYTEST) tests/app --ignore tests/app/cli --loading panel -m "not (slow or ui or scenario)"
 
 bench: $(VENV)/.checks
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only
 
 clean:
-	rm -rf .venv .venv-older .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
+	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
 
 # The stamps say what is installed; the checks need the program too. Kernels are compiled here, so
 # that neither a visitor nor a test waits for them.
 $(VENV)/.program: pyproject.toml | $(VENV)/bin/pip
-	$(BIN)/pip install --quiet --editable '.[dashboard]' $(REQUIRE)
+	$(BIN)/pip install --quiet --editable '.[dashboard]'
 	$(BIN)/python -m vsep_app.jobs.warmup
 	touch $@
 
 $(VENV)/.checks: pyproject.toml | $(VENV)/bin/pip
-	$(BIN)/pip install --quiet --editable '.[dev]' $(REQUIRE)
+	$(BIN)/pip install --quiet --no-compile --editable '.[dev]'
 	$(BIN)/python -m vsep_app.jobs.warmup
 	touch $@ $(VENV)/.program
+
+$(OLDER)/.complete: $(VENV)/.checks
+	rm -rf $(OLDER)
+	$(BIN)/pip install --quiet --no-compile --no-deps --target $(OLDER) 'panel<1.10' 'bokeh<3.10'
+	touch $@
 
 $(VENV)/bin/pip:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \

@@ -1,5 +1,6 @@
 """Fixtures that tests of several modules share: tiny radars and frames, and where things are."""
 
+import ast
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +20,28 @@ settings.load_profile("vsep")
 FrameArrays = Callable[..., dict[str, Any]]
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the choice of tests by what they load."""
+    parser.addoption("--loading", metavar="LIBRARY", help="only files whose tests load a library")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave the browser to the end: its driver keeps an event loop running in this thread."""
     items.sort(key=lambda item: item.get_closest_marker("ui") is not None)
+    library = config.getoption("--loading")
+    if library is not None:
+        loading = {path for path in {item.path for item in items} if loads(path, library)}
+        config.hook.pytest_deselected(items=[item for item in items if item.path not in loading])
+        items[:] = [item for item in items if item.path in loading]
+
+
+def loads(path: Path, library: str) -> bool:
+    """Whether the tests of a file load a library, by themselves or by the served dashboard."""
+    from tests.test_imports import imports_of, reached_from
+
+    text = path.read_text()
+    reached = reached_from(*imports_of(ast.parse(text)))
+    return "app_server" in text or library in {name.split(".")[0] for name in reached}
 
 
 @pytest.fixture(scope="session")
@@ -55,3 +75,11 @@ def frame_arrays() -> FrameArrays:
         return {key: value for key, value in (arrays | changes).items() if value is not None}
 
     return make
+
+
+@pytest.fixture(scope="session")
+def compiled_kernels() -> None:
+    """Machine code is kept: compiling it takes more memory than what is done with it."""
+    from vsep_app.jobs.warmup import compile_everything
+
+    compile_everything()

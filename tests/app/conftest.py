@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import os
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -125,6 +126,7 @@ def raw_capture() -> RawCapture:
 @contextlib.contextmanager
 def served(**options: Any) -> Iterator[Any]:
     """Serve the dashboard from a thread with its own event loop, with options of `make_server`."""
+    from vsep_app.server import sessions
     from vsep_app.server.main import make_server
 
     ready, box = threading.Event(), {}
@@ -140,6 +142,7 @@ def served(**options: Any) -> Iterator[Any]:
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()
     assert ready.wait(60)
+    sessions.shared_pool().queue().submit(os.getpid).result(60)  # a worker is there
     server = box["server"]
     yield server
 

@@ -248,22 +248,13 @@ def test_routes_that_no_page_uses_are_not_there(app_server, route):
     assert get(app_server, route)[0] == 404
 
 
-@pytest.mark.parametrize("kind", ["unsigned", "signed by another", "own"])
-def test_a_connection_needs_a_token_of_this_server(app_server, kind):
-    """A web socket that comes with a foreign token is closed before it gets a message."""
+def first_message(server, token):
+    """Return what a connection gets, nothing if it is closed before."""
     from tornado.httpclient import HTTPRequest
     from tornado.websocket import websocket_connect
 
-    token = {
-        "unsigned": lambda: generate_jwt_token("mine", signed=False),
-        "signed by another": lambda: generate_jwt_token(
-            generate_session_id(secret_key=b"other", signed=True), secret_key=b"other", signed=True
-        ),
-        "own": lambda: token_of(get(app_server, "/studies")[1]),
-    }[kind]()
-
-    async def first_message():
-        request = HTTPRequest(f"ws://127.0.0.1:{app_server.port}/studies/ws")
+    async def connect():
+        request = HTTPRequest(f"ws://127.0.0.1:{server.port}/studies/ws")
         connection = await websocket_connect(request, subprotocols=["bokeh", token])
         message = await asyncio.wait_for(connection.read_message(), 20)
         connection.close()
@@ -273,8 +264,36 @@ def test_a_connection_needs_a_token_of_this_server(app_server, kind):
             last = await asyncio.wait_for(connection.read_message(), 20)
         return message
 
-    message = asyncio.run(first_message())
+    return asyncio.run(connect())
+
+
+@pytest.mark.parametrize("kind", ["unsigned", "signed by another", "own"])
+def test_a_connection_needs_a_token_of_this_server(app_server, kind):
+    """A web socket that comes with a foreign token is closed before it gets a message."""
+    token = {
+        "unsigned": lambda: generate_jwt_token("mine", signed=False),
+        "signed by another": lambda: generate_jwt_token(
+            generate_session_id(secret_key=b"other", signed=True), secret_key=b"other", signed=True
+        ),
+        "own": lambda: token_of(get(app_server, "/studies")[1]),
+    }[kind]()
+
+    message = first_message(app_server, token)
     assert (message is not None) == (kind == "own")
+
+
+def test_a_connection_whose_page_cannot_be_built_is_closed(app_server, monkeypatch, caplog):
+    """As while there are too few descriptors: its browser would wait for ever."""
+
+    def refuse(*_):
+        raise OSError("too many open files")
+
+    monkeypatch.setattr("panel.io.application.Application.initialize_document", refuse)
+    key = app_server._tornado.secret_key
+    session = generate_session_id(secret_key=key, signed=True)
+    token = generate_jwt_token(session, secret_key=key, signed=True)
+    assert first_message(app_server, token) is None
+    assert "a page could not be opened" in caplog.text
 
 
 @pytest.mark.parametrize("query", ["x=%C2%B2", "preset=[1]&seed={&snr=%F0%9F%98%80&wind=[]"])

@@ -1,4 +1,6 @@
+import contextlib
 import errno
+import importlib
 import os
 import signal
 import subprocess
@@ -13,6 +15,7 @@ from vsep_app.jobs import pool as pool_module
 from vsep_app.jobs import worker as worker_module
 from vsep_app.jobs.pool import SLOW_JOB_S, WorkerPool
 from vsep_app.jobs.worker import Limited, Worker
+from vsep_app.server.process_figures import all_memory_mb, memory_mb
 
 from tests.app.test_run_session import _state, _step
 from vsep.errors import InputError
@@ -26,9 +29,15 @@ PATIENCE_S = 60.0
 @pytest.fixture(scope="module")
 def pool():
     """Two workers."""
-    workers = WorkerPool((Step, SeparationState), workers=2)
+    workers = started(WorkerPool((Step, SeparationState), workers=2))
     yield workers
     workers.close()
+
+
+def started(workers):
+    """Return a pool whose processes are there."""
+    _until(lambda: workers.figures().workers == workers.num_workers)
+    return workers
 
 
 def _where(_argument=None):
@@ -236,7 +245,7 @@ def test_a_pool_without_room_for_workers_goes_on_when_there_is_room(number, monk
             raise OSError(number, os.strerror(number))
         start(worker)
 
-    workers = WorkerPool((), workers=2)
+    workers = started(WorkerPool((), workers=2))
     monkeypatch.setattr(Worker, "start", start_if_room)
     for process in workers.figures().process_ids:
         os.kill(process, signal.SIGKILL)
@@ -262,13 +271,24 @@ def test_a_pool_without_descriptors_goes_on_when_there_are_some():
 
 STARVED = """
 import os, resource, signal, time
+from pathlib import Path
 from vsep_app.jobs.pool import WorkerPool
+
+def parent(process):
+    return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1]
 
 if __name__ == "__main__":
     pool = WorkerPool((), workers=2)
+    while pool.figures().workers < 2:
+        time.sleep(0.01)
+    workers = pool.figures().process_ids
+    origin = parent(workers[0])
+    used = {int(each.name) for each in Path("/proc/self/fd").iterdir()}
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (3, hard))
-    for number in pool.figures().process_ids:
+    # One, and what the killed workers leave, which is not enough for another one.
+    few = [number for number in range(100) if number not in used][1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (few, hard))
+    for number in workers:
         os.kill(number, signal.SIGKILL)
     until = time.monotonic() + 20.0
     while pool.figures().workers and time.monotonic() < until:
@@ -277,42 +297,86 @@ if __name__ == "__main__":
     time.sleep(1.0)
     assert (pool.figures().workers, pool.figures().waiting) == (0, 1), pool.figures()
     resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
-    assert job.result(20.0) in pool.figures().process_ids
+    process = job.result(20.0)
+    assert process in pool.figures().process_ids
+    assert parent(process) == origin
     pool.close()
 """
 
 
-def test_a_worker_that_ends_at_once_is_not_started_over_and_over():
-    workers = WorkerPool((), workers=1, prepare=_end)
-    time.sleep(2.0)
-    assert workers.figures().replaced <= 4
+def _end_at_once(*_):
+    os._exit(3)
+
+
+def test_a_worker_that_ends_at_once_is_not_started_over_and_over(monkeypatch):
+    monkeypatch.setattr(worker_module, "work", _end_at_once)
+    monkeypatch.setattr(pool_module, "FIRST_RETRY_S", 0.1)
+    begun = time.monotonic()
+    workers = WorkerPool((), workers=1)
+    _until(lambda: workers.figures().replaced == 3)
+    # Each waits twice as long as the one before.
+    assert time.monotonic() - begun > 0.1 + 0.2 + 0.4
     workers.close()
 
 
-PREPARED = []
+def _loaded():
+    return "numba" in sys.modules, "panel" in sys.modules
 
 
-def _prepare():
-    PREPARED.append(os.getpid())
+def test_workers_have_kernels_before_their_first_job_and_nothing_that_draws_pages(pool):
+    assert pool.queue().submit(_loaded).result(PATIENCE_S) == (True, False)
 
 
-def _prepare_in_vain():
-    raise OSError("nothing is there")
+def test_a_process_that_cannot_prepare_does_its_jobs_all_the_same(monkeypatch, caplog):
+    def refuse():
+        raise OSError("nothing is there")
+
+    from vsep_app.jobs import warmup
+    from vsep_app.server import preloaded
+
+    monkeypatch.setattr(warmup, "separate_one_frame", refuse)
+    importlib.reload(preloaded)
+    assert "could not prepare" in caplog.text
 
 
-def _prepared():
-    return os.getpid(), list(PREPARED)
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="workers are forks on Linux")
 
 
-def test_every_worker_prepares_before_its_first_job():
-    workers = WorkerPool((), workers=2, prepare=_prepare)
-    for _ in range(4):
-        process, prepared = workers.queue().submit(_prepared).result(PATIENCE_S)
-        assert prepared == [process]
-    workers.close()
+@LINUX
+def test_a_worker_in_the_place_of_a_killed_one_has_nothing_to_load(pool):
+    started(pool)
+    before = set(pool.figures().process_ids)
+    for number in before:
+        os.kill(number, signal.SIGKILL)
+    _until(lambda: before.isdisjoint(pool.figures().process_ids))
+    # Loading the kernels alone takes a second and a half of it.
+    assert pool.queue().submit(time.process_time).result(PATIENCE_S) < 0.5
 
 
-def test_a_worker_that_cannot_prepare_does_its_jobs_all_the_same():
-    workers = WorkerPool((), workers=1, prepare=_prepare_in_vain)
-    assert workers.queue().submit(_same, 3).result(PATIENCE_S) == 3
-    workers.close()
+@LINUX
+def test_workers_share_what_they_have_loaded(pool):
+    from tests.load.chaos import origins_of
+
+    (origin,) = origins_of(os.getpid())
+    started(pool)
+    assert all_memory_mb(origin) < 1.3 * memory_mb(origin)
+
+
+@LINUX
+def test_workers_outlive_the_process_that_they_are_forks_of_and_another_is_made(pool):
+    from tests.load.chaos import origins_of
+
+    (origin,) = origins_of(os.getpid())
+    before = set(started(pool).figures().process_ids)
+    os.kill(origin, signal.SIGKILL)
+    _until(lambda: origins_of(os.getpid()) == [])
+    assert pool.queue().submit(_where).result(PATIENCE_S) in before
+    # What takes too long is ended all the same.
+    with pytest.raises(InputError, match="takes more than"):
+        pool.queue().submit(_within(_sleep, seconds=0.1), 600.0).result(PATIENCE_S)
+    _until(lambda: len(before.symmetric_difference(pool.figures().process_ids)) == 2)
+    for number in before:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(number, signal.SIGKILL)
+    assert pool.queue().submit(_where).result(PATIENCE_S) not in before
+    assert len(origins_of(os.getpid())) == 1

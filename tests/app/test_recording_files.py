@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 from vsep_app.pages.recording import files
-from vsep_app.pages.recording.files import DroppedFiles, DropZone, StoredFile
+from vsep_app.pages.recording.files import DroppedFiles, DropZone
+from vsep_app.pages.recording.stored_file import StoredFile
 
 from vsep.errors import InputError
 

@@ -11,7 +11,7 @@ import pytest
 from vsep_app.jobs.run_session import Phase, Snapshot
 from vsep_app.jobs.tasks import read_upload
 from vsep_app.model.settings import LOADED_FRAME, Settings
-from vsep_app.pages.recording.files import StoredFile
+from vsep_app.pages.recording.stored_file import StoredFile
 from vsep_app.pages.recording.tasks import (
     RecordingPlan,
     advance,

@@ -178,14 +178,39 @@ def _told(url: str) -> dict:
         return json.loads(answer.read())
 
 
+# They outlive the process that they are forks of, and are then no longer below the server.
+_seen: dict[int, set[int]] = {}
+
+
 def workers_of(server: int) -> list[int]:
     """Return the numbers of the worker processes of a server that live."""
+    found = _seen.setdefault(server, set())
+    found.update(_children(server, b"spawn_main"))
+    for origin in origins_of(server):
+        found.update(_children(origin, b"forkserver"))
+    found.intersection_update(each for each in found if _lives(each))
+    return sorted(found)
+
+
+def _lives(process: int) -> bool:
+    with contextlib.suppress(OSError):
+        return (Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]) != "Z"
+    return False
+
+
+def origins_of(server: int) -> list[int]:
+    """Return the number of the process that workers are forks of, if it lives."""
+    return _children(server, b"forkserver")
+
+
+def _children(parent: int, word: bytes) -> list[int]:
+    """Return the numbers of living processes of a parent whose command has a word in it."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError, IndexError):
-            state, parent = (folder / "stat").read_text().rpartition(")")[2].split()[:2]
+            state, its_parent = (folder / "stat").read_text().rpartition(")")[2].split()[:2]
             command = (folder / "cmdline").read_bytes()
-            if int(parent) == server and state != "Z" and b"spawn_main" in command:
+            if int(its_parent) == parent and state != "Z" and word in command:
                 found.append(int(folder.name))
     return found
 
@@ -238,7 +263,8 @@ async def chaos(
                 each.calm_since = time.monotonic()
         elif workers := workers_of(server):
             num_killed += 1
-            kill(chance.choice(workers))
+            # Now and then it meets the process that they are forks of.
+            kill(chance.choice(workers + origins_of(server)))
     await living
     return survivors, watch, num_killed
 

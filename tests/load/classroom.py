@@ -291,11 +291,6 @@ def health(url: str) -> dict:
     return json.loads(_get(url + "health"))
 
 
-def memory_mb(figures: dict) -> float:
-    """Return the memory of the server and its workers."""
-    return figures["server_mb"] + sum(one or 0.0 for one in figures["workers_mb"])
-
-
 @contextlib.contextmanager
 def serving(*options: str) -> Iterator[tuple[subprocess.Popen, str]]:
     """Serve the dashboard in a process of its own; yield that and its address."""
@@ -361,7 +356,7 @@ async def lesson(
 def summary(students: list[Student], healths: list[dict], empty_mb: float) -> dict:
     """Return the figures of a lesson."""
     latencies = sorted(one for each in students for one in each.latencies)
-    memory = [memory_mb(one) for one in healths]
+    memory = [one["all_mb"] for one in healths]
     num_pictures = sum(len(each.pictures) for each in students)
 
     def cpu_ms(who) -> float:
@@ -468,7 +463,7 @@ async def _main(options: argparse.Namespace) -> None:
         # The first page loads what all others share.
         await lesson(url, sessions=1, seconds=5.0, pause_s=(1.0, 2.0))
         await asyncio.sleep(8.0)
-        empty_mb = memory_mb(health(url))
+        empty_mb = health(url)["all_mb"]
         seconds = 60.0 * options.minutes
         browsers = [
             asyncio.to_thread(watch, url, seconds + options.sessions)
@@ -482,7 +477,7 @@ async def _main(options: argparse.Namespace) -> None:
             pause_s=tuple(options.pause),
             reopen_every_s=options.reopen_every,
         )
-        history = [(round(h["at_s"]), round(h["server_mb"]), round(memory_mb(h))) for h in healths]
+        history = [(round(h["at_s"]), round(h["server_mb"]), round(h["all_mb"])) for h in healths]
         sys.stdout.write(json.dumps({"s, server MB, in all MB": history[::12]}) + "\n")
         figures = summary(students, healths, empty_mb)
         for latencies in await watching:

@@ -34,9 +34,8 @@ print(json.dumps(marks))
 pytestmark = pytest.mark.skipif(not STATUS.exists(), reason="no memory is told on this system")
 
 
+@pytest.mark.usefixtures("compiled_kernels")
 def test_a_run_takes_little_more_than_its_kernels_do():
-    # Compiling the kernels takes more memory than the frame; after an installation it is over.
-    subprocess.run([sys.executable, "-m", "vsep_app.jobs.warmup"], check=True, capture_output=True)
     command = [sys.executable, "-W", "error", "-c", PROGRAM]
     told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     before, first, second = json.loads(told)

@@ -38,9 +38,8 @@ pytestmark = pytest.mark.skipif(not STATUS.exists(), reason="no memory is told o
 
 
 @pytest.fixture(scope="module")
-def outcome():
-    # Compiling the kernels takes more memory than the frame; after an installation it is over.
-    subprocess.run([sys.executable, "-m", "vsep_app.jobs.warmup"], check=True, capture_output=True)
+def outcome(compiled_kernels):
+    del compiled_kernels
     command = [sys.executable, "-W", "error", "-c", PROGRAM]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 

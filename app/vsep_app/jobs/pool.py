@@ -122,17 +122,9 @@ class WorkerPool:
         Classes of records that are sent once, see `ObjectCache`.
     workers : int or None
         Number of processes; None: one more than there are cores.
-    prepare : callable, optional
-        What every process does before its first job.
     """
 
-    def __init__(
-        self,
-        kept: tuple[type, ...],
-        *,
-        workers: int | None = None,
-        prepare: Callable[[], object] | None = None,
-    ) -> None:
+    def __init__(self, kept: tuple[type, ...], *, workers: int | None = None) -> None:
         self.num_workers = workers or available_cores() + SPARE_WORKERS
         self._most_slow = max(1, self.num_workers - 1)
         self._changed = threading.Condition(threading.RLock())
@@ -141,9 +133,7 @@ class WorkerPool:
         self._at_work: dict[Job, bool] = {}
         self._num_done = self._num_replaced = 0
         self._closed, self._lacks_room = threading.Event(), False
-        self._workers = [Worker(kept, prepare) for _ in range(self.num_workers)]
-        for worker in self._workers:
-            self._start(worker)
+        self._workers = [Worker(kept) for _ in range(self.num_workers)]
         self._threads = [
             threading.Thread(target=self._serve, args=(worker,), daemon=True, name="vsep-pool")
             for worker in self._workers
@@ -231,11 +221,12 @@ class WorkerPool:
             del job
 
     def _replace(self, worker: Worker, delay_s: float) -> float:
-        """Start another process for one that ended; return what to wait before the next attempt."""
+        """Start the first process, or another one; return what to wait before the next attempt."""
         too_soon = time.monotonic() - worker.started_at < _SHORT_LIFE_S
         if too_soon and self._closed.wait(delay_s):
             return delay_s
-        if self._start(worker):
+        is_another = worker.process_id > 0
+        if self._start(worker) and is_another:
             with self._changed:
                 self._num_replaced += 1
         return min(2.0 * delay_s, MAX_RETRY_S) if too_soon else delay_s

@@ -1,16 +1,21 @@
 """A worker process, seen from the server, and what goes on in it."""
 
+import gc
 import logging
 import math
 import multiprocessing
 import os
 import pickle
+import select
 import signal
+import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Protocol
@@ -29,6 +34,11 @@ _LOG = logging.getLogger(__name__)
 MAX_UNWANTED_S = 2.0
 LOOK_EVERY_S = 0.25
 _MEGABYTE = 2**20
+# Workers are forks of one process that has done this once: they share its memory, and another one
+# is there within milliseconds. A fork of the server itself, which has threads, may lock up.
+_PRELOADED = "vsep_app.server.preloaded"
+# Starting a process takes seven. What it is to be a fork of ends when it is asked by halves.
+_NUM_DESCRIPTORS = 8
 # The environment is changed while a process starts.
 _STARTING = threading.Lock()
 
@@ -94,8 +104,8 @@ class TookTooLongError(Exception):
 class Worker:
     """One process, seen from the server; it is yet to be started."""
 
-    def __init__(self, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
-        self._kept, self._prepare = kept, prepare
+    def __init__(self, kept: tuple[type, ...]) -> None:
+        self._kept = kept
         self._process: Any = None
         self.started_at = -math.inf  #: Last attempt, by the monotonic clock.
         self._pipe: Connection[Any, Any] | None = None
@@ -107,30 +117,43 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether the process is there."""
-        return self._process is not None and bool(self._process.is_alive())
+        """Whether the process is there.
+
+        Where it is a fork, what it is a fork of would tell of its end, but may have ended before;
+        so its end of the pipe is looked at, where the system can.
+        """
+        if self._process is None or self._pipe is None:
+            return False
+        if not hasattr(select, "poll"):
+            return bool(self._process.is_alive())
+        return not self._hangs_up(0.0)
 
     def start(self) -> None:
         """Start the process, or another one after it has ended.
 
         Raises `OSError` where the system has no room for another process or pipe.
         """
-        # Spawned, not forked: a fork of a process with threads (a server, BLAS) may lock up.
-        context = multiprocessing.get_context("spawn")
+        context = _context()
         self.started_at = time.monotonic()
         if self._pipe is not None:
             self._pipe.close()
-        self._pipe, theirs = context.Pipe()
+        _require_descriptors(_NUM_DESCRIPTORS)
+        ours, theirs = context.Pipe()
         process = context.Process(
-            target=work, args=(theirs, self._kept, self._prepare), daemon=True, name="vsep-worker"
+            target=work, args=(theirs, self._kept), daemon=True, name="vsep-worker"
         )
         try:
             with _STARTING, single_threaded():
                 process.start()
+        except BaseException as error:
+            ours.close()
+            if isinstance(error, EOFError):
+                raise OSError("the process that workers are forks of has ended") from error
+            raise
         finally:
             theirs.close()
         self._object_cache = ObjectCache(self._kept, serving=True)
-        self._process = process
+        self._process, self._pipe = process, ours
 
     def do(self, job: AnyJob) -> tuple[float, bool, Any]:
         """Have a job done; return its seconds, whether it went well, and result or exception.
@@ -162,6 +185,20 @@ class Worker:
         if self._process is not None:
             self._process.kill()
             self._process.join()
+        if self.alive:  # and what it is a fork of has ended
+            with suppress(ProcessLookupError):
+                os.kill(self.process_id, signal.SIGKILL)
+            self._hangs_up(MAX_UNWANTED_S)
+
+    def _hangs_up(self, seconds: float) -> bool:
+        """Whether the other end of the pipe is closed, or will be within some time."""
+        assert self._pipe is not None
+        pipe = select.poll()
+        try:
+            pipe.register(self._pipe, 0)
+        except (OSError, ValueError):  # closed here by another thread
+            return True
+        return bool(pipe.poll(1000.0 * seconds))
 
     def _give_up_if_due(self, job: AnyJob, now: float, started: float) -> None:
         if job.unwanted_since is not None and now - job.unwanted_since > MAX_UNWANTED_S:
@@ -171,14 +208,32 @@ class Worker:
             raise TookTooLongError(job.function.lack_of_time)
 
 
-def work(pipe: Connection, kept: tuple[type, ...], prepare: Callable[[], object] | None) -> None:
+def _context() -> Any:
+    """Return how processes are started here; a process that is forked listens in a folder."""
+    try:
+        tempfile.gettempdir()
+    except OSError:
+        return multiprocessing.get_context("spawn")
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([_PRELOADED])
+    return context
+
+
+def _require_descriptors(number: int) -> None:
+    """Raise `OSError` where this process can open no more so many files."""
+    with ExitStack() as opened:
+        for _ in range(number):
+            opened.callback(os.close, os.open(os.devnull, os.O_RDONLY))
+
+
+def work(pipe: Connection, kept: tuple[type, ...]) -> None:
     """Do jobs until the other end of the pipe is closed; the body of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if prepare is not None:
-        try:
-            prepare()
-        except Exception as problem:  # the jobs may do all the same
-            _LOG.error("a worker could not prepare", exc_info=problem)
+    import_module(_PRELOADED)
+    # What is shared stays so: looking for garbage would write to it.
+    gc.freeze()
     object_cache = ObjectCache(kept, serving=False)
     while True:
         try:

@@ -2,11 +2,11 @@
 
 import json
 import os
-from pathlib import Path
 from typing import Any
 
 from tornado.web import RequestHandler
 
+from vsep_app.server.process_figures import all_memory_mb, cpu_s, memory_mb
 from vsep_app.server.sessions import SessionRegistry, shared_pool
 
 MEGABYTE = 1e6
@@ -37,7 +37,7 @@ def figures(registry: SessionRegistry) -> dict[str, Any]:
         registry.shared_resources,
     )
     return {
-        "status": OK if pool.workers else "no worker process can be started",
+        "status": OK if pool.workers else "no worker process is running",
         "pages": len(open_sessions),
         "pages_watched": sum(session.watched() for session in open_sessions),
         "pages_at_most": registry.rules.most_pages,
@@ -54,27 +54,9 @@ def figures(registry: SessionRegistry) -> dict[str, Any]:
         "shortest_time_between_pictures_s": shared_resources.pace.period_s,
         "shared_runs": len(shared_resources.runs),
         "shared_runs_mb": shared_resources.runs.size / MEGABYTE,
+        "all_mb": all_memory_mb(os.getpid()),
         "server_mb": memory_mb(os.getpid()),
         "workers_mb": [memory_mb(number) for number in pool.process_ids],
         "server_cpu_s": cpu_s(os.getpid()),
         "workers_cpu_s": [cpu_s(number) for number in pool.process_ids],
     }
-
-
-def memory_mb(process_id: int) -> float | None:
-    """Return the resident memory of a process; None where the system does not tell."""
-    try:
-        pages = int(Path(f"/proc/{process_id}/statm").read_text().split()[1])
-    except OSError:
-        return None
-    return pages * os.sysconf("SC_PAGE_SIZE") / MEGABYTE
-
-
-def cpu_s(process_id: int) -> float | None:
-    """Return the processor time of a process; None where the system does not tell."""
-    try:
-        # The name of the process, in brackets, may hold blanks; user and system time follow it.
-        words = Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()
-    except OSError:
-        return None
-    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")

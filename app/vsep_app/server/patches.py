@@ -39,7 +39,7 @@ from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT, MessageGuard
 
 _log = logging.getLogger(__name__)
 # Why a connection is closed, by RFC 6455.
-_TOO_LARGE, _UNREADABLE, _ENDED = 1009, 1007, 1001
+_TOO_LARGE, _UNREADABLE, _ENDED, _FAILED = 1009, 1007, 1001, 1011
 _FOREIGN = ("bokeh-session-id", "bokeh-token")
 # What the pages show is made of classes of these packages.
 _SERVED = ("panel", "panel_material_ui", "vsep_app")
@@ -61,6 +61,14 @@ class PromptHandler(WSHandler):
         """Whether the request came through the entry, which has looked at its origin."""
         del origin
         return hasattr(self.request, "role")
+
+    async def _async_open(self, token: str) -> None:
+        """Open the session; a connection without one would wait for ever, and is closed."""
+        try:
+            await super()._async_open(token)
+        except Exception as error:
+            _log.error("a page could not be opened", exc_info=error)
+            self.close(_FAILED, "The page could not be opened.")
 
     async def on_message(self, fragment: str | bytes) -> None:
         """Take a part of a message; all of a message together has a bound, too."""

@@ -23,7 +23,6 @@ from vsep_app.jobs.pool import ClientQueue, WorkerPool
 from vsep_app.jobs.run_session import MAX_KEPT
 from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.jobs.tasks import Prepared
-from vsep_app.jobs.warmup import separate_one_frame
 from vsep_app.model.settings import Plan
 from vsep_app.model.static_picture import StaticPicture
 from vsep_app.pages.base import PageBase, PageContext
@@ -96,7 +95,7 @@ class ServerLimits:
 @cache
 def shared_pool() -> WorkerPool:
     """Return the workers that all sessions share."""
-    return WorkerPool(KEPT, prepare=separate_one_frame)
+    return WorkerPool(KEPT)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -29,33 +29,63 @@ def test_version_and_help_are_given(capsys: pytest.CaptureFixture[str]) -> None:
         assert "example" in capsys.readouterr().out
 
 
-def loaded_by(*arguments: str) -> set[str]:
-    """Return the modules that a command line loads."""
-    code = (
-        "import sys\nfrom vsep_app.cli.main import main\n"
-        f"try:\n    main({list(arguments)!r})\nexcept SystemExit:\n    pass\n"
-        "print(*sys.modules, file=sys.stderr)"
-    )
-    process = start_process(code)
-    said, modules = process.communicate(timeout=60)
+# The libraries of all commands are loaded once; each command line is then given in a fork.
+LOADED = """\
+import contextlib, importlib, io, json, os, sys
+from vsep_app.cli.main import main
+
+def given(words):
+    read, write = os.pipe()
+    if os.fork() == 0:
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
+            main(words)
+        with open(write, "w") as pipe:
+            json.dump([said.getvalue(), *sys.modules], pipe)
+        os._exit(0)
+    os.close(write)
+    with open(read) as pipe:
+        return json.load(pipe)
+
+lines, libraries = json.loads(sys.argv[1])
+told = [given(lines[0]), given(lines[1])]
+for library in libraries:
+    importlib.import_module(library)
+print(json.dumps(told + [given(words) for words in lines[2:]]))
+"""
+LINES = [["--help"], ["--version"], *([command, "--help"] for command in cli.COMMANDS)]
+NUMBERS = ("numpy", "scipy.fft", "scipy.linalg", "scipy.ndimage", "scipy.optimize", "scipy.signal")
+
+
+@pytest.fixture(scope="module")
+def loaded() -> dict[str, set[str]]:
+    """The modules that each command line loads."""
+    process = start_process(LOADED, json.dumps([LINES, NUMBERS]))
+    told, _ = process.communicate(timeout=60)
     assert process.returncode == 0
-    assert "usage: vsep" in said or said.startswith("vsep ")
-    return set(modules.split())
+    modules = {}
+    for words, (said, *names) in zip(LINES, json.loads(told), strict=True):
+        assert "usage: vsep" in said or said.startswith("vsep ")
+        modules[words[0]] = set(names)
+    return modules
 
 
 @pytest.mark.parametrize("option", ["--help", "--version"])
-def test_help_and_version_load_no_command_and_no_numbers(option: str) -> None:
+def test_help_and_version_load_no_command_and_no_numbers(
+    loaded: dict[str, set[str]], option: str
+) -> None:
     heavy = {"numpy", "scipy", "numba"}
-    assert not loaded_by(option) & (heavy | {module for module, _ in cli.COMMANDS.values()})
+    assert not loaded[option] & (heavy | {module for module, _ in cli.COMMANDS.values()})
 
 
 @pytest.mark.parametrize("command", cli.COMMANDS)
-def test_help_of_a_command_loads_it_alone_and_nothing_that_draws(command: str) -> None:
-    loaded = loaded_by(command, "--help")
+def test_help_of_a_command_loads_it_alone_and_nothing_that_draws(
+    loaded: dict[str, set[str]], command: str
+) -> None:
     modules = {module for module, _ in cli.COMMANDS.values()}
-    assert loaded & modules == {cli.COMMANDS[command][0]}
+    assert loaded[command] & modules == {cli.COMMANDS[command][0]}
     drawing = {"panel", "bokeh", "holoviews", "matplotlib", "param", "pandas", "PIL"}
-    assert not loaded & (drawing | {"numba"})
+    assert not loaded[command] & (drawing | {"numba"})
 
 
 def test_every_command_is_in_the_help_with_its_summary(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,27 +2,19 @@
 
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import panel_material_ui as pmu
 
 from vsep.errors import InputError
+from vsep_app.pages.recording.stored_file import StoredFile
 
 MAX_FILE = 256 * 2**20
 """Bytes; a raw capture of many frames."""
 
 _MEGABYTE = 2**20
 _MOST_AT_ONCE = MAX_FILE + _MEGABYTE  # a recording and its settings
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredFile:
-    """A file on this machine."""
-
-    path: str  #: Where it is.
-    name: str  #: What its owner calls it.
 
 
 class DroppedFiles:

@@ -16,7 +16,7 @@ from vsep.errors import InputError
 from vsep.recordings.captures_in_folder import copy_captures, existing, next_captures
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.recording import tasks
-from vsep_app.pages.recording.files import StoredFile
+from vsep_app.pages.recording.stored_file import StoredFile
 from vsep_app.pages.recording.tasks import FileFacts, RecordingPlan
 from vsep_app.widgets.fields import field, pair
 from vsep_app.widgets.layout import heading, html_pane

@@ -23,9 +23,10 @@ from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settin
 from vsep_app.pages.base import PageContext, page_frame
 from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.dropped import completed, is_settings, text_of
-from vsep_app.pages.recording.files import DroppedFiles, StoredFile
+from vsep_app.pages.recording.files import DroppedFiles
 from vsep_app.pages.recording.folder import FolderPanel
 from vsep_app.pages.recording.form import RecordingForm
+from vsep_app.pages.recording.stored_file import StoredFile
 from vsep_app.pages.recording.tasks import FileFacts, PreparedRecording, RecordingPlan
 from vsep_app.pages.recording.view import RecordingView
 from vsep_app.pages.run_page import RunPage

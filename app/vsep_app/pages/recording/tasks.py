@@ -36,7 +36,7 @@ from vsep_app.jobs.worker import Limited
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import Plan
 from vsep_app.model.static_picture import ByteArray
-from vsep_app.pages.recording.files import StoredFile
+from vsep_app.pages.recording.stored_file import StoredFile
 
 PREPARE_S = 60.0  # a recording of the largest size, and the first state of its estimator
 FIGURES_S = 120.0  # a whole run beside
