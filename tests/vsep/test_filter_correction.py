@@ -2,6 +2,7 @@
 
 import pickle
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -164,6 +165,27 @@ def mismatched(order, sir_db, seed):
     model = SignalModel.of_radar(scenario.radar, assumed)
     separator = FactorisedSeparator(model=model, object_threshold_db=9.0)
     return observation.truth.beats[0], observation.received, separator
+
+
+def splines_after(num_steps, separator, received):
+    """Splines that are active after so many iterations."""
+    return [
+        step.state.filter_correction.num_splines
+        for step in islice(iterate(separator, received), num_steps)
+    ][-1]
+
+
+@pytest.mark.parametrize("order", [4, 8])
+def test_a_wrong_filter_is_told_before_its_errors_become_objects(order):
+    _, received, separator = mismatched(order, -40.0, 2)
+    assert splines_after(3, separator, received) > 0
+
+
+@pytest.mark.parametrize("name", ["simulation-1", "simulation-2-b"])
+def test_the_right_filter_is_not_doubted_while_channels_are_incomplete(name):
+    scenario, observation = simulate_preset(name, snr_db=60.0, sir_db=-40.0, seed=3)
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
+    assert splines_after(5, FactorisedSeparator(model=model), observation.received) == 0
 
 
 def test_paused_and_resumed_run_is_the_same_with_a_correction():

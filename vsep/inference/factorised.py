@@ -94,7 +94,8 @@ class FactorisedSeparator(ObjectSettings):
             precision = self.burst_precision(state, state.noise_precision)
             interference.update(residual, precision)  # Algorithm 2 on every ramp
             if self.correction_due(state, searched=searched):
-                update_correction(interference, residual, precision)
+                early = interference.schedule.correction_is_early(state.iteration)
+                update_correction(interference, residual, precision, early=early)
 
         # tr(Phi C Phi^H) + tr(U Psi C Psi^H U^H)
         traces = self._object_trace(state) + interference.trace

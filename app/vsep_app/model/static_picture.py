@@ -256,9 +256,9 @@ def _levels_text(radar: ChirpSequence, truth: GroundTruth | None) -> str:
     burst_energy = float(np.sum(np.abs(truth.interference_signal) ** 2))
     if burst_energy > 0.0:
         share = float(np.mean(truth.interfered_samples()))
-        sir_db = to_db(energy / burst_energy)
+        sir_db = round(float(to_db(energy / burst_energy)), 6) + 0.0  # no minus before a zero
         parts.append(
-            f"SIR {round(sir_db, 1) + 0.0:.1f} dB in total ({sir_db + to_db(share):.1f} dB inside the bursts, "
+            f"SIR {sir_db:.1f} dB in total ({sir_db + to_db(share):.1f} dB inside the bursts, "
             f"{100.0 * share:.0f} % of the samples)"
         )
     return "; ".join(parts)

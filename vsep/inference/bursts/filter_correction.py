@@ -40,7 +40,11 @@ UNSEEN: Final = 1e-9  # share of a spline's energy that the channels must leave 
 
 
 def update_correction(
-    work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
+    work: InterferenceWorkspace,
+    residual: ComplexArray,
+    noise_precision: float,
+    *,
+    early: bool = False,
 ) -> None:
     """Activate, estimate and prune the splines of the filter's correction; the bursts follow.
 
@@ -52,13 +56,16 @@ def update_correction(
         Received signal minus the objects.
     noise_precision : float
         lambda.
+    early : bool
+        Whether a first spline needs as much evidence as a first component in every ramp.
     """
     if not np.isfinite(work.assumed.anti_aliasing_filter.cutoff_hz) or len(work.table) == 0:
         return
+    first = _first_threshold(work) * (len(work.table.interfered) if early else 1)
     if work.correction.num_splines == 0:
         # One evaluation tells whether any spline can become active at all.
         ratios = passive_spline_ratios(work, residual, noise_precision)
-        if ratios.max() <= _first_threshold(work):
+        if ratios.max() <= first:
             return
     # A^H (I - lambda X C X^H) A and its projections
     gram, projections = SplineModel(work, residual, noise_precision).moments()
@@ -71,11 +78,12 @@ def update_correction(
     )
     least = _least_precision(work.assumed)
     # Algorithm 4: add
-    splines, active = _add_splines(work, splines, active, (gram, projections), least)
+    moments = gram, projections
+    splines, active = _add_splines(work, splines, active, moments, (first, least))
     splines, active = _update_splines(work, splines, active, least)  # Algorithm 4: update, prune
     correction = NO_CORRECTION
     # the whole correction must gain as much as a first component
-    if _log_evidence(active) > _first_threshold(work):
+    if _log_evidence(active) > first:
         correction = FilterCorrection(
             active_splines=splines,
             amplitudes=active.amplitudes,
@@ -246,12 +254,16 @@ def _add_splines(
     splines: IntArray,
     active: ActiveSet,
     moments: tuple[ComplexArray, ComplexArray],
-    least_precision: float,
+    limits: tuple[float, float],
 ) -> tuple[IntArray, ActiveSet]:
-    """Activate the best passive splines; the first needs what a ramp's first component needs."""
+    """Activate the best passive splines; the limits are what a first one needs, and the precision.
+
+    A first one needs what a ramp's first component needs, at least.
+    """
     gram, projections = moments
+    first_threshold, least_precision = limits
     for _ in range(ADDITIONS):
-        threshold = FURTHER_THRESHOLD if len(splines) else _first_threshold(work)
+        threshold = FURTHER_THRESHOLD if len(splines) else first_threshold
         ratio, inverse_rho = passive_ratios(  # (23)-(24)
             gram[splines],
             projections,

@@ -56,6 +56,10 @@ class Schedule:
         First and last iteration (from 0) in which the correction of the assumed filter is
         estimated; afterwards it stands still, because it and the channels trade slowly what makes
         no difference to the fit. None never.
+    correct_early : int or None
+        Iteration (from 0) from which the correction may begin before that, where every interfered
+        ramp asks for it: errors of a wrong filter look like objects from the first one on, but
+        with channels that are not complete a right filter looks wrong. None not at all.
     weigh_from : int or None
         Iteration (from 0) from which samples that the sources explain badly count less; earlier it
         would be bursts that are not modelled yet. None never.
@@ -83,6 +87,7 @@ class Schedule:
     refinement_steps: int = 1
     least_gain: float = 1e-4
     correct_filter: tuple[int, int] | None = None
+    correct_early: int | None = None
     weigh_from: int | None = None
     noise_spectrum: bool = False
     ends_when_calm: bool = False
@@ -118,8 +123,16 @@ class Schedule:
 
     def correction_due(self, iteration: int) -> bool:
         """Whether the assumed filter is corrected in this iteration (counted from 0)."""
-        window = self.correct_filter
-        return window is not None and window[0] <= iteration <= window[1]
+        if self.correct_filter is None:
+            return False
+        first, last = self.correct_filter
+        return self.correction_is_early(iteration) or first <= iteration <= last
+
+    def correction_is_early(self, iteration: int) -> bool:
+        """Whether every interfered ramp must ask for a correction (iterations counted from 0)."""
+        if self.correct_filter is None or self.correct_early is None:
+            return False
+        return self.correct_early <= iteration < self.correct_filter[0]
 
     def search_due(self, iteration: int) -> bool:
         """Whether the ramps are searched for bursts in this iteration (counted from 0)."""
@@ -145,6 +158,7 @@ ROBUST: Final = Schedule(
     joint_object_step=True,
     least_gain=1e-2,
     correct_filter=(4, 14),
+    correct_early=2,
     weigh_from=6,
     noise_spectrum=True,
     ends_when_calm=True,
