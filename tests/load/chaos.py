@@ -99,7 +99,7 @@ class Survivor(Student):
             await asyncio.sleep(0.02)
             if time.monotonic() - since > 3 * GOES_ON_S:
                 self.errors.append("no picture at all")
-                break
+                return
         if not reader.done():
             self.answered_after_s.append(time.monotonic() - max(since, self.calm_since))
             self.acknowledged = dict(self._places)
