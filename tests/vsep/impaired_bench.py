@@ -69,6 +69,13 @@ def missed(objects, points):
     return int(np.sum(cells.max(axis=2).min(axis=0) > 1.0))
 
 
+def ghosts(objects, points):
+    """Objects without a point within a cell."""
+    found = np.column_stack([objects.beats, objects.dopplers])
+    cells = np.abs(wrap_frequency(found[:, None] - points[None])) * SHAPE[::-1]
+    return int(np.sum(cells.max(axis=2).min(axis=1) > 1.0))
+
+
 def separated_points(rng):
     points = np.empty((0, 2))
     while len(points) < NUM_OBJECTS:

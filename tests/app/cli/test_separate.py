@@ -407,3 +407,10 @@ def test_an_interferer_of_the_same_slope_is_named(tmp_path, frame_arrays, capsys
     assert lines_of(out)[0]["parallel_ramps"] == [5, 6, 7]
     said = capsys.readouterr().err
     assert "3 of its ramps, the first is ramp 5, hold a tone that the others lack" in said
+    assert "--same-slope set-aside" in said
+    assert any(abs(one["beat"] + 0.21) < 1 / 64 for one in lines_of(out)[0]["objects"])
+    aside = ["separate", str(path), "--out", str(out), "--same-slope", "set-aside"]
+    assert cli.main(aside) == 0
+    assert lines_of(out)[0]["parallel_ramps"] == [5, 6, 7]
+    assert all(abs(one["beat"] + 0.21) > 1 / 64 for one in lines_of(out)[0]["objects"])
+    assert "they are set aside" in capsys.readouterr().err
