@@ -156,6 +156,8 @@ def run(options: argparse.Namespace) -> int:
                 say(_same_slope(line, options.same_slope))
             if options.antenna is None and "antenna" in line:
                 say(_which_antenna(line))
+            if "choice" in line:
+                say(_choice(line))
             profile.update(line.get("profile", {}))
             results.write(as_json(line) + "\n")
     if profile:
@@ -178,6 +180,10 @@ def _same_slope(line: Mapping[str, Any], choice: str) -> str:
         f"{sentence}it cannot be told from objects, and ghosts are likely. --same-slope "
         f"{SET_ASIDE} takes these ramps as missing."
     )
+
+
+def _choice(line: Mapping[str, Any]) -> str:
+    return f"{line['file']}: {line['choice']['kept']} is kept, by the evidence of the objects."
 
 
 def _which_antenna(line: Mapping[str, Any]) -> str:

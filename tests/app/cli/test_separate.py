@@ -263,11 +263,12 @@ def test_a_frame_beyond_the_memory_does_not_lose_the_others(
         (["--estimator", "magic"], "estimator is 'magic'; it must be one of factorised, joint"),
         (
             ["--estimator", "object-only", "--schedule", "paper"],
-            "--schedule is paper; object-only takes none (factorised and joint do).",
+            "--schedule is paper; object-only takes none (factorised, joint and evidence do).",
         ),
         (
             ["--estimator", "masked", "--interference-threshold-db", "40"],
-            "--interference-threshold-db is 40.0; masked takes none (factorised and joint do).",
+            "--interference-threshold-db is 40.0; masked takes none (factorised, joint and "
+            "evidence do).",
         ),
         (["--mask", "truth"], "--mask is truth; factorised takes none (masked does)."),
         (["--estimator", "object-only", "--interferer-timing"], "factorised or joint"),
