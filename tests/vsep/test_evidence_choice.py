@@ -159,6 +159,21 @@ def test_masking_is_kept_where_separation_lost_an_object_and_can_be_resumed():
     assert again.choice is Choice.MASKING
 
 
+def test_several_antennas_are_taken_together_and_missing_samples_stay_out():
+    name = "switched on or off in the band"
+    points, received = bench.scene(bench.IMPAIRED[name], 7003)
+    noise = np.random.default_rng(1).normal(size=(*bench.SHAPE, 2)) @ np.array([0.5, 0.5j])
+    missing = np.zeros((2, *bench.SHAPE), dtype=bool)
+    missing[:, 3:5] = True
+    together = make_estimator("evidence", replace(bench.MODEL, num_antennas=2), missing=missing)
+    solution = run(together, np.stack([received, 1j * received + noise]))
+    assert solution.state.choice is not None
+    assert np.isfinite(solution.state.evidence_nats)
+    assert bench.missed(solution.objects, points) < 8
+    rows = missing.reshape(-1, bench.SHAPE[1])
+    assert not solution.state.sample_weights[rows].any()
+
+
 @pytest.mark.scenario
 @pytest.mark.parametrize("name", bench.IMPAIRED)
 def test_the_choice_misses_no_more_than_either(name):

@@ -396,6 +396,15 @@ def test_a_process_is_started_for_enough_frames(monkeypatch, asked, frames, core
     assert commands._num_workers(options) == expected
 
 
+def test_what_the_evidence_kept_is_said_and_stands_in_the_line(tmp_path, frame_arrays, capsys):
+    path, out = tmp_path / "frame.npz", tmp_path / "lines.jsonl"
+    draws = np.random.default_rng(3).standard_normal((2, 16, 64))
+    np.savez(path, **frame_arrays(received=draws[0] + 1j * draws[1]))
+    assert cli.main(["separate", str(path), "--estimator", "evidence", "--out", str(out)]) == 0
+    assert lines_of(out)[0]["choice"] == {"kept": "separation", "evidence_nats": None}
+    assert "separation is kept, by the evidence of the objects" in capsys.readouterr().err
+
+
 def test_an_interferer_of_the_same_slope_is_named(tmp_path, frame_arrays, capsys):
     rng = np.random.default_rng(2)
     draws = rng.standard_normal((2, 16, 64))
