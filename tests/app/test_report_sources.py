@@ -92,7 +92,7 @@ def test_an_unknown_preset_is_one_sentence():
         ({"mask": "amplitude"}, "mask is 'amplitude'; factorised takes none; masked does."),
         (
             {"estimator": "object-only", "schedule": "paper"},
-            "schedule is 'paper'; object-only takes none; factorised and joint do.",
+            "schedule is 'paper'; object-only takes none; factorised, joint and evidence do.",
         ),
     ],
 )

@@ -141,6 +141,19 @@ def test_a_loaded_frame_brings_its_filter(small_radar):
     assert prepared.static_picture.title == "mine.npz"
 
 
+def test_ramps_of_the_same_slope_are_missing_by_choice(small_radar):
+    radar = replace(small_radar, num_ramps=16)
+    draws = np.random.default_rng(6).standard_normal((2, *radar.shape))
+    received = draws[0] + 1j * draws[1]
+    received[3] += 30.0 * np.exp(2j * np.pi * 0.2 * np.arange(radar.num_samples))
+    frame = Frame(received=received, radar=radar, name="tone")
+    for choice, expected in (("kept", None), ("set-aside", [3])):
+        plan = Settings(preset=LOADED_FRAME, same_slope=choice).plan()
+        missing = prepare(plan, frame).estimator.missing
+        ramps = None if missing is None else np.flatnonzero(missing.all(axis=1)).tolist()
+        assert ramps == expected
+
+
 def test_a_measured_filter_that_is_not_there_is_one_sentence(small_radar):
     plan = _plan(preset=LOADED_FRAME, assume_true_filter=False, assumed_kind="measured")
     with pytest.raises(InputError, match="no loaded frame brings one"):

@@ -1,10 +1,25 @@
-"""Weak objects under bursts that no model explains: clipped, switched in the band, misfiltered."""
+"""Weak objects under bursts that no model explains: clipped, switched in the band, misfiltered.
 
+As a script it writes the table of `assets/docs/mitigation.md`:
+
+    python tests/vsep/impaired_bench.py assets/results
+"""
+
+import csv
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from tests.vsep.noise_bench import FILTER, model_of
+from tests.vsep.noise_bench import FILTER, model_of, nearest
+from vsep.analysis.intervals import binomial_interval, bootstrap_interval, mean
+from vsep.inference.core.progress import Termination
+from vsep.inference.core.run import run
+from vsep.inference.deviations import state_deviations
+from vsep.inference.evidence_choice import Choice
+from vsep.inference.registry import make_estimator
+from vsep.mitigation.masks.detectors import detect_interference
 from vsep.signal.filters import ButterworthFilter
 from vsep.units import wrap_frequency
 
@@ -35,7 +50,11 @@ IMPAIRED = {
     ),
     "long": Bursts(length=150.0),
     "in every ramp": Bursts(share_of_ramps=1.0),
+    "switched, in every ramp": Bursts(level_db=60.0, switched=True, share_of_ramps=1.0),
 }
+FRAMES = 20
+SEED = 20_608
+DETECTED = ("autoregressive", "residual")
 
 
 def scene(bursts, seed):
@@ -67,6 +86,13 @@ def missed(objects, points):
     found = np.column_stack([objects.beats, objects.dopplers])
     cells = np.abs(wrap_frequency(found[:, None] - points[None])) * SHAPE[::-1]
     return int(np.sum(cells.max(axis=2).min(axis=0) > 1.0))
+
+
+def ghosts(objects, points):
+    """Objects without a point within a cell."""
+    found = np.column_stack([objects.beats, objects.dopplers])
+    cells = np.abs(wrap_frequency(found[:, None] - points[None])) * SHAPE[::-1]
+    return int(np.sum(cells.max(axis=2).min(axis=1) > 1.0))
 
 
 def separated_points(rng):
@@ -101,3 +127,75 @@ def burst(bursts, rng):
     inside = slice(SHAPE[1] * OVERSAMPLED, 2 * SHAPE[1] * OVERSAMPLED, OVERSAMPLED)
     level_db = bursts.level_db + rng.uniform(-6.0, 3.0)
     return filtered[inside] * 10.0 ** (level_db / 20.0)
+
+
+def within_deviations(state, points):
+    """Errors of beat and Doppler of the objects found, in their standard deviations."""
+    deviations = state_deviations(state, SHAPE)
+    found = [nearest(state.objects, point, SHAPE) for point in points]
+    return [
+        error / deviation
+        for match in found
+        if match is not None
+        for error, deviation in zip(
+            match[1],
+            (deviations.beats[match[0]], deviations.dopplers[match[0]]),
+            strict=True,
+        )
+    ]
+
+
+def runs_of(name, seed):
+    """Runs of a frame by what was done with its bursts, and its points."""
+    points, received = scene(IMPAIRED[name], [SEED, seed])
+    runs = {each: run(make_estimator(each, MODEL), received) for each in ("factorised", "evidence")}
+    for detector in DETECTED:
+        mask = detect_interference(detector, received)
+        runs[detector] = run(make_estimator("masked", MODEL, mask=mask), received)
+    return points, runs
+
+
+def row_of(name, frames=FRAMES):
+    """Row of the table: means over the frames with 95 % intervals."""
+    results = [runs_of(name, seed) for seed in range(frames)]
+    misses = {
+        each: np.array([missed(runs[each].objects, points) for points, runs in results], float)
+        for each in results[0][1]
+    }
+    row = {"bursts": name, "frames": frames}
+    for each, values in misses.items():
+        row[f"missed_{each}"] = values.mean()
+    for other in ("factorised", *DETECTED):
+        interval = bootstrap_interval(misses["evidence"] - misses[other], mean)
+        row[f"more_than_{other}"] = (misses["evidence"] - misses[other]).mean()
+        row[f"more_than_{other}_low"], row[f"more_than_{other}_high"] = interval.low, interval.high
+    chosen = [(points, runs["evidence"]) for points, runs in results]
+    row["ghosts_factorised"] = np.mean([ghosts(r["factorised"].objects, p) for p, r in results])
+    row["ghosts_evidence"] = np.mean([ghosts(solution.objects, p) for p, solution in chosen])
+    row["separation_kept"] = np.mean([s.state.choice is Choice.SEPARATION for _, s in chosen])
+    row["converged"] = np.mean([s.termination is Termination.CONVERGED for _, s in chosen])
+    errors = np.abs(np.concatenate([within_deviations(s.state, p) for p, s in chosen]))
+    for deviations in (1, 2):
+        inside = int(np.sum(errors < deviations))
+        interval = binomial_interval(inside, len(errors))
+        row[f"within_{deviations}"] = inside / len(errors)
+        row[f"within_{deviations}_low"] = interval.low
+        row[f"within_{deviations}_high"] = interval.high
+    return row
+
+
+def main(folder):
+    """Write the table, a row a case."""
+    with open(Path(folder) / "impaired-bursts.csv", "w", newline="", encoding="utf-8") as stream:
+        table = None
+        for name in IMPAIRED:
+            row = row_of(name)
+            if table is None:
+                table = csv.DictWriter(stream, fieldnames=list(row))
+                table.writeheader()
+            table.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
+            stream.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -53,7 +53,9 @@ def test_noise_alone_is_not_run_without_interference():
 
 
 def test_one_study_of_figure_5_compares_the_mitigation_methods_as_well():
-    assert make_study("fig-5-methods").methods == method_names()
+    # The one that chooses is the factorised one wherever its model holds.
+    compared = tuple(name for name in method_names() if name != "evidence")
+    assert make_study("fig-5-methods").methods == compared
     paper = ("object-only", "zeroing", "mca-unmasked", "factorised", NO_INTERFERENCE)
     assert set(make_study("fig-5").methods) > {*paper, "masked", "autoregressive", "iht", "mca"}
     # Any of them can be asked for in the others.

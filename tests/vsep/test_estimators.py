@@ -18,6 +18,7 @@ def test_every_name_gives_its_estimator():
         "joint": "JointSeparator",
         "object-only": "ObjectOnlySeparator",
         "masked": "MaskedSeparator",
+        "evidence": "EvidenceChosenSeparator",
     }
 
 
@@ -42,12 +43,13 @@ def test_settings_reach_the_estimators_that_have_them():
         (
             "object-only",
             {"schedule": "paper"},
-            "schedule is 'paper'; object-only takes none; factorised and joint do.",
+            "schedule is 'paper'; object-only takes none; factorised, joint and evidence do.",
         ),
         (
             "masked",
             {"interference_threshold_db": 3.0},
-            "interference_threshold_db is 3.0; masked takes none; factorised and joint do.",
+            "interference_threshold_db is 3.0; masked takes none; factorised, joint and evidence "
+            "do.",
         ),
         (
             "factorised",
@@ -86,5 +88,5 @@ def test_an_entry_says_which_settings_there_are_and_their_defaults():
 
 def test_those_that_take_several_antennas_and_those_that_need_a_mask_say_so():
     several = [name for name, entry in ESTIMATORS.items() if entry.several_antennas]
-    assert several == ["factorised", "object-only"]
+    assert several == ["factorised", "object-only", "evidence"]
     assert [name for name, entry in ESTIMATORS.items() if entry.needs_mask] == ["masked"]

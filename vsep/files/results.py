@@ -17,6 +17,7 @@ from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
 from vsep.inference.deviations import state_deviations
+from vsep.inference.evidence_choice import ChoiceState
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
@@ -48,8 +49,8 @@ def result_line(
     dict
         ``file``; ``radar``; ``objects``; ``interference``, one entry per burst of all antennas;
         ``noise_precision`` in 1/power; ``receiver``, the errors of oscillator and receivers where
-        any are evident; ``iterations``; ``termination``; ``seconds``; ``version`` of
-        this package.
+        any are evident; ``choice``, of the estimator that makes one; ``iterations``;
+        ``termination``; ``seconds``; ``version`` of this package.
     """
     state = solution.state
     return {
@@ -59,6 +60,7 @@ def result_line(
         "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
         "noise_precision": state.noise_precision,
         **_receiver_entry(solution, radar),
+        **_choice_entry(solution),
         "iterations": solution.iterations,
         "termination": solution.termination.name.lower(),
         "seconds": round(solution.seconds, 6),
@@ -148,6 +150,13 @@ def _receiver_entry(solution: Solution, radar: ChirpSequence) -> dict[str, Any]:
     if state.receiver is None:
         return {}
     return {"receiver": state.receiver.figures(radar.sample_rate_hz, state.noise_precision)}
+
+
+def _choice_entry(solution: Solution) -> dict[str, Any]:
+    state = solution.state
+    if not isinstance(state, ChoiceState) or state.choice is None:
+        return {}
+    return {"choice": {"kept": state.choice.value, "evidence_nats": state.evidence_nats}}
 
 
 def _of_antennas(bursts: Iterable[BurstComponents]) -> list[list[BurstComponents]]:

@@ -42,9 +42,9 @@ def make_estimator(
     >>> from vsep.signal.filters import NoFilter
     >>> model = SignalModel(num_ramps=1, num_samples=128, sample_rate_hz=5.1e6,
     ...                     anti_aliasing_filter=NoFilter())
-    >>> make_estimator("object-only", model, schedule="paper")
+    >>> make_estimator("factorised", model, mask="truth")
     Traceback (most recent call last):
-    vsep.errors.InputError: schedule is 'paper'; object-only takes none; factorised and joint do.
+    vsep.errors.InputError: mask is 'truth'; factorised takes none; masked does.
     """
     if missing is not None:
         if not ESTIMATORS.require(name).takes_missing:

@@ -328,6 +328,15 @@ ESTIMATOR_PARAMETERS = (
         query="migration",
     ),
     Parameter(
+        name="same_slope",
+        title="Same-slope ramps",
+        help="Ramps with a strong tone that the others lack, as an interferer of the same slope "
+        "makes. Kept: its tones come out as objects. Set aside: these ramps count as missing, and "
+        "the others tell of the objects.",
+        default="kept",
+        choices={"kept": "Kept", "set-aside": "Set aside"},
+    ),
+    Parameter(
         name="max_iterations",
         title="Iteration limit",
         help="The run stops here if it has not converged.",

@@ -87,15 +87,17 @@ class SmoothResponse:
         modes = np.arange(num_modes) - num_modes // 2
         centre = 0.5 * (low + high)
         grid = centre + step * modes
-        responses = _sampled(self, step, num_modes)
+        num_bins = 2 * next_fast_len(num_modes)
+        squares = -1j * np.pi * grid**2
+        responses = _prepared(self, step, num_modes, num_bins)
         position = frequency_hz / slope
         integral = np.empty((3, len(position)), dtype=np.complex128)
         block = max(1, _MAX_BLOCK // num_modes)
         for first in range(0, len(slopes), block):
             chosen = (row >= first) & (row < first + block)
-            chirps = np.exp(-1j * np.pi * grid**2 / slopes[first : first + block, None])
+            chirps = np.exp(squares / slopes[first : first + block, None])
             integral[:, chosen] = _nonuniform_inverse_dft(
-                responses[:, None, :] * chirps, row[chosen] - first, position[chosen] * step
+                responses, chirps, num_bins, row[chosen] - first, position[chosen] * step
             )
         kernel = np.exp(
             0.25j * np.pi * np.sign(slope) - 1j * np.pi * frequency_hz * position
@@ -104,11 +106,15 @@ class SmoothResponse:
 
 
 @lru_cache(maxsize=16)
-def _sampled(response: SmoothResponse, step: float, num_modes: int) -> ComplexArray:
-    """(3, num_modes) jet of a response on the grid of an integral; the same for most slopes."""
+def _prepared(response: SmoothResponse, step: float, num_modes: int, num_bins: int) -> ComplexArray:
+    """(3, num_modes) jet of a response on the grid of an integral; the same for most slopes.
+
+    The interpolation that follows is taken off.
+    """
     modes = np.arange(num_modes) - num_modes // 2
     grid = 0.5 * (response.low_hz + response.high_hz) + step * modes
-    return frozen(np.stack(response.jet(np.asarray(grid, dtype=np.float64))))
+    jet = np.stack(response.jet(np.asarray(grid, dtype=np.float64)))
+    return frozen(jet / _kernel_transform(num_modes, num_bins))
 
 
 @lru_cache(maxsize=32)
@@ -128,25 +134,29 @@ def _kernel(position: FloatArray) -> FloatArray:
 
 
 def _nonuniform_inverse_dft(
-    coefficients: ComplexArray, row: IntArray, cycles: FloatArray
+    coefficients: ComplexArray,
+    chirps: ComplexArray,
+    num_bins: int,
+    row: IntArray,
+    cycles: FloatArray,
 ) -> ComplexArray:
-    """Sum over m coefficients[:, row, m] exp(j 2 pi cycles (m - M/2)), M even.
+    """Sum over m coefficients[:, m] chirps[row, m] exp(j 2 pi cycles (m - M/2)), M even.
 
-    `coefficients` (A, S, M): A quantities for S rows; `row` (Q,): the row of every query; `cycles`
-    (Q,): cycles per mode of every query. Returns (A, Q).
+    `coefficients` (A, M): A quantities, the interpolation taken off; `chirps` (S, M); `num_bins`
+    of the transform; `row` (Q,): the chirp of every query; `cycles` (Q,): cycles per mode of every
+    query. Returns (A, Q).
     """
-    num_modes = coefficients.shape[-1]
-    num_bins = 2 * next_fast_len(num_modes)
-    padded = np.zeros((*coefficients.shape[:-1], num_bins), dtype=np.complex128)
-    scaled = coefficients / _kernel_transform(num_modes, num_bins)
-    padded[..., : num_modes // 2] = scaled[..., num_modes // 2 :]
-    padded[..., -(num_modes // 2) :] = scaled[..., : num_modes // 2]
-    bins = ifft(padded, axis=-1, norm="forward")
+    count, half = len(coefficients), coefficients.shape[1] // 2
+    padded = np.zeros((count, len(chirps), num_bins), dtype=np.complex128)
+    for part, modes in ((slice(half), slice(half, None)), (slice(-half, None), slice(half))):
+        np.multiply(coefficients[:, None, modes], chirps[:, modes], out=padded[..., part])
+    bins = ifft(padded, axis=-1, norm="forward", overwrite_x=True).reshape(count, -1)
     position = cycles * num_bins
     first = np.ceil(position - 0.5 * _KERNEL_POINTS).astype(np.int64)
-    total = np.zeros((coefficients.shape[0], len(cycles)), dtype=np.complex128)
+    start = row * num_bins
+    total = np.zeros((count, len(cycles)), dtype=np.complex128)
     for point in range(_KERNEL_POINTS):
         index = first + point
         weight = _kernel((position - index) * (2.0 / _KERNEL_POINTS))
-        total += bins[:, row, index % num_bins] * weight
+        total += np.take(bins, start + index % num_bins, axis=1) * weight
     return total

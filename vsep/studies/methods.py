@@ -55,8 +55,9 @@ def method_names() -> tuple[str, ...]:
 
 
 def estimator_names() -> tuple[str, ...]:
-    """Return the names of the methods that work on the received frame, the reference last."""
-    return (*ESTIMATORS, NO_INTERFERENCE)
+    """Return the estimators that every study runs, the reference last."""
+    usual = (name for name, entry in ESTIMATORS.items() if entry.in_every_study)
+    return (*usual, NO_INTERFERENCE)
 
 
 def read_methods(methods: Iterable[Any]) -> Methods:

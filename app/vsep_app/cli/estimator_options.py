@@ -57,6 +57,18 @@ def add_false_alarm_option(parser: Any) -> None:
     )
 
 
+def add_same_slope_option(parser: Any) -> None:
+    """Add ``--same-slope``, which says what becomes of ramps with such an interferer."""
+    record = PARAMETERS["same_slope"]
+    parser.add_argument(
+        "--same-slope",
+        choices=tuple(record.choices or ()),
+        default=record.default,
+        help="ramps with a strong tone that others lack, as an interferer of the same slope makes: "
+        f"used like all others, or taken as missing (default: {record.default})",
+    )
+
+
 def add_estimator_options(parser: Any) -> None:
     """Add the choice of the estimator and all its settings; None where they are not given."""
     group = parser.add_argument_group("the estimator")

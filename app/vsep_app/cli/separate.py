@@ -22,7 +22,7 @@ from vsep.analysis.parallel import parallel_ramps
 from vsep.calibration.calibrate import calibrate
 from vsep.errors import InputError
 from vsep.files.frame import Frame, read_frame
-from vsep.files.frame_mask import frame_mask
+from vsep.files.frame_mask import SET_ASIDE, frame_mask, set_aside_same_slope
 from vsep.files.line_file import lines_of_a_run
 from vsep.files.response_file import read_response
 from vsep.files.results import as_json, profile_entry, result_line, separated_signals
@@ -41,6 +41,7 @@ from vsep_app.cli.estimator_options import (
     DEFAULT_ESTIMATOR,
     ESTIMATOR_SETTINGS,
     add_estimator_options,
+    add_same_slope_option,
     default_of,
     estimator_settings,
 )
@@ -102,6 +103,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         f"that a frame file names; {OWN!r} estimates it from the bursts of each frame itself",
     )
     add_clutter_option(parser, "estimated like all others, or left out")
+    add_same_slope_option(parser)
     parser.add_argument(
         "--interferer-timing",
         action="store_true",
@@ -151,9 +153,11 @@ def run(options: argparse.Namespace) -> int:
                 say(line["error"])
             used += "error" not in line
             if "parallel_ramps" in line:
-                say(_same_slope(line))
+                say(_same_slope(line, options.same_slope))
             if options.antenna is None and "antenna" in line:
                 say(_which_antenna(line))
+            if "choice" in line:
+                say(_choice(line))
             profile.update(line.get("profile", {}))
             results.write(as_json(line) + "\n")
     if profile:
@@ -164,13 +168,22 @@ def run(options: argparse.Namespace) -> int:
     return 0 if used == len(options.frames) else EXIT_INPUT
 
 
-def _same_slope(line: Mapping[str, Any]) -> str:
+def _same_slope(line: Mapping[str, Any], choice: str) -> str:
     ramps = line["parallel_ramps"]
-    return (
+    sentence = (
         f"{line['file']}: {len(ramps)} of its ramps, the first is ramp {ramps[0]}, hold a tone "
-        "that the others lack, as an interferer of the same slope makes; it cannot be told from "
-        "objects, and ghosts are likely."
+        "that the others lack, as an interferer of the same slope makes; "
     )
+    if choice == SET_ASIDE:
+        return f"{sentence}they are set aside, the others tell of the objects."
+    return (
+        f"{sentence}it cannot be told from objects, and ghosts are likely. --same-slope "
+        f"{SET_ASIDE} takes these ramps as missing."
+    )
+
+
+def _choice(line: Mapping[str, Any]) -> str:
+    return f"{line['file']}: {line['choice']['kept']} is kept, by the evidence of the objects."
 
 
 def _which_antenna(line: Mapping[str, Any]) -> str:
@@ -256,6 +269,8 @@ def separate_frame(
     """Make the result line of one frame; one with ``error`` if it could not be used."""
     try:
         frame = _read_frame(path, options)
+        if options.same_slope == SET_ASIDE:
+            frame = set_aside_same_slope(frame)
         together = _is_together(frame, options)
         received = frame.antennas if together and frame.antennas is not None else frame.received
         if options.clutter == "remove":

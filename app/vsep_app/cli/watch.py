@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 from vsep.errors import InputError
 from vsep.files.frame import Frame, write_frame
-from vsep.files.frame_mask import frame_mask
+from vsep.files.frame_mask import SET_ASIDE, frame_mask, set_aside_same_slope
 from vsep.files.line_file import lines_of_a_run
 from vsep.files.results import as_json, result_line
 from vsep.inference.core.run import run as run_estimator
@@ -38,6 +38,7 @@ from vsep_app.cli.estimator_options import (
     DEFAULT_ESTIMATOR,
     ESTIMATOR_SETTINGS,
     add_estimator_options,
+    add_same_slope_option,
     estimator_settings,
 )
 from vsep_app.cli.progress import say
@@ -106,6 +107,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_number(parser, "--count", "end after so many captures", kind=integer(1, 2**31))
     add_number(parser, "--idle-s", "end when no capture has come for so many seconds")
     add_clutter_option(parser, "estimated like all others, or left out")
+    add_same_slope_option(parser)
     add_estimator_options(parser)
 
 
@@ -200,6 +202,8 @@ def _separated_frame(
 
 def _separable(frame: Frame, settings: RecordingSettings, options: argparse.Namespace) -> Frame:
     """Return the antennas that are separated together: those of one transmitter."""
+    if options.same_slope == SET_ASIDE:
+        frame = set_aside_same_slope(frame)
     several = ESTIMATORS.require(options.estimator).several_antennas
     if several and settings.num_transmitters == 1:
         return frame

@@ -51,7 +51,7 @@ _COLOURS = {
     "channel component": "#D55E00",
     "mitigated": "#009E73",
 }
-# Of methods of other distributions.
+# Of all others, those of other distributions among them.
 _OTHER_COLOURS = ("#DD1199", "#EE77FF", "#FF6655", "#FF0022", "#444444", "#00AA88")
 _OTHER_MARKERS = ("dash", "dot")
 MARKERS: dict[str, str | tuple[int, int, int]] = {

@@ -15,6 +15,7 @@ from vsep._typing import BoolArray
 from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.files.frame import Frame, read_frame
+from vsep.files.frame_mask import SET_ASIDE, set_aside_same_slope
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Step
 from vsep.inference.core.run import guarded_step
@@ -189,6 +190,8 @@ def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0
             name=preset.label,
         )
     assumed_filter = _assumed_filter(plan, true_filter, measured)
+    if plan.same_slope == SET_ASIDE:
+        frame = set_aside_same_slope(frame)
     return MadeScene(frame=frame, true_filter=true_filter, assumed_filter=assumed_filter)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from vsep._typing import FloatArray
 from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo, Step, Termination
 from vsep.inference.core.state import SeparationState
+from vsep.inference.evidence_choice import ChoiceState
 from vsep.parameters import PARAMETERS, RECEIVER_PARAMETERS
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 from vsep_app.model.score import Score
@@ -95,6 +96,9 @@ def log_lines(steps: Sequence[Step], radar: ChirpSequence) -> tuple[LogLine, ...
         if step.termination is not Termination.RUNNING:
             text = _END_LINES.get(step.termination, step.termination.value)
             lines.append(LogLine(iteration=step.state.iteration, text=text, kind="end"))
+            if isinstance(step.state, ChoiceState) and step.state.choice is not None:
+                text = f"kept by evidence: {step.state.choice.value}"
+                lines.append(LogLine(iteration=step.state.iteration, text=text, kind="end"))
     return tuple(lines)
 
 

@@ -84,7 +84,7 @@ def test_several_frames_become_a_folder(
         ("frame.npz --seed 3 --out a.html", "--seed is 3; a frame file takes none (simulation-1"),
         (
             "frame.npz --estimator object-only --schedule robust --out a.html",
-            "--schedule is robust; object-only takes none (factorised and joint do)",
+            "--schedule is robust; object-only takes none (factorised, joint and evidence do)",
         ),
         ("frame.npz other.npz --mask truth --out reports", "factorised takes none (masked does)"),
         ("--preset real-frame --snr-db 3 --out a.html", "--snr-db is 3.0; real-frame takes none"),

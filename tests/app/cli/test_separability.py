@@ -70,7 +70,7 @@ def test_trials_without_a_result_are_counted(tmp_path, monkeypatch, capsys):
                 "--out",
                 "m.csv",
             ],
-            "--schedule is paper; masked takes none (factorised and joint do)",
+            "--schedule is paper; masked takes none (factorised, joint and evidence do)",
         ),
         ([*AXES[:2], "--y", "sir_db=0:1:2", "--out", "map.csv"], "Both axes are sir_db"),
         ([*AXES[:2], "--y", "snr_db=0:1", "--out", "map.csv"], "name=start:stop:count"),

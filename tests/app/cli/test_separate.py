@@ -263,11 +263,12 @@ def test_a_frame_beyond_the_memory_does_not_lose_the_others(
         (["--estimator", "magic"], "estimator is 'magic'; it must be one of factorised, joint"),
         (
             ["--estimator", "object-only", "--schedule", "paper"],
-            "--schedule is paper; object-only takes none (factorised and joint do).",
+            "--schedule is paper; object-only takes none (factorised, joint and evidence do).",
         ),
         (
             ["--estimator", "masked", "--interference-threshold-db", "40"],
-            "--interference-threshold-db is 40.0; masked takes none (factorised and joint do).",
+            "--interference-threshold-db is 40.0; masked takes none (factorised, joint and "
+            "evidence do).",
         ),
         (["--mask", "truth"], "--mask is truth; factorised takes none (masked does)."),
         (["--estimator", "object-only", "--interferer-timing"], "factorised or joint"),
@@ -395,6 +396,15 @@ def test_a_process_is_started_for_enough_frames(monkeypatch, asked, frames, core
     assert commands._num_workers(options) == expected
 
 
+def test_what_the_evidence_kept_is_said_and_stands_in_the_line(tmp_path, frame_arrays, capsys):
+    path, out = tmp_path / "frame.npz", tmp_path / "lines.jsonl"
+    draws = np.random.default_rng(3).standard_normal((2, 16, 64))
+    np.savez(path, **frame_arrays(received=draws[0] + 1j * draws[1]))
+    assert cli.main(["separate", str(path), "--estimator", "evidence", "--out", str(out)]) == 0
+    assert lines_of(out)[0]["choice"] == {"kept": "separation", "evidence_nats": None}
+    assert "separation is kept, by the evidence of the objects" in capsys.readouterr().err
+
+
 def test_an_interferer_of_the_same_slope_is_named(tmp_path, frame_arrays, capsys):
     rng = np.random.default_rng(2)
     draws = rng.standard_normal((2, 16, 64))
@@ -407,3 +417,10 @@ def test_an_interferer_of_the_same_slope_is_named(tmp_path, frame_arrays, capsys
     assert lines_of(out)[0]["parallel_ramps"] == [5, 6, 7]
     said = capsys.readouterr().err
     assert "3 of its ramps, the first is ramp 5, hold a tone that the others lack" in said
+    assert "--same-slope set-aside" in said
+    assert any(abs(one["beat"] + 0.21) < 1 / 64 for one in lines_of(out)[0]["objects"])
+    aside = ["separate", str(path), "--out", str(out), "--same-slope", "set-aside"]
+    assert cli.main(aside) == 0
+    assert lines_of(out)[0]["parallel_ramps"] == [5, 6, 7]
+    assert all(abs(one["beat"] + 0.21) > 1 / 64 for one in lines_of(out)[0]["objects"])
+    assert "they are set aside" in capsys.readouterr().err

@@ -195,7 +195,7 @@ def test_a_schedule_that_no_method_takes_is_refused(tmp_path, capsys):
     assert study("run", "fig-2", *QUICK, "--schedule", "paper", "--out", out) == 2
     assert capsys.readouterr().err == (
         "vsep: --schedule is paper; object-only and no-interference take none "
-        "(factorised and joint do).\n"
+        "(factorised, joint and evidence do).\n"
     )
     assert not out.exists()
 

@@ -183,8 +183,8 @@ class SplineModel:
         """
         target = self.residual + self.columns @ self.coefficients  # residual of the assumed filter
         stacked = self.columns.reshape(-1, NUM_SPLINES)
-        gram = stacked.conj().T @ stacked
-        projections = stacked.conj().T @ target.ravel()
+        adjoint = stacked.conj().T
+        gram, projections = adjoint @ stacked, adjoint @ target.ravel()
         for channel, crossed, regression, row in zip(
             self.channels, self.crossed, self.regressions, target, strict=True
         ):
@@ -221,8 +221,13 @@ def spline_columns(
     envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]
     if count == len(ramps):
         return envelopes
-    counts = [len(ramp.chirps) for ramp in ramps]
-    return np.asarray(np.add.reduceat(envelopes, np.cumsum([0, *counts[:-1]]), axis=0))
+    counts = np.array([len(ramp.chirps) for ramp in ramps])
+    first = np.cumsum(counts) - counts
+    columns = envelopes[first]
+    for number in range(1, counts.max()):  # bursts of one ramp add up; most have one
+        more = np.flatnonzero(counts > number)
+        columns[more] += envelopes[first[more] + number]
+    return np.asarray(columns)
 
 
 def _channel_lines(ramp: RampBursts, grid: ChannelGrid) -> list[ComplexArray]:

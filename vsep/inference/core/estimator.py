@@ -56,6 +56,8 @@ class EstimatorEntry(Entry):
         and ``missing``, the samples that were never received, if it can leave samples out.
     several_antennas : bool
         Whether it takes what several antennas received apart together.
+    in_every_study : bool
+        Whether studies run it that do not name their methods.
 
     Examples
     --------
@@ -69,6 +71,7 @@ class EstimatorEntry(Entry):
     bound: ClassVar[tuple[str, ...]] = ("model", "missing")
 
     several_antennas: bool = False
+    in_every_study: bool = True
 
     @property
     def takes_missing(self) -> bool:
