@@ -181,7 +181,11 @@ class FactorisedSeparator(ObjectSettings):
             # Coarse grid of (71): bursts start, restart and end.
             with part(SEARCH):
                 self.search(interference, received, state)
-        return interference, searched, self.sample_weights(received, state)
+        weights = self.sample_weights(received, state)
+        if searched and weights is not None:
+            rows = interference.crowded_rows_with_news()
+            weights = weights.counting(rows, self.missing)
+        return interference, searched, weights
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
@@ -217,13 +221,17 @@ class FactorisedSeparator(ObjectSettings):
         # Early on a burst that is not modelled yet looks like outliers itself.
         if schedule.search_is_late(state.iteration) or self.missing is not None:
             received = self.fitted_frame(received, state)
-        BurstSearch(
+        search = BurstSearch(
             interference,
             received - state.object_signal,
             self.burst_precision(state, state.noise_precision),
             weakest_share=schedule.weakest_burst_share(state.iteration),
             expected=self.expected_bursts,
-        ).run()
+        )
+        crowded = interference.crowded
+        search.run()
+        if interference.crowded and not crowded:
+            search.start_over()
 
     def sample_weights(
         self, received: ComplexArray, state: SeparationState

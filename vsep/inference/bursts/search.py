@@ -17,10 +17,12 @@ from vsep.inference.bursts.expected_bursts import (
     expected_scores,
     expected_threshold,
 )
+from vsep.inference.bursts.long_chirps import lone_tones, with_long_chirps
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.progress import EventKind
 from vsep.inference.core.row_energies import row_energies, squared_norms, sum_of_antennas
 from vsep.inference.core.search_cache import empty_search_cache
+from vsep.inference.core.state import NO_CORRECTION
 from vsep.inference.core.thresholds import threshold_of_sum
 from vsep.inference.objects.sbl import activation_ratio, converged_precision
 from vsep.units import from_db
@@ -81,6 +83,22 @@ class BurstSearch:
         if self.expected is not None:
             self._start_expected(self.expected)
 
+    def start_over(self) -> None:
+        """Begin all bursts of crowded ramps before the channel of any of them grows.
+
+        A channel of many components fits a burst that is not modelled yet; each keeps one.
+        """
+        work = self.work
+        work.correct(NO_CORRECTION)
+        work.keep_strongest_columns()
+        for _ in range(work.schedule.bursts_per_ramp):
+            work.recompute(self.residual, self.noise_precision)
+            count = len(work.table)
+            self._start_bursts(self.residual - work.signal, set())
+            if len(work.table) == count:
+                return
+            work.refine_bursts(self.residual, self.noise_precision)
+
     def _by_antenna(self, rows: ComplexArray) -> ComplexArray:
         """(T, N) rows of one antenna, or (A, T, N) of several."""
         num_antennas = self.work.model.num_antennas
@@ -104,7 +122,7 @@ class BurstSearch:
         )[::-1]
         if len(doubtful) == 0:
             return set()
-        found = self._find(rows[..., doubtful, :])
+        found = self._find(rows[..., doubtful, :], table.rows[doubtful])
         changed = set()
         # From the back, so that a place stays valid while bursts are removed behind it.
         for number, place in enumerate(doubtful.tolist()):
@@ -190,7 +208,7 @@ class BurstSearch:
         ramps = candidates.nonzero()[0]
         if len(ramps) == 0:
             return
-        found = self._find(noise_residual[..., ramps, :])
+        found = self._find(noise_residual[..., ramps, :], ramps)
         work.search_cache = last.searched(ramps, noise_residual, found.limit)
         strong = (found.score >= least[ramps]).tolist()
         starts = [
@@ -240,10 +258,16 @@ class BurstSearch:
         own = work.table.rows[: work.num_shared]
         return np.bincount(own, minlength=work.model.num_ramps)
 
-    def _find(self, rows: ComplexArray) -> ChirpCandidates:
-        """Best chirp of every row; the schedule that keeps one in every ramp uses all of them."""
+    def _find(self, rows: ComplexArray, ramps: IntArray) -> ChirpCandidates:
+        """Best chirp of rows in some ramps; the schedule with one in every ramp uses all."""
         least_score = 0.0 if self.keeps_every_template else self.threshold / self.noise_precision
-        return find_single_chirps(rows, self.work.assumed, least_score=least_score)
+        found = find_single_chirps(rows, self.work.assumed, least_score=least_score)
+        if self.keeps_every_template:
+            return found
+        tones = found.tone_score > np.maximum(found.score, least_score)
+        if tones.any():
+            tones &= lone_tones(self._by_antenna(self.residual))[ramps]
+        return with_long_chirps(found, rows, tones, self.work.assumed)
 
     def _confirmed(self, found: ChirpCandidates, number: int) -> bool:
         ratio = self.noise_precision * float(found.score[number])

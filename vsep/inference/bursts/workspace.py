@@ -36,6 +36,7 @@ from vsep.signal.corrected_filter import corrected_model
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
+MANY_BURSTS = 4  # in a ramp
 CLEARLY_MORE = 4.0  # than the threshold of a ramp's first component: what no fit to noise reaches
 
 
@@ -92,6 +93,34 @@ class InterferenceWorkspace:
     def ramps(self) -> dict[int, RampBursts]:
         """Return what every interfered row of the frame holds."""
         return self.table.ramps()
+
+    @property
+    def crowded(self) -> bool:
+        """Whether some ramp holds so many bursts that channels have been fitted to others."""
+        return bool(np.any(self.bursts_per_row >= MANY_BURSTS))
+
+    @property
+    def bursts_per_row(self) -> IntArray:
+        """(R,) bursts in every row of the frame."""
+        return np.bincount(self.table.rows, minlength=self.model.rows_shape[0])
+
+    def crowded_rows_with_news(self) -> IntArray:
+        """Rows with many bursts in which the last search has begun one."""
+        kinds = EventKind.CHIRP_STARTED, EventKind.CHIRP_RESTARTED
+        news = np.zeros(self.model.num_ramps, dtype=np.bool_)
+        news[[event.ramp for event in self.events if event.kind in kinds]] = True
+        crowded = self.bursts_per_row >= MANY_BURSTS
+        return np.flatnonzero(crowded & np.tile(news, self.model.num_antennas))
+
+    def keep_strongest_columns(self) -> None:
+        """Leave one channel component of each burst where a ramp holds several."""
+        table = self.table
+        order = np.lexsort((-np.abs(table.amplitudes), table.owners))
+        _, first = np.unique(table.owners[order], return_index=True)
+        stay = np.zeros(len(table.owners), dtype=np.bool_)
+        stay[order[first]] = True
+        several = self.bursts_per_row[table.rows] >= MANY_BURSTS - 1
+        table.remove_columns(np.flatnonzero(~stay & several[table.owners]).tolist())
 
     @property
     def trace(self) -> float:
