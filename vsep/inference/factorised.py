@@ -349,7 +349,8 @@ class FactorisedSeparator(ObjectSettings):
         objects_added = any(event.kind is EventKind.OBJECT_ADDED for event in objects.events)
         added = sum(event.kind is EventKind.CHANNEL_ADDED for event in interference.events)
         growing = added > max(2.0, GROWING_SHARE * len(interference.table.owners))
-        return not objects_added and not growing
+        begun = len(interference.crowded_rows_with_news()) > 0
+        return not (objects_added or growing or begun)
 
     def confirmed(
         self, received: ComplexArray, state: SeparationState, info: IterationInfo
