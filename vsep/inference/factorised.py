@@ -15,6 +15,7 @@ from vsep.inference.bursts.filter_correction import update_correction
 from vsep.inference.bursts.image_bursts import without_image_bursts
 from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
+from vsep.inference.bursts.sequence import is_crowded
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
 from vsep.inference.core.environment import with_environment
@@ -194,7 +195,8 @@ class FactorisedSeparator(ObjectSettings):
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
         """Return the noise precision that bursts see, lambda itself in white noise."""
         relative = state.relative_noise
-        if relative is None:
+        # Where many bursts are fitted, what is left of them would be taken for coloured noise.
+        if relative is None or is_crowded(state.bursts, self.model.num_ramps):
             return noise_precision
         return noise_precision / relative.burst_level(self.model)
 
@@ -221,17 +223,13 @@ class FactorisedSeparator(ObjectSettings):
         # Early on a burst that is not modelled yet looks like outliers itself.
         if schedule.search_is_late(state.iteration) or self.missing is not None:
             received = self.fitted_frame(received, state)
-        search = BurstSearch(
+        BurstSearch(
             interference,
             received - state.object_signal,
             self.burst_precision(state, state.noise_precision),
             weakest_share=schedule.weakest_burst_share(state.iteration),
             expected=self.expected_bursts,
-        )
-        crowded = interference.crowded
-        search.run()
-        if interference.crowded and not crowded:
-            search.start_over()
+        ).run()
 
     def sample_weights(
         self, received: ComplexArray, state: SeparationState
@@ -349,8 +347,7 @@ class FactorisedSeparator(ObjectSettings):
         objects_added = any(event.kind is EventKind.OBJECT_ADDED for event in objects.events)
         added = sum(event.kind is EventKind.CHANNEL_ADDED for event in interference.events)
         growing = added > max(2.0, GROWING_SHARE * len(interference.table.owners))
-        begun = len(interference.crowded_rows_with_news()) > 0
-        return not (objects_added or growing or begun)
+        return not objects_added and not growing
 
     def confirmed(
         self, received: ComplexArray, state: SeparationState, info: IterationInfo

@@ -76,14 +76,17 @@ class BurstSearch:
 
     def run(self) -> None:
         """Check every burst on what the others leave, then look for one more in the quiet ramps."""
+        crowded = self.work.crowded
         self.work.synthesize()
         noise_residual = self.residual - self.work.signal  # r_beta - U Psi beta
         changed = self._check_bursts(noise_residual)
         self._start_bursts(self.residual - self.work.signal if changed else noise_residual, changed)
+        if self.work.crowded and not crowded:
+            self._start_over()
         if self.expected is not None:
             self._start_expected(self.expected)
 
-    def start_over(self) -> None:
+    def _start_over(self) -> None:
         """Begin all bursts of crowded ramps before the channel of any of them grows.
 
         A channel of many components fits a burst that is not modelled yet; each keeps one.

@@ -14,7 +14,7 @@ from vsep.inference.bursts.chirp_refinement import (
     place_chirps,
     refine_chirps,
 )
-from vsep.inference.bursts.sequence import BurstSequence
+from vsep.inference.bursts.sequence import MANY_BURSTS, BurstSequence
 from vsep.inference.bursts.table import BurstTable, RampBursts
 from vsep.inference.core.elbo import weights_bound
 from vsep.inference.core.progress import ComponentEvent, EventKind
@@ -36,7 +36,6 @@ from vsep.signal.corrected_filter import corrected_model
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
-MANY_BURSTS = 4  # in a ramp
 CLEARLY_MORE = 4.0  # than the threshold of a ramp's first component: what no fit to noise reaches
 
 
