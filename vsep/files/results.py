@@ -13,6 +13,7 @@ import numpy as np
 
 from vsep._version import __version__
 from vsep.analysis.angles import object_angles, without_motion
+from vsep.analysis.waveforms import recognised_waveforms
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
@@ -47,6 +48,7 @@ def result_line(
     -------
     dict
         ``file``; ``radar``; ``objects``; ``interference``, one entry per burst of all antennas;
+        ``interferers``, what other radars send, see `vsep.analysis.waveforms`;
         ``noise_precision`` in 1/power; ``receiver``, the errors of oscillator and receivers where
         any are evident; ``iterations``; ``termination``; ``seconds``; ``version`` of
         this package.
@@ -57,6 +59,7 @@ def result_line(
         "radar": asdict(radar),
         "objects": _object_entries(solution, radar, spacing_wavelengths, num_transmitters),
         "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
+        "interferers": [asdict(each) for each in recognised_waveforms(state, radar)],
         "noise_precision": state.noise_precision,
         **_receiver_entry(solution, radar),
         "iterations": solution.iterations,

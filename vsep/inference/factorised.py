@@ -26,7 +26,7 @@ from vsep.inference.core.schedule import Schedule, schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.inference.objects.object_only import MAX_STEP, ObjectSettings, update_objects
-from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace
+from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace, without_objects
 from vsep.inference.separation_diagnostics import separability_ratio_db, separation_bound
 from vsep.inference.weighed_frame import WeighedFrame
 from vsep.units import from_db
@@ -89,6 +89,8 @@ class FactorisedSeparator(ObjectSettings):
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
         received = state.corrected(received)
         interference, searched, weights = self.prepare(received, state)
+        if interference.noise_like is not state.noise_like:
+            state = without_objects(state)  # they were fitted to that noise
         frame = WeighedFrame(received, state, weights)
         residual = frame.used - state.object_signal  # r_beta = r - Phi alpha
         with part(BURSTS):
@@ -110,7 +112,7 @@ class FactorisedSeparator(ObjectSettings):
             objects = self._updated_objects(  # Algorithm 3
                 frame.for_objects(state.object_signal, bursts),  # r_alpha
                 replace(state, noise_precision=noise_precision),
-                interference.schedule.object_additions(state.iteration),
+                interference.object_additions(state.iteration),
                 share,
             )
         residual = frame.for_bursts(objects.signal, bursts)  # r_beta
@@ -182,10 +184,7 @@ class FactorisedSeparator(ObjectSettings):
             # Coarse grid of (71): bursts start, restart and end.
             with part(SEARCH):
                 self.search(interference, received, state)
-        weights = self.sample_weights(received, state)
-        if searched and weights is not None:
-            rows = interference.crowded_rows_with_news()
-            weights = weights.counting(rows, self.missing)
+        weights = interference.revised_weights(self.sample_weights(received, state), self.missing)
         return interference, searched, weights
 
     def _object_trace(self, state: SeparationState) -> float:
@@ -213,6 +212,7 @@ class FactorisedSeparator(ObjectSettings):
             state.bursts,
             state.filter_correction,
             state.search_cache,
+            state.noise_like,
         )
 
     def search(
@@ -312,6 +312,7 @@ class FactorisedSeparator(ObjectSettings):
             next_component_id=objects.next_id,
             search_pending=search_again and (is_quiet(info) or calm >= CALM_ITERATIONS),
             search_cache=interference.search_cache,
+            noise_like=interference.noise_like,
             quiet_iterations=state.quiet_iterations + 1
             if self._is_quiet(interference, objects)
             else 0,

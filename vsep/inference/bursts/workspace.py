@@ -14,6 +14,7 @@ from vsep.inference.bursts.chirp_refinement import (
     place_chirps,
     refine_chirps,
 )
+from vsep.inference.bursts.sample_weights import SampleWeights
 from vsep.inference.bursts.sequence import MANY_BURSTS, BurstSequence
 from vsep.inference.bursts.table import BurstTable, RampBursts
 from vsep.inference.core.elbo import weights_bound
@@ -59,6 +60,8 @@ class InterferenceWorkspace:
         By what the filter of the templates differs from the assumed one.
     search_cache : SearchCache, optional
         What the last search for bursts has seen; a search in this step replaces it.
+    noise_like : (P, N) or (A P, N) bool, optional
+        Samples of interference that is no chirps; a search may add to them.
 
     Attributes
     ----------
@@ -76,8 +79,9 @@ class InterferenceWorkspace:
         bursts: Sequence[BurstComponents],
         correction: FilterCorrection = NO_CORRECTION,
         search_cache: SearchCache | None = None,
+        noise_like: BoolArray | None = None,
     ) -> None:
-        self.assumed = model
+        self.assumed, self.noise_like = model, noise_like
         self.search_cache = search_cache
         self._take_correction(correction)
         self.schedule = schedule
@@ -103,13 +107,31 @@ class InterferenceWorkspace:
         """(R,) bursts in every row of the frame."""
         return np.bincount(self.table.rows, minlength=self.model.rows_shape[0])
 
-    def crowded_rows_with_news(self) -> IntArray:
-        """Rows with many bursts in which the last search has begun one."""
+    def object_additions(self, iteration: int) -> int:
+        """Objects that may be added; beside noise of known support one, as without its samples."""
+        return 1 if self.noise_like is not None else self.schedule.object_additions(iteration)
+
+    def revised_weights(
+        self, weights: SampleWeights | None, missing: BoolArray | None
+    ) -> SampleWeights | None:
+        """Return the weights of the samples after a search.
+
+        Crowded rows in which it has begun a burst count, as far as they were received, because the
+        burst would have no sample to be fitted to. Interference that is no chirps does not.
+        """
         kinds = EventKind.CHIRP_STARTED, EventKind.CHIRP_RESTARTED
-        news = np.zeros(self.model.num_ramps, dtype=np.bool_)
-        news[[event.ramp for event in self.events if event.kind in kinds]] = True
-        crowded = self.bursts_per_row >= MANY_BURSTS
-        return np.flatnonzero(crowded & np.tile(news, self.model.num_antennas))
+        ramps = [event.ramp for event in self.events if event.kind in kinds]
+        if weights is not None and ramps:
+            news = np.zeros(self.model.num_ramps, dtype=np.bool_)
+            news[ramps] = True
+            crowded = self.bursts_per_row >= MANY_BURSTS
+            rows = np.flatnonzero(crowded & np.tile(news, self.model.num_antennas))
+            weights = weights.counting(rows, missing)
+        if self.noise_like is None:
+            return weights
+        return SampleWeights(
+            np.where(self.noise_like, 0.0, 1.0 if weights is None else weights.values)
+        )
 
     def keep_strongest_columns(self) -> None:
         """Leave one channel component of each burst where a ramp holds several."""
