@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from vsep.analysis.waveforms import NOISE_LIKE, NOT_RECOGNISED, recognised_waveforms
 from vsep.errors import InputError
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
+from vsep.inference.waveforms import NOISE_LIKE, NOT_RECOGNISED, recognised_waveforms
 from vsep.parameters import WAVEFORMS
 from vsep.presets.scenes import simulate_preset
 from vsep.signal.template import SignalModel
@@ -66,11 +66,11 @@ def test_up_and_down_chirps_and_two_profiles_take_turns():
     ramps, centres, slopes = crossings("two-profiles")
     assert ramps.tolist() == list(range(32))
     np.testing.assert_allclose(slopes, np.where(ramps % 2, 2.0 * usual, usual))
-    # 10 ns a ramp, times 8.3 MHz/us over 1.7 MHz/us: 1.5 us of 25.6 us in the frame
+    # 10 ns a ramp, times 8.25 MHz/us over 1.75 MHz/us: 1.5 us of 25.6 us in the frame
     np.testing.assert_allclose(centres, 0.5, atol=0.065)
     slopes = crossings("up-and-down-chirps")[2]
-    # 8.3 MHz/us of the interferer, 10 MHz/us of the victim
-    np.testing.assert_allclose(slopes, np.where(ramps % 2, -18.3e12, -1.7e12))
+    # 8.25 MHz/us of the interferer, 10 MHz/us of the victim
+    np.testing.assert_allclose(slopes, np.where(ramps % 2, -18.25e12, -1.75e12))
 
 
 def test_what_is_no_chirp_is_on_while_the_victim_sweeps_through_its_band():

@@ -13,11 +13,11 @@ import numpy as np
 
 from vsep._version import __version__
 from vsep.analysis.angles import object_angles, without_motion
-from vsep.analysis.waveforms import recognised_waveforms
 from vsep.files.frame import Frame
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
 from vsep.inference.deviations import state_deviations
+from vsep.inference.waveforms import recognised_waveforms
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
@@ -48,7 +48,7 @@ def result_line(
     -------
     dict
         ``file``; ``radar``; ``objects``; ``interference``, one entry per burst of all antennas;
-        ``interferers``, what other radars send, see `vsep.analysis.waveforms`;
+        ``interferers``, what other radars send, see `vsep.inference.waveforms`;
         ``noise_precision`` in 1/power; ``receiver``, the errors of oscillator and receivers where
         any are evident; ``iterations``; ``termination``; ``seconds``; ``version`` of
         this package.
