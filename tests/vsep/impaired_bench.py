@@ -36,6 +36,7 @@ class Bursts:
     length: float = 30.0
     level_db: float = 40.0
     share_of_ramps: float = 0.5
+    number: int = 1  #: in such a ramp
     switched: bool = False
     clipped: bool = False
     anti_aliasing_filter: object = FILTER
@@ -51,6 +52,11 @@ IMPAIRED = {
     "long": Bursts(length=150.0),
     "in every ramp": Bursts(share_of_ramps=1.0),
     "switched, in every ramp": Bursts(level_db=60.0, switched=True, share_of_ramps=1.0),
+}
+MANY = {
+    "four in every ramp": Bursts(share_of_ramps=1.0, number=4),
+    "four in half of the ramps": Bursts(number=4),
+    "of four samples": Bursts(length=4.0, share_of_ramps=1.0),
 }
 FRAMES = 20
 SEED = 20_608
@@ -70,7 +76,8 @@ def scene(bursts, seed):
         received += np.sqrt(level) * np.exp(-2j * np.pi * phase)
     for ramp in range(SHAPE[0]):
         if rng.uniform() < bursts.share_of_ramps:
-            received[ramp] += burst(bursts, rng)
+            for _ in range(bursts.number):
+                received[ramp] += burst(bursts, rng)
     if bursts.clipped:
         limit = 0.5 * 10.0 ** (bursts.level_db / 20.0)
         received = np.clip(received.real, -limit, limit) + 1j * np.clip(

@@ -174,8 +174,17 @@ def test_several_antennas_are_taken_together_and_missing_samples_stay_out():
     assert not solution.state.sample_weights[rows].any()
 
 
+QUICK = "clipped"
+
+
 @pytest.mark.scenario
-@pytest.mark.parametrize("name", bench.IMPAIRED)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name == QUICK else pytest.mark.slow)
+        for name in bench.IMPAIRED
+    ],
+)
 def test_the_choice_misses_no_more_than_either(name):
     missed = []
     for seed in range(6):

@@ -29,6 +29,7 @@ LINE_KEYS = {
     "radar",
     "objects",
     "interference",
+    "interferers",
     "noise_precision",
     "iterations",
     "termination",

@@ -15,6 +15,7 @@ from vsep.signal.bursts import true_bursts
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Interferer
 from vsep.signal.template import SignalModel
+from vsep.signal.transmitters import chirp_parts
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -69,7 +70,8 @@ def model_bursts(
             * (interferer.sequence.slope_hz_per_s / rate),
             amplitudes=np.zeros(interferer.channel.num_paths, dtype=np.complex128),
         )
-        for interferer in interferers
+        for sender in interferers
+        for interferer in chirp_parts(radar, sender, model.anti_aliasing_filter)
         for burst in true_bursts(radar, interferer.sequence, model.anti_aliasing_filter)
     ]
     ramps = sorted({burst.ramp for burst in bursts})

@@ -18,6 +18,7 @@ from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
 from vsep.inference.deviations import state_deviations
 from vsep.inference.evidence_choice import ChoiceState
+from vsep.inference.waveforms import recognised_waveforms
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
@@ -48,6 +49,7 @@ def result_line(
     -------
     dict
         ``file``; ``radar``; ``objects``; ``interference``, one entry per burst of all antennas;
+        ``interferers``, what other radars send, see `vsep.inference.waveforms`;
         ``noise_precision`` in 1/power; ``receiver``, the errors of oscillator and receivers where
         any are evident; ``choice``, of the estimator that makes one; ``iterations``;
         ``termination``; ``seconds``; ``version`` of this package.
@@ -58,6 +60,7 @@ def result_line(
         "radar": asdict(radar),
         "objects": _object_entries(solution, radar, spacing_wavelengths, num_transmitters),
         "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
+        "interferers": [asdict(each) for each in recognised_waveforms(state, radar)],
         "noise_precision": state.noise_precision,
         **_receiver_entry(solution, radar),
         **_choice_entry(solution),

@@ -5,6 +5,7 @@
 ``truth_noise_precision`` is a number; ``truth_bursts`` is (K, 3): ramp, start frequency in Hz and
 slope in Hz/s of every burst. Of several antennas the amplitudes are (L, A), and ``truth_angle_deg``
 (L,) and ``truth_interferer_angle_deg`` (I,) say where objects and interferers are.
+``truth_waveform`` (I,) says what each of them sent, by its place in `vsep.parameters.WAVEFORMS`.
 Where oscillator or receivers were not perfect, ``truth_ramp_phases_rad`` (P,),
 ``truth_phase_noise_rad``, ``truth_image_factor`` and ``truth_offset`` say so. An incomplete
 truth is no truth: nothing needs it. ``truth_mask``, boolean and of the shape of ``received``, says
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
 from vsep.errors import InputError
 from vsep.files.archive import Archive
+from vsep.parameters import WAVEFORMS
 from vsep.signal.impairments import TrueReceiver
 from vsep.signal.scene import GroundTruth, TrueBurst
 
@@ -31,6 +33,7 @@ _NEEDED = (
     "truth_interference_signal",
 )
 _MAX_ROWS = 2**20
+_NAMES = tuple(WAVEFORMS)
 
 
 def read_truth(
@@ -65,6 +68,7 @@ def read_truth(
         angles_deg=_angles(archive, "truth_angle_deg", len(beats)),
         interferer_angles_deg=_angles(archive, "truth_interferer_angle_deg"),
         receiver=_read_receiver(archive, shape[0], full_shape),
+        waveforms=_read_waveforms(archive),
     )
 
 
@@ -111,6 +115,9 @@ def truth_arrays(
         "truth_interference_signal": in_file_sign(truth.interference_signal),
         "truth_bursts": np.array(bursts, dtype=np.float64).reshape(-1, 3),
         "truth_noise_precision": truth.noise_precision,
+        "truth_waveform": np.array(
+            [_NAMES.index(each) for each in truth.waveforms], dtype=np.int64
+        ),
     }
 
 
@@ -142,6 +149,19 @@ def _read_receiver(archive: Archive, num_ramps: int, shape: tuple[int, ...]) -> 
         image_factor=complex(factor[0]),
         offset=frozen(offset.astype(np.complex128) if len(shape) == 3 else offset[0] + 0j),
     )
+
+
+def _read_waveforms(archive: Archive) -> tuple[str, ...]:
+    """Read what the interferers sent; empty where the file does not say."""
+    if "truth_waveform" not in archive:
+        return ()
+    places = _vector(archive, "truth_waveform", "iu")
+    if np.any((places < 0) | (places >= len(_NAMES))):
+        raise InputError(
+            f"truth_waveform holds a number beyond 0 to {len(_NAMES) - 1}; they count the "
+            "waveforms that interferers can send."
+        )
+    return tuple(_NAMES[place] for place in places.tolist())
 
 
 def _read_bursts(archive: Archive, num_ramps: int) -> tuple[TrueBurst, ...]:

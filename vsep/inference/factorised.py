@@ -15,6 +15,7 @@ from vsep.inference.bursts.filter_correction import update_correction
 from vsep.inference.bursts.image_bursts import without_image_bursts
 from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
 from vsep.inference.bursts.search import BurstSearch
+from vsep.inference.bursts.sequence import is_crowded
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
 from vsep.inference.core.environment import with_environment
@@ -25,7 +26,7 @@ from vsep.inference.core.schedule import Schedule, schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.inference.objects.object_only import MAX_STEP, ObjectSettings, update_objects
-from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace
+from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace, without_objects
 from vsep.inference.separation_diagnostics import separability_ratio_db, separation_bound
 from vsep.inference.weighed_frame import WeighedFrame
 from vsep.units import from_db
@@ -88,6 +89,8 @@ class FactorisedSeparator(ObjectSettings):
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
         received = state.corrected(received)
         interference, searched, weights = self.prepare(received, state)
+        if interference.noise_like is not state.noise_like:
+            state = without_objects(state)  # they were fitted to that noise
         frame = WeighedFrame(received, state, weights)
         residual = frame.used - state.object_signal  # r_beta = r - Phi alpha
         with part(BURSTS):
@@ -110,7 +113,7 @@ class FactorisedSeparator(ObjectSettings):
             objects = self._updated_objects(  # Algorithm 3
                 frame.for_objects(state.object_signal, bursts),  # r_alpha
                 replace(state, noise_precision=noise_precision),
-                interference.schedule.object_additions(state.iteration),
+                interference.object_additions(state.iteration),
                 share,
             )
         residual = frame.for_bursts(objects.signal, bursts)  # r_beta
@@ -182,7 +185,8 @@ class FactorisedSeparator(ObjectSettings):
             # Coarse grid of (71): bursts start, restart and end.
             with part(SEARCH):
                 self.search(interference, received, state)
-        return interference, searched, self.sample_weights(received, state)
+        weights = interference.revised_weights(self.sample_weights(received, state), self.missing)
+        return interference, searched, weights
 
     def _object_trace(self, state: SeparationState) -> float:
         """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
@@ -191,7 +195,8 @@ class FactorisedSeparator(ObjectSettings):
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
         """Return the noise precision that bursts see, lambda itself in white noise."""
         relative = state.relative_noise
-        if relative is None:
+        # Where many bursts are fitted, what is left of them would be taken for coloured noise.
+        if relative is None or is_crowded(state.bursts, self.model.num_ramps):
             return noise_precision
         return noise_precision / relative.burst_level(self.model)
 
@@ -208,6 +213,7 @@ class FactorisedSeparator(ObjectSettings):
             state.bursts,
             state.filter_correction,
             state.search_cache,
+            state.noise_like,
         )
 
     def search(
@@ -307,6 +313,7 @@ class FactorisedSeparator(ObjectSettings):
             next_component_id=objects.next_id,
             search_pending=search_again and (is_quiet(info) or calm >= CALM_ITERATIONS),
             search_cache=interference.search_cache,
+            noise_like=interference.noise_like,
             quiet_iterations=state.quiet_iterations + 1
             if self._is_quiet(interference, objects)
             else 0,

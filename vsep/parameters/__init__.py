@@ -11,6 +11,16 @@ from vsep.parameters.record import Parameter
 
 MAX_OBJECTS = 40
 FILTER_KINDS = {"raised_cosine": "Raised cosine", "butterworth": "Butterworth", "none": "None"}
+WAVEFORMS = {
+    "chirps": "Equal chirps",
+    "hopping-chirps": "Chirps with hopping starts",
+    "up-and-down-chirps": "Up and down chirps",
+    "two-profiles": "Chirps of two profiles",
+    "stepped": "Stepped carrier (FSCW)",
+    "phase-coded": "Phase code (PMCW)",
+    "ofdm": "OFDM",
+}
+"""What another radar can send."""
 FILTER_PARTS: Mapping[str, frozenset[str]] = {
     "raised_cosine": frozenset({"cutoff", "rolloff"}),
     "butterworth": frozenset({"cutoff", "order"}),
@@ -161,6 +171,17 @@ SCENE_PARAMETERS = (
         digits="0.000",
         query="slope",
         option="interferer_slope_hz_per_s",
+        of_bursts=True,
+    ),
+    Parameter(
+        name="interferer_waveform",
+        title="Interferer waveform",
+        help="What the other radar sends. A stepped carrier, a phase code and OFDM are no chirps: "
+        "they are noise for as long as the victim sweeps through their band.",
+        default="chirps",
+        choices=WAVEFORMS,
+        query="waveform",
+        of_recording=False,
         of_bursts=True,
     ),
     Parameter(

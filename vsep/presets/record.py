@@ -5,7 +5,7 @@ A module that defines a preset imports this one and `vsep.presets.channels`, no 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class Preset:
         """Half-amplitude frequency of the anti-aliasing filter."""
         return self.radar.sample_rate_hz / 4.0
 
-    def defaults(self) -> dict[str, float]:
+    def defaults(self) -> dict[str, Any]:
         """Return the settings that choosing it sets, by their names in `PARAMETERS`."""
         cutoff_hz = self.filter_cutoff_hz
         return {
@@ -98,11 +98,14 @@ class SimulatedPreset(Preset):
     num_objects: int  #: usual number of objects
     object_delay_s: float = float("nan")  #: delay of the first object, NaN where it is drawn
     family: str = ""  #: scene of studies in which presets of one family take turns
+    waveform: str = PARAMETERS["interferer_waveform"].default  #: what the other radar sends
+    num_interferers: int = 1  #: the further ones are drawn by `vsep.presets.scenes`
     noise_scene: str = ""  #: scene of studies that is noise alone, of the size of its frames
 
-    def defaults(self) -> dict[str, float]:
+    def defaults(self) -> dict[str, Any]:
         """Return the settings that choosing it sets, by their names in `PARAMETERS`."""
-        return {**Preset.defaults(self), "num_objects": self.num_objects}
+        own = {"num_objects": self.num_objects, "interferer_waveform": self.waveform}
+        return {**Preset.defaults(self), **own}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -44,6 +44,7 @@ class PresetOptions(TypedDict, total=False):
 
     interference: bool
     interferer_slope_hz_per_s: float | None
+    interferer_waveform: str
     time_offset_s: float
     burst_shift_s: float
     num_interfered_ramps: int | None
@@ -85,6 +86,8 @@ def preset(
     interferer_slope_hz_per_s : float, optional
         Another slope k_I. The interferer's start frequency follows, so that its first ramp crosses
         the band at the same time as with the slope of Table I.
+    interferer_waveform : str
+        One of `vsep.parameters.WAVEFORMS`, see `vsep.signal.transmitters`; the preset's by default.
     time_offset_s : float
         T-bar; a microsecond shifts the course by k_I times a microsecond, some 10 MHz.
     burst_shift_s : float
@@ -124,7 +127,7 @@ def preset(
         burst_shift_s=options.get("burst_shift_s", 0.0),
         num_interfered_ramps=options.get("num_interfered_ramps"),
     )
-    object_rng, channel_rng, other_rng = rng.spawn(3)
+    object_rng, channel_rng, other_rng, code_rng = rng.spawn(4)
     places = options.get("places", ())
     objects = (
         placed_objects(object_rng, record.radar, places)
@@ -133,9 +136,15 @@ def preset(
     )
     objects = with_first_delay(objects, record.radar, options.get("object_delay_s"))
     present = options.get("interference", True)
-    interferer = Interferer(sequence=sequence, channel=record.draw_paths(channel_rng))
+    interferer = Interferer(
+        sequence=sequence,
+        channel=record.draw_paths(channel_rng),
+        waveform=options.get("interferer_waveform", record.waveform),
+        seed=int(code_rng.integers(2**31)),
+    )
     interferers: tuple[Interferer, ...] = (interferer,) if present else ()
-    if present and options.get("second_interferer", False):
+    others = record.num_interferers - 1 + bool(options.get("second_interferer", False))
+    for _ in range(others if present else 0):
         interferers += more_interferers(record, interferer, other_rng)
     return Scenario(
         radar=record.radar,
@@ -240,19 +249,20 @@ def more_interferers(
         1, or 2 for a second chirp of its on the other side of the first interferer's burst; each is
         an interferer of what is returned.
     """
-    radar, own = simulated_preset(name).radar, first.sequence
+    record, own = simulated_preset(name), first.sequence
+    radar = record.radar
     difference = own.slope_hz_per_s - radar.slope_hz_per_s
     slope = radar.slope_hz_per_s + difference * rng.uniform(*_SLOPE_FACTORS)
     ramp_s = radar.num_samples / radar.sample_rate_hz
     side = rng.choice([-1.0, 1.0])
     shifts_s = [side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s]
-    other = preset(name, snr_db=0.0, sir_db=0.0, rng=rng).scene.interferers[0]
+    channel = record.draw_paths(rng.spawn(3)[1])  # the child that `preset` draws paths with
     if num_crossings == 2:
         shifts_s.append(-side * rng.uniform(*_CROSSING_SHIFTS) * ramp_s)
     return tuple(
         Interferer(
             sequence=interferer_sequence(name, slope_hz_per_s=slope, burst_shift_s=shift_s),
-            channel=other.channel,
+            channel=channel,
         )
         for shift_s in shifts_s
     )

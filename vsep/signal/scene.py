@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep._validation import require_choice
 from vsep.errors import InputError
-from vsep.parameters import PARAMETERS
+from vsep.parameters import PARAMETERS, WAVEFORMS
 from vsep.signal.impairments import TrueReceiver
 from vsep.signal.radar import InterfererSequence
 
@@ -52,10 +53,28 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Interferer:
-    """One interfering radar and the channel between it and the victim."""
+    """One interfering radar and the channel between it and the victim.
+
+    Parameters
+    ----------
+    sequence : InterfererSequence
+        When it sends, and its chirps.
+    channel : Channel
+        From it to the victim.
+    waveform : str
+        One of `vsep.parameters.WAVEFORMS`, see `vsep.signal.transmitters`.
+    seed : int
+        Draws hops, codes and symbols.
+    """
 
     sequence: InterfererSequence
     channel: Channel
+    waveform: str = PARAMETERS["interferer_waveform"].default
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the waveform."""
+        require_choice("The waveform", self.waveform, tuple(WAVEFORMS))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -116,6 +135,9 @@ class GroundTruth:
         Directions of the interferers, likewise.
     receiver : TrueReceiver or None
         What oscillator and receivers did to the frame, where they were not perfect.
+    waveforms : tuple of str
+        What the interferers sent, see `vsep.parameters.WAVEFORMS`. Those that send no chirps make
+        no `bursts`; `perfect_mask` says where their noise is.
     """
 
     beats: FloatArray
@@ -128,6 +150,7 @@ class GroundTruth:
     angles_deg: FloatArray | None = None
     interferer_angles_deg: FloatArray | None = None
     receiver: TrueReceiver | None = None
+    waveforms: tuple[str, ...] = ()
 
     def of_antenna(self, antenna: int) -> "GroundTruth":
         """Return what one of several antennas received; directions stay."""

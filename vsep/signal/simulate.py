@@ -17,6 +17,7 @@ from vsep.signal.impairments import ReceiverImpairments, TrueReceiver, impaired
 from vsep.signal.linear_array import AntennaScene
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth, Interferer, Observation, Scene, TrueBurst
+from vsep.signal.transmitters import NO_CHIRPS, chirp_parts, noise_like_signal
 from vsep.units import from_db, wrap_frequency
 
 InterferenceModel: TypeAlias = Literal["multiplicative", "convolution", "convolution-with-edges"]
@@ -91,6 +92,7 @@ def simulate(
         bursts=_true_bursts(radar, scene.interferers, anti_aliasing_filter),
         noise_precision=noise_precision,
         receiver=receiver,
+        waveforms=tuple(interferer.waveform for interferer in scene.interferers),
     )
     return Observation(received=frozen(received), truth=truth)
 
@@ -254,16 +256,32 @@ def _interference(
     require_choice("The interference model", model, INTERFERENCE_MODELS)
     total = np.zeros(radar.shape, dtype=np.complex128)
     for interferer in interferers:
+        if interferer.waveform in NO_CHIRPS:
+            total += noise_like_signal(radar, interferer, anti_aliasing_filter)
+    for part in _all_chirps(radar, interferers, anti_aliasing_filter):
         if model == "multiplicative":
-            total += multiplicative_bursts(radar, interferer, anti_aliasing_filter)
+            total += multiplicative_bursts(radar, part, anti_aliasing_filter)
         else:
             total += convolved_bursts(
                 radar,
-                interferer,
+                part,
                 anti_aliasing_filter,
                 with_edges=model == "convolution-with-edges",
             )
     return total
+
+
+def _all_chirps(
+    radar: ChirpSequence,
+    interferers: Sequence[Interferer],
+    anti_aliasing_filter: AntiAliasingFilter,
+) -> list[Interferer]:
+    """Interferers as such of equal chirps."""
+    return [
+        part
+        for interferer in interferers
+        for part in chirp_parts(radar, interferer, anti_aliasing_filter)
+    ]
 
 
 def _true_bursts(
@@ -274,8 +292,8 @@ def _true_bursts(
     """Bursts of all interferers in the order of the ramps."""
     bursts = [
         burst
-        for interferer in interferers
-        for burst in true_bursts(radar, interferer.sequence, anti_aliasing_filter)
+        for part in _all_chirps(radar, interferers, anti_aliasing_filter)
+        for burst in true_bursts(radar, part.sequence, anti_aliasing_filter)
     ]
     return tuple(sorted(bursts, key=lambda burst: burst.ramp))
 

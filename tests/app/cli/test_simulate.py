@@ -113,6 +113,7 @@ def test_every_setting_of_the_page_is_an_option_and_gives_the_frame_of_the_page(
         "snr_db": 50.0,
         "sir_db": -5.0,
         "interferer_slope": 9.6,
+        "interferer_waveform": "two-profiles",
         "burst_shift": -1.5,
         "interference_model": "convolution",
         "second_interferer": True,

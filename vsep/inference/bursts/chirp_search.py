@@ -134,10 +134,13 @@ def tone_scores(rows: ComplexArray) -> FloatArray:
 
     Of several antennas, rows (A, P, N), their sum.
     """
+    return np.asarray(sum_of_antennas(tone_powers(rows)).max(axis=1))
+
+
+def tone_powers(rows: ComplexArray) -> FloatArray:
+    """|a^H r|^2 / ||a||^2 of the tones of that grid, along the last axis."""
     num_samples = rows.shape[-1]
-    # |a^H r|^2 / ||a||^2 of tones
-    tones = np.abs(fft.fft(rows, 2 * num_samples, axis=-1)) ** 2 / num_samples
-    return np.asarray(sum_of_antennas(tones).max(axis=1))
+    return np.asarray(np.abs(fft.fft(rows, 2 * num_samples, axis=-1)) ** 2 / num_samples)
 
 
 def find_single_chirps(

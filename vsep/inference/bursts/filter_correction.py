@@ -61,6 +61,8 @@ def update_correction(
     """
     if not np.isfinite(work.assumed.anti_aliasing_filter.cutoff_hz) or len(work.table) == 0:
         return
+    if work.crowded:  # a burst that is not modelled yet would bend the filter
+        return
     first = _first_threshold(work) * (len(work.table.interfered) if early else 1)
     if work.correction.num_splines == 0:
         # One evaluation tells whether any spline can become active at all.

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 
 AVERAGED = 5  # samples over which powers are averaged
 LOUD = 10.0  # times the noise: burst power from which kappa is measured
@@ -57,6 +57,12 @@ class SampleWeights:
     def share(self) -> float:
         """Information that is left, as a share of the samples."""
         return max(float(self.values.mean()), 2.0 / self.values.size)
+
+    def counting(self, rows: IntArray, missing: BoolArray | None) -> "SampleWeights":
+        """Return weights with which all of some rows counts, as far as it was received."""
+        values = self.values.copy()
+        values[rows] = 1.0 if missing is None else ~missing[rows]
+        return SampleWeights(values)
 
     def fitted(self, received: ComplexArray, explained: ComplexArray) -> ComplexArray:
         """Return the frame with what is explained in the place of what does not count."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import fft
+from scipy import fft, ndimage
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.inference.bursts.chirp_refinement import place_chirps
@@ -17,15 +17,22 @@ from vsep.inference.bursts.expected_bursts import (
     expected_scores,
     expected_threshold,
 )
+from vsep.inference.bursts.long_chirps import lone_tones, with_long_chirps
+from vsep.inference.bursts.sequence import MANY_BURSTS
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.progress import EventKind
 from vsep.inference.core.row_energies import row_energies, squared_norms, sum_of_antennas
 from vsep.inference.core.search_cache import empty_search_cache
+from vsep.inference.core.state import NO_CORRECTION
 from vsep.inference.core.thresholds import threshold_of_sum
 from vsep.inference.objects.sbl import activation_ratio, converged_precision
 from vsep.units import from_db
 
 START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
+MOST_PER_SAMPLE = 0.075  # bursts by the samples that they last for; chirps are fewer
+BADLY = 0.01  # of a row's energy: what chirps leave at most, with one component each
+LOUD = 1e-4  # of a row's peak power: what is noise-like for certain, and two samples beside it
+SUPPORT = 1e-3  # of a row's peak power: where bursts are
 CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
 SURE = 0.5  # share of a modelled chirp's score that a search reaches for sure, grid or not
 
@@ -74,12 +81,72 @@ class BurstSearch:
 
     def run(self) -> None:
         """Check every burst on what the others leave, then look for one more in the quiet ramps."""
+        before = self.work.crowded or self.work.noise_like is not None
         self.work.synthesize()
         noise_residual = self.residual - self.work.signal  # r_beta - U Psi beta
         changed = self._check_bursts(noise_residual)
         self._start_bursts(self.residual - self.work.signal if changed else noise_residual, changed)
+        if self.work.crowded and not before:
+            self._start_over()
+        self._drop_noise_like()
         if self.expected is not None:
             self._start_expected(self.expected)
+
+    def _start_over(self) -> None:
+        """Begin all bursts of crowded ramps before the channel of any of them grows.
+
+        A channel of many components fits a burst that is not modelled yet; each keeps one.
+        """
+        work = self.work
+        work.correct(NO_CORRECTION)
+        work.keep_strongest_columns()
+        for _ in range(work.schedule.bursts_per_ramp):
+            work.recompute(self.residual, self.noise_precision)
+            count = len(work.table)
+            self._start_bursts(self.residual - work.signal, set())
+            if len(work.table) == count:
+                return
+            work.refine_bursts(self.residual, self.noise_precision)
+
+    def _left(self) -> FloatArray:
+        """(R,) share of the energy of the rows that their bursts leave."""
+        received = np.maximum(squared_norms(self.residual), 1e-300)
+        return np.asarray(squared_norms(self.residual - self.work.signal) / received)
+
+    def _drop_noise_like(self) -> None:
+        """Give up ramps that bursts fit badly, however many: what is there is no chirps.
+
+        Chirps are few parameters for many samples, and fit them.
+        """
+        work = self.work
+        many = work.bursts_per_row >= MANY_BURSTS
+        if not many.any():
+            return
+        power = work.signal.real**2 + work.signal.imag**2
+        lasting = np.sum(power > SUPPORT * power.max(axis=1, keepdims=True), axis=1)
+        many &= work.bursts_per_row > MOST_PER_SAMPLE * lasting
+        rows = np.flatnonzero(many & (self._left() > BADLY))
+        if len(rows) == 0:
+            return
+        loud = np.zeros(work.model.rows_shape, dtype=np.bool_)
+        loud[rows] = ndimage.binary_dilation(
+            power[rows] > LOUD * power[rows].max(axis=1, keepdims=True),
+            np.ones((1, 5), dtype=np.bool_),
+        )
+        work.noise_like = loud if work.noise_like is None else work.noise_like | loud
+        gone = np.flatnonzero(np.isin(work.table.rows[: work.num_shared], self._given_up()))
+        for ramp in work.table.rows[gone].tolist():
+            work.record(EventKind.CHIRP_DROPPED, ramp, 0.0, self.threshold)
+        work.remove_bursts(gone)
+        work.synthesize()
+
+    def _given_up(self) -> IntArray:
+        """Ramps whose interference is no chirps."""
+        work = self.work
+        if work.noise_like is None:
+            return np.zeros(0, dtype=np.int64)
+        rows = np.flatnonzero(work.noise_like.any(axis=1))
+        return np.unique(rows % work.model.num_ramps)
 
     def _by_antenna(self, rows: ComplexArray) -> ComplexArray:
         """(T, N) rows of one antenna, or (A, T, N) of several."""
@@ -104,7 +171,7 @@ class BurstSearch:
         )[::-1]
         if len(doubtful) == 0:
             return set()
-        found = self._find(rows[..., doubtful, :])
+        found = self._find(rows[..., doubtful, :], table.rows[doubtful])
         changed = set()
         # From the back, so that a place stays valid while bursts are removed behind it.
         for number, place in enumerate(doubtful.tolist()):
@@ -186,11 +253,11 @@ class BurstSearch:
             needed = np.maximum(least, self.threshold / self.noise_precision)
             # Cauchy-Schwarz: sqrt(score) changes by ||change|| at most
             candidates &= last.limits_of(noise_residual) >= needed
-        candidates[list(changed)] = False
+        candidates[[*changed, *self._given_up()]] = False
         ramps = candidates.nonzero()[0]
         if len(ramps) == 0:
             return
-        found = self._find(noise_residual[..., ramps, :])
+        found = self._find(noise_residual[..., ramps, :], ramps)
         work.search_cache = last.searched(ramps, noise_residual, found.limit)
         strong = (found.score >= least[ramps]).tolist()
         starts = [
@@ -240,10 +307,16 @@ class BurstSearch:
         own = work.table.rows[: work.num_shared]
         return np.bincount(own, minlength=work.model.num_ramps)
 
-    def _find(self, rows: ComplexArray) -> ChirpCandidates:
-        """Best chirp of every row; the schedule that keeps one in every ramp uses all of them."""
+    def _find(self, rows: ComplexArray, ramps: IntArray) -> ChirpCandidates:
+        """Best chirp of rows in some ramps; the schedule with one in every ramp uses all."""
         least_score = 0.0 if self.keeps_every_template else self.threshold / self.noise_precision
-        return find_single_chirps(rows, self.work.assumed, least_score=least_score)
+        found = find_single_chirps(rows, self.work.assumed, least_score=least_score)
+        if self.keeps_every_template:
+            return found
+        tones = found.tone_score > np.maximum(found.score, least_score)
+        if tones.any():
+            tones &= lone_tones(self._by_antenna(self.residual))[ramps]
+        return with_long_chirps(found, rows, tones, self.work.assumed)
 
     def _confirmed(self, found: ChirpCandidates, number: int) -> bool:
         ratio = self.noise_precision * float(found.score[number])

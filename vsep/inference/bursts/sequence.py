@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import NamedTuple, overload
+from typing import Final, NamedTuple, overload
 
 import numpy as np
 
@@ -10,6 +10,8 @@ from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
 from vsep.inference.bursts.chirp_refinement import PlacedChirps, place_chirps
 from vsep.inference.core.state import BurstComponents
 from vsep.signal.template import SignalModel
+
+MANY_BURSTS: Final = 4  # in a ramp
 
 
 class FlatBursts(NamedTuple):
@@ -120,6 +122,13 @@ class BurstSequence(Sequence[BurstComponents]):
                 # Several bursts share a row: each gets its block.
                 inside = np.flatnonzero(flat.owners[first:last] == burst)
                 yield first + inside, covariance[np.ix_(inside, inside)]
+
+
+def is_crowded(bursts: Sequence[BurstComponents], num_ramps: int) -> bool:
+    """Whether some ramp holds `MANY_BURSTS`: channels have been fitted to bursts beside them."""
+    if len(bursts) < MANY_BURSTS:
+        return False
+    return bool(np.bincount(burst_sequence(bursts, num_ramps).flat.rows).max() >= MANY_BURSTS)
 
 
 def burst_sequence(bursts: Sequence[BurstComponents], num_ramps: int) -> BurstSequence:

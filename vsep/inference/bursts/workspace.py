@@ -14,7 +14,8 @@ from vsep.inference.bursts.chirp_refinement import (
     place_chirps,
     refine_chirps,
 )
-from vsep.inference.bursts.sequence import BurstSequence
+from vsep.inference.bursts.sample_weights import SampleWeights
+from vsep.inference.bursts.sequence import MANY_BURSTS, BurstSequence
 from vsep.inference.bursts.table import BurstTable, RampBursts
 from vsep.inference.core.elbo import weights_bound
 from vsep.inference.core.progress import ComponentEvent, EventKind
@@ -59,6 +60,8 @@ class InterferenceWorkspace:
         By what the filter of the templates differs from the assumed one.
     search_cache : SearchCache, optional
         What the last search for bursts has seen; a search in this step replaces it.
+    noise_like : (P, N) or (A P, N) bool, optional
+        Samples of interference that is no chirps; a search may add to them.
 
     Attributes
     ----------
@@ -76,8 +79,9 @@ class InterferenceWorkspace:
         bursts: Sequence[BurstComponents],
         correction: FilterCorrection = NO_CORRECTION,
         search_cache: SearchCache | None = None,
+        noise_like: BoolArray | None = None,
     ) -> None:
-        self.assumed = model
+        self.assumed, self.noise_like = model, noise_like
         self.search_cache = search_cache
         self._take_correction(correction)
         self.schedule = schedule
@@ -92,6 +96,52 @@ class InterferenceWorkspace:
     def ramps(self) -> dict[int, RampBursts]:
         """Return what every interfered row of the frame holds."""
         return self.table.ramps()
+
+    @property
+    def crowded(self) -> bool:
+        """Whether some ramp holds so many bursts that channels have been fitted to others."""
+        return bool(np.any(self.bursts_per_row >= MANY_BURSTS))
+
+    @property
+    def bursts_per_row(self) -> IntArray:
+        """(R,) bursts in every row of the frame."""
+        return np.bincount(self.table.rows, minlength=self.model.rows_shape[0])
+
+    def object_additions(self, iteration: int) -> int:
+        """Objects that may be added; beside noise of known support one, as without its samples."""
+        return 1 if self.noise_like is not None else self.schedule.object_additions(iteration)
+
+    def revised_weights(
+        self, weights: SampleWeights | None, missing: BoolArray | None
+    ) -> SampleWeights | None:
+        """Return the weights of the samples after a search.
+
+        Crowded rows in which it has begun a burst count, as far as they were received, because the
+        burst would have no sample to be fitted to. Interference that is no chirps does not.
+        """
+        kinds = EventKind.CHIRP_STARTED, EventKind.CHIRP_RESTARTED
+        ramps = [event.ramp for event in self.events if event.kind in kinds]
+        if weights is not None and ramps:
+            news = np.zeros(self.model.num_ramps, dtype=np.bool_)
+            news[ramps] = True
+            crowded = self.bursts_per_row >= MANY_BURSTS
+            rows = np.flatnonzero(crowded & np.tile(news, self.model.num_antennas))
+            weights = weights.counting(rows, missing)
+        if self.noise_like is None:
+            return weights
+        return SampleWeights(
+            np.where(self.noise_like, 0.0, 1.0 if weights is None else weights.values)
+        )
+
+    def keep_strongest_columns(self) -> None:
+        """Leave one channel component of each burst where a ramp holds several."""
+        table = self.table
+        order = np.lexsort((-np.abs(table.amplitudes), table.owners))
+        _, first = np.unique(table.owners[order], return_index=True)
+        stay = np.zeros(len(table.owners), dtype=np.bool_)
+        stay[order[first]] = True
+        several = self.bursts_per_row[table.rows] >= MANY_BURSTS - 1
+        table.remove_columns(np.flatnonzero(~stay & several[table.owners]).tolist())
 
     @property
     def trace(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray, frozen
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.receiver import ReceiverErrors
 from vsep.inference.core.search_cache import SearchCache
@@ -213,6 +213,8 @@ class SeparationState:
         Noise over beat frequency; None where it is white.
     sample_weights : (P, N) float or None
         How much every sample counts; None where all count fully.
+    noise_like : (P, N) or (A P, N) bool or None
+        Samples of interference that is no chirps; none is looked for any more in their ramps.
     receiver : ReceiverErrors or None
         Errors of oscillator and receivers, taken off the frame before a step; None without.
     quiet_iterations : int
@@ -234,6 +236,7 @@ class SeparationState:
     used_share: float = 1.0
     noise_spectrum: NoiseSpectrum | None = None
     sample_weights: FloatArray | None = None
+    noise_like: BoolArray | None = None
     receiver: ReceiverErrors | None = None
     quiet_iterations: int = 0
     calm_iterations: int = 0
@@ -306,6 +309,7 @@ class SeparationState:
             ),
             object_signal=self.object_signal[rows],
             sample_weights=None if self.sample_weights is None else self.sample_weights[rows],
+            noise_like=None if self.noise_like is None else self.noise_like[rows],
             interference_signal=self.interference_signal[rows],
             receiver=None if self.receiver is None else self.receiver.of_antenna(antenna),
         )

@@ -8,7 +8,7 @@ from scipy import fft
 from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.progress import ComponentEvent, EventKind
-from vsep.inference.core.state import ObjectComponents
+from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.objects.refinement import PlacedComponents, joint_step, place_components
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels.candidates import Candidate, best_candidate
@@ -355,3 +355,11 @@ def objects_trace(components: ObjectComponents, model: SignalModel) -> float:
         gram = moving_jets(points.T.copy(), model.migration, *model.shape, 1)[0]
         trace = float(np.vdot(gram, components.covariance).real)
     return model.num_antennas * trace
+
+
+def without_objects(state: SeparationState) -> SeparationState:
+    """Return a state that has found no object yet."""
+    nothing = np.zeros_like(state.object_signal)
+    antennas = state.objects.amplitudes.shape[1:]
+    objects = no_objects(antennas[0] if antennas else 1)
+    return replace(state, objects=objects, object_signal=nothing)
