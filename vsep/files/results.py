@@ -5,7 +5,7 @@ Beat and Doppler frequencies are in the paper's sign, whatever the sign of the f
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from vsep._version import __version__
 from vsep.analysis.angles import object_angles, without_motion
 from vsep.files.frame import Frame
+from vsep.grouping.groups import ObjectGroup
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
 from vsep.inference.deviations import state_deviations
@@ -63,6 +64,34 @@ def result_line(
         "termination": solution.termination.name.lower(),
         "seconds": round(solution.seconds, 6),
         "version": __version__,
+    }
+
+
+def groups_entry(groups: Sequence[ObjectGroup]) -> dict[str, Any]:
+    """Return extended objects for the line's ``groups``; nothing where there are none."""
+    if not groups:
+        return {}
+    return {"groups": [_group_entry(group) for group in groups]}
+
+
+def _group_entry(group: ObjectGroup) -> dict[str, Any]:
+    columns = {
+        "range_m": group.ranges_m,
+        "velocity_mps": group.velocities_mps,
+        "component_snr_db": to_db(group.snr),
+    }
+    lines = [
+        {key: float(column[index]) for key, column in columns.items()}
+        for index in range(group.num_lines)
+    ]
+    return {
+        "objects": group.members.tolist(),
+        "range_m": group.range_m,
+        "velocity_mps": group.velocity_mps,
+        "extent_m": group.extent_m,
+        "strongest": lines[group.strongest],
+        "weak_lines": lines[len(group.members) :],
+        "log_odds": group.log_odds,
     }
 
 

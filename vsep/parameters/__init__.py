@@ -10,6 +10,7 @@ from typing import Any
 from vsep.parameters.record import Parameter
 
 MAX_OBJECTS = 40
+MAX_CARS = 4
 FILTER_KINDS = {"raised_cosine": "Raised cosine", "butterworth": "Butterworth", "none": "None"}
 FILTER_PARTS: Mapping[str, frozenset[str]] = {
     "raised_cosine": frozenset({"cutoff", "rolloff"}),
@@ -208,6 +209,16 @@ SCENE_PARAMETERS = (
         default=1,
         bounds=(1, MAX_OBJECTS),
         query="objects",
+        of_recording=False,
+    ),
+    Parameter(
+        name="num_cars",
+        title="Cars",
+        help="Extended objects beside the others: each is three to eight lines over 1.5 to 4.5 m "
+        "that move together.",
+        default=0,
+        bounds=(0, MAX_CARS),
+        query="cars",
         of_recording=False,
     ),
     Parameter(

@@ -8,7 +8,14 @@ from typing import Final
 
 from vsep._entry_points import load_entries, require_loadable
 from vsep.errors import InputError, shown
-from vsep.presets import measurement, moving_car, real_frame, simulation_1, simulation_2
+from vsep.presets import (
+    extended_car,
+    measurement,
+    moving_car,
+    real_frame,
+    simulation_1,
+    simulation_2,
+)
 from vsep.presets.record import Preset, SimulatedPreset
 
 GROUP: Final = "vsep.presets"
@@ -19,6 +26,7 @@ _OWN: Final[dict[str, Preset]] = {
         *simulation_2.PRESETS,
         measurement.PRESET,
         moving_car.PRESET,
+        extended_car.PRESET,
         real_frame.PRESET,
     )
 }

@@ -14,6 +14,7 @@ import numpy as np
 
 from vsep._validation import require_range
 from vsep.parameters import PARAMETERS
+from vsep.presets.cars import with_cars
 from vsep.presets.channels import with_first_delay
 from vsep.presets.places import Place, placed_objects
 from vsep.presets.record import SimulatedPreset
@@ -48,6 +49,7 @@ class PresetOptions(TypedDict, total=False):
     burst_shift_s: float
     num_interfered_ramps: int | None
     num_objects: int | None
+    num_cars: int | None
     object_delay_s: float | None
     second_interferer: bool
     phase_jitter_rad: float
@@ -93,6 +95,8 @@ def preset(
         That many ramps in a row, from the first on, are interfered.
     num_objects : int, optional
         From 1 to `MAX_OBJECTS`; a scene of more objects has those of one with less.
+    num_cars : int, optional
+        Extended objects beside them, see `vsep.presets.cars`; the preset's by default.
     object_delay_s : float, optional
         Delay of the first object, within the radar's unambiguous interval. A burst lies around
         delay zero, as far as the cut-off frequency over the victim's slope.
@@ -132,6 +136,10 @@ def preset(
         else record.draw_objects(object_rng, options.get("num_objects"))
     )
     objects = with_first_delay(objects, record.radar, options.get("object_delay_s"))
+    num_cars = options.get("num_cars")
+    num_cars = record.num_cars if num_cars is None else num_cars
+    if num_cars:
+        objects = with_cars(rng.spawn(1)[0], record.radar, objects, num_cars)
     present = options.get("interference", True)
     interferer = Interferer(sequence=sequence, channel=record.draw_paths(channel_rng))
     interferers: tuple[Interferer, ...] = (interferer,) if present else ()

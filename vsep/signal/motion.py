@@ -38,9 +38,9 @@ def moved_paths(radar: ChirpSequence, channel: Channel, elapsed_s: float) -> Cha
     >>> moved_paths(preset_radar("simulation-2-a"), channel, 0.05).delays_s
     array([1.05e-07])
     """
-    return Channel(
+    return replace(
+        channel,
         delays_s=channel.delays_s + channel.dopplers_hz * (elapsed_s / radar.start_frequency_hz),
-        dopplers_hz=channel.dopplers_hz,
         weights=channel.weights * np.exp(-2j * np.pi * channel.dopplers_hz * elapsed_s),
     )
 

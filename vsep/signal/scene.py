@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray, frozen
 from vsep.errors import InputError
 from vsep.parameters import PARAMETERS
 from vsep.signal.impairments import TrueReceiver
@@ -23,16 +23,22 @@ class Channel:
         Doppler frequencies nu, positive for a growing distance.
     weights : (L,) complex
         Path weights; only their ratios matter, SNR and SIR set the levels.
+    groups : (L,) int or None
+        Number of the extended object that a line is of, -1 of points; None where all are points.
     """
 
     delays_s: FloatArray
     dopplers_hz: FloatArray
     weights: ComplexArray
+    groups: IntArray | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays; they must be of one length and finite."""
         arrays = (self.delays_s, self.dopplers_hz, self.weights)
         lengths = [np.shape(array) for array in arrays]
+        if self.groups is not None:
+            lengths.append(np.shape(self.groups))
+            object.__setattr__(self, "groups", frozen(np.array(self.groups, dtype=np.int64)))
         if len(set(lengths)) != 1 or len(lengths[0]) != 1:
             raise InputError(f"delays, dopplers, weights have shapes {lengths}; all must be (L,).")
         if not all(np.all(np.isfinite(array)) for array in arrays):
@@ -116,6 +122,8 @@ class GroundTruth:
         Directions of the interferers, likewise.
     receiver : TrueReceiver or None
         What oscillator and receivers did to the frame, where they were not perfect.
+    groups : (L,) int or None
+        As `Channel.groups`.
     """
 
     beats: FloatArray
@@ -128,6 +136,7 @@ class GroundTruth:
     angles_deg: FloatArray | None = None
     interferer_angles_deg: FloatArray | None = None
     receiver: TrueReceiver | None = None
+    groups: IntArray | None = None
 
     def of_antenna(self, antenna: int) -> "GroundTruth":
         """Return what one of several antennas received; directions stay."""

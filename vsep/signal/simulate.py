@@ -91,6 +91,7 @@ def simulate(
         bursts=_true_bursts(radar, scene.interferers, anti_aliasing_filter),
         noise_precision=noise_precision,
         receiver=receiver,
+        groups=channel.groups,
     )
     return Observation(received=frozen(received), truth=truth)
 

@@ -25,8 +25,15 @@ from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
 from vsep.files.line_file import lines_of_a_run
 from vsep.files.response_file import read_response
-from vsep.files.results import as_json, profile_entry, result_line, separated_signals
+from vsep.files.results import (
+    as_json,
+    groups_entry,
+    profile_entry,
+    result_line,
+    separated_signals,
+)
 from vsep.files.writing import write_npz
+from vsep.grouping.groups import find_groups
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step
 from vsep.inference.core.run import run as run_estimator
@@ -268,6 +275,8 @@ def separate_frame(
         return {"file": path, "error": error_text(path, error)}
     spacing = frame.antenna_spacing_wavelengths
     line = result_line(path, solution, frame.radar, spacing, frame.num_transmitters)
+    missing = frame.missing_rows(together=together)
+    line |= groups_entry(find_groups(received, solution.state, frame.radar, missing=missing))
     if timings is not None:
         line["interferer_timings"] = len(timings)
     # A burst that the estimator has modelled is no tone.

@@ -22,7 +22,7 @@ from vsep_app.figures.document import document_html
 from vsep_app.model.picture import Picture
 from vsep_app.report.page import ReportViews, found, page_variables
 from vsep_app.report.run import ReportRun
-from vsep_app.views.tables import table_html
+from vsep_app.views.tables import groups_html, table_html
 
 MAX_VIEWS = 240
 """Iterations times ramps: what keeps Simulation II below 1 MB."""
@@ -71,10 +71,11 @@ def record_html(run: ReportRun, guide: str = "") -> str:
             views.update(pictures[i, ramp])
             seen.append([_version(player, n, replays) for n, player in enumerate(players)])
         picture = pictures[i, run.ramp]
+        table = table_html(picture.table, moving=several) + groups_html(picture.groups)
         shown.append(
             {
                 "versions": seen,
-                "table": replays["tables"].keep(table_html(picture.table, moving=several)),
+                "table": replays["tables"].keep(table),
                 "status": status(picture, frames[-1]),
             }
         )
