@@ -15,10 +15,11 @@ from vsep.inference.objects.workspace import (
     candidate_grid,
     no_objects,
 )
+from vsep.kernels.moving_atoms import fold_width
 from vsep.signal.keystone import SingleComplexArray, keystone_dopplers
 from vsep.signal.radar import ChirpSequence
 
-FALSE_LINES: Final = 0.3  # in a window of noise alone
+FALSE_LINES: Final = 0.1  # in a window of noise alone
 MOST_LINES: Final = 8  # below the threshold, of a group
 
 
@@ -35,9 +36,12 @@ class Residual:
     radar : ChirpSequence
         Which radar received it.
     cells : Cells
-        The residual over the noise; columns begin at the lowest beat of the radar.
+        The residual over the noise; columns begin at the lowest beat of the radar. Rows are those
+        of the first interval of Doppler frequency: lines this weak do not tell theirs.
     dopplers : (R,) float
         Of the rows.
+    first_row : int
+        Row of `candidate_grid` that is the first of the cells.
     """
 
     state: SeparationState
@@ -45,17 +49,22 @@ class Residual:
     radar: ChirpSequence
     cells: Cells
     dopplers: FloatArray
+    first_row: int
 
     def places(self) -> list[tuple[int, int]]:
         """Row and column of every object of the estimate."""
         objects, num_columns = self.state.objects, self.radar.num_samples
-        apart = objects.dopplers[:, None] - self.dopplers
-        if self.cells.cyclic:
-            apart = apart - np.rint(apart)
-        rows = np.argmin(abs(apart), axis=1)
+        apart = (objects.dopplers[:, None] - self.dopplers) / self._interval
+        rows = np.argmin(abs(apart - np.rint(apart)), axis=1)
         beats = (objects.beats - self.radar.lowest_beat) * num_columns
         columns = np.rint(beats).astype(np.int64) % num_columns
         return [(int(row), int(column)) for row, column in zip(rows, columns, strict=True)]
+
+    @property
+    def _interval(self) -> float:
+        """Doppler frequencies that differ by it are the same, but for the migration."""
+        moving = self.radar.migration.coupling != 0.0
+        return fold_width(self.radar.migration, self.radar.num_samples) if moving else 1.0
 
     def beats_of(self, window: Window) -> FloatArray:
         """Beats of the first and the last cell of a window."""
@@ -90,21 +99,30 @@ def residual_of(
     if weights is not None:
         share = float(np.mean(weights**2))
     transforms = candidate_grid(signals.astype(np.complex64), radar.migration)
-    chosen = transforms[:, :, _columns(radar)]
+    dopplers, first_row = _rows(radar)
+    chosen = transforms[:, first_row : first_row + len(dopplers), _columns(radar)]
     powers = np.sum(chosen.real.astype(np.float64) ** 2 + chosen.imag**2, axis=0)
     powers *= _scale(transforms, radar) * state.noise_precision / share
     beats = radar.lowest_beat + np.arange(radar.num_samples) / radar.num_samples
     if state.relative_noise is not None:
         powers /= state.relative_noise.level(beats)
-    moving = radar.migration.coupling != 0.0
-    rows = np.arange(len(powers))
     return Residual(
         state=state,
         left=left,
         radar=radar,
-        cells=Cells(powers=powers, num_antennas=len(signals), cyclic=not moving),
-        dopplers=keystone_dopplers(radar.shape, radar.migration) if moving else rows / len(rows),
+        cells=Cells(powers=powers, num_antennas=len(signals)),
+        dopplers=dopplers,
+        first_row=first_row,
     )
+
+
+def _rows(radar: ChirpSequence) -> tuple[FloatArray, int]:
+    """Doppler frequencies of the first interval in `candidate_grid`, and the row of the first."""
+    num_rows = 1 if radar.num_ramps == 1 else 2 * radar.num_ramps
+    if radar.migration.coupling == 0.0:
+        return np.arange(num_rows) / num_rows, 0
+    first = num_rows * radar.migration.folds
+    return keystone_dopplers(radar.shape, radar.migration)[first : first + num_rows], first
 
 
 def _columns(radar: ChirpSequence) -> IntArray:
@@ -133,12 +151,13 @@ def weak_lines(residual: Residual, window: Window) -> ObjectComponents:
         Of the group.
     """
     state, radar = residual.state, residual.radar
-    num_rows, num_antennas = len(residual.dopplers), residual.cells.num_antennas
+    num_antennas = residual.cells.num_antennas
     size = min(radar.num_ramps, 2), window.num_cells, num_antennas
+    num_rows = len(residual.dopplers) * (2 * radar.migration.folds + 1)
     searched = np.zeros((num_rows, 2 * radar.num_samples), dtype=np.bool_)
     first = round(2 * radar.num_samples * radar.lowest_beat) + 2 * window.first
     columns = np.arange(first - 1, first + 2 * window.num_cells) % (2 * radar.num_samples)
-    rows = np.array(residual.cells.rows_beside(window.row))
+    rows = np.array(residual.cells.rows_beside(window.row)) + residual.first_row
     searched[rows[:, None], columns] = True
     workspace = ObjectWorkspace(
         no_objects(num_antennas),

@@ -27,24 +27,19 @@ class Cells:
     Parameters
     ----------
     powers : (R, N) float
-        Sums over the antennas; rows half a cell of velocity apart, columns a cell of range.
+        Sums over the antennas; rows half a cell of velocity apart, the first follows the last one;
+        columns a cell of range.
     num_antennas : int
         A.
-    cyclic : bool
-        Whether the first row follows the last one.
     """
 
     powers: FloatArray
     num_antennas: int
-    cyclic: bool
 
     def rows_beside(self, row: int) -> list[int]:
         """Rows of the same velocity as one of them, itself among them."""
         count = len(self.powers)
-        rows = range(row - BESIDE, row + BESIDE + 1)
-        if self.cyclic:
-            return sorted({each % count for each in rows})
-        return [each for each in rows if 0 <= each < count]
+        return sorted({each % count for each in range(row - BESIDE, row + BESIDE + 1)})
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -214,8 +214,8 @@ SCENE_PARAMETERS = (
     Parameter(
         name="num_cars",
         title="Cars",
-        help="Extended objects beside the others: each is three to eight lines over 1.5 to 4.5 m "
-        "that move together.",
+        help="The number of extended objects beside the others, each of three to eight lines over "
+        "1.5 to 4.5 m.",
         default=0,
         bounds=(0, MAX_CARS),
         query="cars",
