@@ -17,7 +17,7 @@ from vsep.files.frame import Frame
 from vsep.grouping.groups import ObjectGroup
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
-from vsep.inference.deviations import state_deviations
+from vsep.inference.deviations import curvature_std, state_deviations
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
@@ -161,6 +161,13 @@ def _object_entries(
         "amplitude": np.stack([objects.amplitudes.real, objects.amplitudes.imag], axis=-1),
         "component_snr_db": to_db(state.component_snr),
     }
+    if objects.curvatures is not None:
+        columns |= {
+            "acceleration_mps2": radar.acceleration_from_curvature(objects.curvatures),
+            "acceleration_std_mps2": radar.acceleration_from_curvature(
+                curvature_std(state, radar.num_ramps)
+            ),
+        }
     if spacing_wavelengths is not None and objects.amplitudes.ndim == 2:
         variances = np.diagonal(objects.covariance).real
         weights = without_motion(objects.amplitudes, objects.dopplers, num_transmitters)

@@ -7,35 +7,35 @@ takes the cluster's place where the evidence asks for it: where it explains as m
 the lines that are saved may explain of noise, or more than noise would give it.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray
+from vsep._typing import BoolArray, ComplexArray
 from vsep.errors import InputError
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo, Termination
 from vsep.inference.core.state import ObjectComponents, SeparationState
-from vsep.signal.atoms import line_factors
 from vsep.signal.chirped_atoms import (
     MAX_SWEEP_CELLS,
     ChirpedPoint,
     best_chirped_point,
     chirped_products,
     chirped_signals,
+    curvature_power,
     refined,
 )
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db, wrap_frequency
 
-CURVATURE_NATS: Final = 8.0  # that a further parameter must explain
+CURVATURE_NATS: Final = 8.0  # that a further parameter must explain ...
+KEPT_NATS: Final = 6.0  # ... and that one which is there must
 SEED_DB: Final = 20.0  # of a line whose acceleration can be told
-REACH_CELLS: Final = 0.5 * MAX_SWEEP_CELLS + 1.5  # of a cluster's lines, in velocity
+REACH_CELLS: Final = (1.5, 2.5, 0.5 * MAX_SWEEP_CELLS + 1.5)  # of a cluster's lines, in velocity
 BESIDE_CELLS: Final = 1.0  # and in range
+MOST_LEFT_OUT: Final = 4  # lines of a cluster that may be objects of their own, each by itself
 FIRST_ITERATION: Final = 2
-SETTLED_GAIN: Final = 1e-3  # nats: an atom that gains less has not moved
 
 
 class _Fit(NamedTuple):
@@ -45,6 +45,16 @@ class _Fit(NamedTuple):
     point: ChirpedPoint
     amplitudes: ComplexArray  # (A,)
     precision: float
+
+
+class _Trial(NamedTuple):
+    """One atom in the place of a cluster of lines."""
+
+    cluster: BoolArray  # (L,)
+    point: ChirpedPoint
+    signals: ComplexArray  # (A, P, N) without all other objects
+    power: float  # that it explains
+    gain: float  # nats
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -122,17 +132,24 @@ class _Work:
         self.events: list[ComponentEvent] = []
 
     def refine(self) -> None:
-        """Move every atom to where it explains most beside all others; weak ones go."""
+        """Move every atom to where it explains most beside all others.
+
+        Weak ones go, and those whose curvature is no longer evident are plain objects again.
+        """
         fits, self.fits = self.fits, []
         for fit in fits:
             signals = self.left + _signal([fit], self.left.shape[1:], len(self.left), flat=False)
             point = refined(fit.point, signals)
+            straight = point._replace(curvature=0.0)
+            powers = [_energy(chirped_products(each, signals)) for each in (point, straight)]
+            if self.precision * (powers[0] - powers[1]) < KEPT_NATS:
+                point = straight
             self._place(fit.component_id, point, signals)
 
     def _place(self, component_id: int, point: ChirpedPoint, signals: ComplexArray) -> None:
         """Fit the weights of an atom to signals, which become what is left of them."""
         products = chirped_products(point, signals)
-        power, count = float(np.sum(abs(products) ** 2)), len(products)
+        power, count = _energy(products), len(products)
         ratio = self.precision * power
         if ratio <= self.threshold:
             self._tell(EventKind.OBJECT_PRUNED, ratio, component_id, point)
@@ -149,50 +166,71 @@ class _Work:
         objects = self.state.objects
         for seed in np.argsort(-objects.powers):
             snr = self.precision * objects.powers[seed]
-            if self.kept[seed] and snr > from_db(SEED_DB):
-                self._try_around(int(seed), self.kept & self._beside(int(seed)))
+            if self.kept[seed] and snr > from_db(SEED_DB) and self._asks(int(seed)):
+                trials = [self._trial(int(seed), lines) for lines in self._clusters(int(seed))]
+                best = max(trials, key=lambda each: each.gain)
+                if best.gain > CURVATURE_NATS:
+                    self._accept(int(seed), best)
 
-    def _beside(self, seed: int) -> BoolArray:
+    def _asks(self, seed: int) -> bool:
+        """Whether there is anything around an object that a curvature could explain."""
+        objects = self.state.objects
+        if np.count_nonzero(self.kept & self._beside(seed, REACH_CELLS[-1])) > 1:
+            return True
+        point = ChirpedPoint(float(objects.beats[seed]), float(objects.dopplers[seed]), 0.0)
+        return self.precision * curvature_power(point, self.left) > CURVATURE_NATS
+
+    def _beside(self, seed: int, reach_cells: float) -> BoolArray:
         objects, (num_ramps, num_samples) = self.state.objects, self.left.shape[1:]
         across = abs(wrap_frequency(objects.beats - objects.beats[seed])) * num_samples
         along = abs(wrap_frequency(objects.dopplers - objects.dopplers[seed])) * num_ramps
-        near: BoolArray = (across < BESIDE_CELLS) & (along < REACH_CELLS)
+        near: BoolArray = (across < BESIDE_CELLS) & (along < reach_cells)
         return near
 
-    def _try_around(self, seed: int, cluster: BoolArray) -> None:
+    def _clusters(self, seed: int) -> list[BoolArray]:
+        """Lines around an object, (L,) bool each: all within a reach, and all but one of them."""
+        powers = self.state.objects.powers
+        clusters = [self.kept & self._beside(seed, reach) for reach in REACH_CELLS]
+        others = np.flatnonzero(clusters[-1])
+        for index in others[np.argsort(-powers[others])][: MOST_LEFT_OUT + 1]:
+            if index != seed:
+                without = clusters[-1].copy()
+                without[index] = False
+                clusters.append(without)
+        return list({cluster.tobytes(): cluster for cluster in clusters}.values())
+
+    def _trial(self, seed: int, cluster: BoolArray) -> "_Trial":
+        """Fit one atom to what a cluster and the residual hold."""
         objects = self.state.objects
         lines = objects.chosen(cluster)
         weights = lines.amplitudes.reshape(lines.num_components, len(self.left))
         points = np.stack([lines.beats, lines.dopplers, np.zeros(len(weights))], axis=1)
-        own = chirped_signals(points, weights, self.left.shape[1:]).sum(axis=0)
-        signals = self.left + own
-        explained = _energy(signals) - _energy(self.left)
+        signals = self.left + chirped_signals(points, weights, self.left.shape[1:]).sum(axis=0)
         share = lines.powers / lines.powers.sum()
-        seed_beat = float(objects.beats[seed])
+        seed_beat, doppler = float(objects.beats[seed]), float(objects.dopplers[seed])
         beat = seed_beat + float(share @ wrap_frequency(lines.beats - seed_beat))
-        point = best_chirped_point(beat, float(objects.dopplers[seed]), signals, REACH_CELLS)
-        power = float(np.sum(abs(chirped_products(point, signals)) ** 2))
-        saved = (len(weights) - 1) * self.threshold
-        if self.precision * (power - explained) + saved <= CURVATURE_NATS:
-            return
-        for component_id, beat, doppler in zip(
-            lines.component_ids, lines.beats, lines.dopplers, strict=True
-        ):
-            if component_id != objects.component_ids[seed]:
-                where = ChirpedPoint(float(beat), float(doppler), 0.0)
-                self._tell(EventKind.OBJECT_PRUNED, self.threshold, int(component_id), where)
-        self._tell(
-            EventKind.OBJECT_ADDED,
-            self.precision * power,
-            int(objects.component_ids[seed]),
-            point,
-        )
-        self.kept &= ~cluster
-        self._place(int(objects.component_ids[seed]), point, signals)
+        point = best_chirped_point(beat, doppler, signals, REACH_CELLS[-1])
+        power = _energy(chirped_products(point, signals))
+        lost = _energy(signals) - _energy(self.left) - power
+        gain = (len(weights) - 1) * self.threshold - self.precision * lost
+        return _Trial(cluster, point, signals, power, gain)
 
-    def _tell(
-        self, kind: EventKind, ratio: float, component_id: int, point: ChirpedPoint
-    ) -> None:
+    def _accept(self, seed: int, trial: "_Trial") -> None:
+        """Put an atom in the place of a cluster."""
+        objects = self.state.objects
+        own = int(objects.component_ids[seed])
+        for index in np.flatnonzero(trial.cluster):
+            if index != seed:
+                where = float(objects.beats[index]), float(objects.dopplers[index])
+                lost_id = int(objects.component_ids[index])
+                self._tell(
+                    EventKind.OBJECT_PRUNED, self.threshold, lost_id, ChirpedPoint(*where, 0.0)
+                )
+        self._tell(EventKind.OBJECT_ADDED, self.precision * trial.power, own, trial.point)
+        self.kept &= ~trial.cluster
+        self._place(own, trial.point, trial.signals)
+
+    def _tell(self, kind: EventKind, ratio: float, component_id: int, point: ChirpedPoint) -> None:
         self.events.append(
             ComponentEvent(
                 kind=kind,
@@ -220,9 +258,9 @@ class _Work:
             state,
             objects=_joined(plain, self.fits, self.precision),
             object_signal=signal + _signal(self.fits, shape, num_antennas),
-            calm_iterations=0 if self.events else state.calm_iterations,
-            quiet_iterations=0 if self.events else state.quiet_iterations,
         )
+        if self.events:  # errors of the oscillator may have been fitted to what has gone
+            state = replace(state, receiver=None, calm_iterations=0, quiet_iterations=0)
         return state, replace(info, events=(*info.events, *self.events))
 
 
@@ -236,7 +274,9 @@ def _signal(
     """Signals of the objects that accelerate, (A P, N) or (A, P, N)."""
     total = np.zeros((num_antennas, *shape), dtype=np.complex128)
     for fit in fits:
-        total += chirped_signals(np.array([fit.point]), fit.amplitudes[None], (shape[0], shape[1]))[0]
+        total += chirped_signals(np.array([fit.point]), fit.amplitudes[None], (shape[0], shape[1]))[
+            0
+        ]
     return total.reshape(-1, shape[1]) if flat else total
 
 
@@ -286,5 +326,5 @@ def _joined(plain: ObjectComponents, fits: list[_Fit], precision: float) -> Obje
         amplitudes=np.concatenate([plain.amplitudes, weights]),
         covariance=covariance,
         precisions=np.append(plain.precisions, priors),
-        curvatures=np.append(np.zeros(count), points[:, 2]),
+        curvatures=np.append(np.zeros(count), points[:, 2]) if points[:, 2].any() else None,
     )

@@ -222,6 +222,19 @@ SCENE_PARAMETERS = (
         of_recording=False,
     ),
     Parameter(
+        name="object_acceleration",
+        title="Acceleration of objects",
+        unit="m/s²",
+        help="By how many m/s² every object gains or loses velocity within the frame; which, is "
+        "drawn.",
+        default=0.0,
+        bounds=(0.0, 1e7),
+        span=(0.0, 100.0),
+        query="object_acceleration",
+        option="acceleration_mps2",
+        of_recording=False,
+    ),
+    Parameter(
         name="seed",
         title="Seed",
         help="Draws objects, phases and noise; the same seed gives the same frame.",
@@ -337,6 +350,14 @@ ESTIMATOR_PARAMETERS = (
         default="modelled",
         choices={"modelled": "Modelled", "neglected": "Neglected"},
         query="migration",
+    ),
+    Parameter(
+        name="acceleration",
+        title="Acceleration",
+        help="Modelled: an object whose velocity changes within the frame is one object, where the "
+        "evidence asks for it. Neglected: it is several of different velocities.",
+        default="neglected",
+        choices={"neglected": "Neglected", "modelled": "Modelled"},
     ),
     Parameter(
         name="max_iterations",

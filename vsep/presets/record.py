@@ -97,13 +97,19 @@ class SimulatedPreset(Preset):
     draw_paths: DrawPaths  #: draws the interference channel
     num_objects: int  #: usual number of objects
     num_cars: int = 0  #: usual number of extended objects beside them
+    acceleration_mps2: float = 0.0  #: by which all gain or lose velocity, usually
     object_delay_s: float = float("nan")  #: delay of the first object, NaN where it is drawn
     family: str = ""  #: scene of studies in which presets of one family take turns
     noise_scene: str = ""  #: scene of studies that is noise alone, of the size of its frames
 
     def defaults(self) -> dict[str, float]:
         """Return the settings that choosing it sets, by their names in `PARAMETERS`."""
-        return {**Preset.defaults(self), "num_objects": self.num_objects, "num_cars": self.num_cars}
+        return {
+            **Preset.defaults(self),
+            "num_objects": self.num_objects,
+            "num_cars": self.num_cars,
+            "object_acceleration": self.acceleration_mps2,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)

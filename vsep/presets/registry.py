@@ -9,6 +9,7 @@ from typing import Final
 from vsep._entry_points import load_entries, require_loadable
 from vsep.errors import InputError, shown
 from vsep.presets import (
+    braking,
     extended_car,
     measurement,
     moving_car,
@@ -27,6 +28,7 @@ _OWN: Final[dict[str, Preset]] = {
         measurement.PRESET,
         moving_car.PRESET,
         extended_car.PRESET,
+        braking.PRESET,
         real_frame.PRESET,
     )
 }

@@ -21,7 +21,7 @@ from vsep.presets.record import SimulatedPreset
 from vsep.presets.registry import simulated_preset
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
 from vsep.signal.impairments import impairments_of
-from vsep.signal.motion import CYCLE_S, moved_paths
+from vsep.signal.motion import CYCLE_S, accelerated, moved_paths
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, Observation, Scene
 from vsep.signal.simulate import InterferenceModel, simulate
@@ -50,6 +50,7 @@ class PresetOptions(TypedDict, total=False):
     num_interfered_ramps: int | None
     num_objects: int | None
     num_cars: int | None
+    acceleration_mps2: float | None
     object_delay_s: float | None
     second_interferer: bool
     phase_jitter_rad: float
@@ -97,6 +98,9 @@ def preset(
         From 1 to `MAX_OBJECTS`; a scene of more objects has those of one with less.
     num_cars : int, optional
         Extended objects beside them, see `vsep.presets.cars`; the preset's by default.
+    acceleration_mps2 : float, optional
+        By which every object gains or loses velocity, which is that in mid-frame then; the preset's
+        by default.
     object_delay_s : float, optional
         Delay of the first object, within the radar's unambiguous interval. A burst lies around
         delay zero, as far as the cut-off frequency over the victim's slope.
@@ -140,6 +144,11 @@ def preset(
     num_cars = record.num_cars if num_cars is None else num_cars
     if num_cars:
         objects = with_cars(rng.spawn(1)[0], record.radar, objects, num_cars)
+    acceleration_mps2 = options.get("acceleration_mps2")
+    if acceleration_mps2 is None:
+        acceleration_mps2 = record.acceleration_mps2
+    if acceleration_mps2:
+        objects = accelerated(rng.spawn(1)[0], record.radar, objects, acceleration_mps2)
     present = options.get("interference", True)
     interferer = Interferer(sequence=sequence, channel=record.draw_paths(channel_rng))
     interferers: tuple[Interferer, ...] = (interferer,) if present else ()

@@ -1,8 +1,8 @@
 """Atoms of objects that accelerate: the Doppler frequency changes within the frame.
 
 In ramp p, counted from the middle of the frame as p', the phase is ``-2 pi (doppler p + curvature
-p'^2)``: the Doppler frequency in mid-frame is `doppler`, and it changes by ``2 curvature`` from ramp
-to ramp, by ``2 curvature P^2`` cells within the frame. The atom is separable as every other.
+p'^2)``: the Doppler frequency in mid-frame is `doppler`; it changes by ``2 curvature`` from ramp to
+ramp, by ``2 curvature P^2`` cells within the frame. The atom is separable as every other.
 """
 
 from typing import NamedTuple
@@ -57,8 +57,15 @@ def chirped_signals(
 
 
 def chirped_products(point: ChirpedPoint, signals: ComplexArray) -> ComplexArray:
-    """(A,) inner products of an atom with signals (A, P, N)."""
-    return _moments(point, signals)[0]
+    """Inner products (A,) of an atom with signals (A, P, N)."""
+    return np.asarray(_moments(point, signals)[0])
+
+
+def curvature_power(point: ChirpedPoint, residual: ComplexArray) -> float:
+    """Power of a residual (A, P, N) that a small curvature of an atom would explain."""
+    square = float(residual.shape[1]) ** 2
+    variance = (square - 1.0) * (square - 4.0) / 180.0
+    return float(np.sum(abs(_moments(point, residual)[3]) ** 2)) / variance
 
 
 def _moments(point: ChirpedPoint, signals: ComplexArray) -> ComplexArray:
@@ -106,9 +113,7 @@ def refined(point: ChirpedPoint, signals: ComplexArray) -> ChirpedPoint:
     return ChirpedPoint(*(float(each) for each in place))
 
 
-def _power_jet(
-    point: ChirpedPoint, signals: ComplexArray
-) -> tuple[float, FloatArray, FloatArray]:
+def _power_jet(point: ChirpedPoint, signals: ComplexArray) -> tuple[float, FloatArray, FloatArray]:
     """Explained power sum |phi^H r|^2, its gradient and Hessian by the three frequencies."""
     value, *products = _moments(point, signals)
     first = 2j * np.pi * np.stack(products[:3])

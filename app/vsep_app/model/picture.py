@@ -5,7 +5,7 @@ screen and report draw from the same one, so they cannot differ.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -232,7 +232,7 @@ def _table(
         snr_db=to_db(state.component_snr),
     )
     true = static_picture.true_objects
-    return text.table_rows(
+    rows = text.table_rows(
         found,
         true.ranges_m,
         true.velocities_mps,
@@ -241,6 +241,11 @@ def _table(
         {} if score is None else score.partners,
         _angles(static_picture, objects),
     )
+    if objects.curvatures is None:
+        return rows
+    accelerations = radar.acceleration_from_curvature(objects.curvatures).tolist()
+    known: dict[int | None, float] = dict(zip(found.ids, accelerations, strict=True))
+    return tuple(replace(row, acceleration_mps2=known.get(row.component_id)) for row in rows)
 
 
 def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> text.AngleColumns | None:

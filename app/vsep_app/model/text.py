@@ -68,6 +68,9 @@ class TableRow:
     angle_deg: float | None = None
     angle_std_deg: float | None = None
     true_angle_deg: float | None = None
+    #: Radial acceleration in m/s²; None where an object has none.
+    acceleration_mps2: float | None = None
+    true_acceleration_mps2: float | None = None
 
 
 def counted(number: int, noun: str) -> str:

@@ -53,9 +53,11 @@ class Quantity(NamedTuple):
 def quantities(rows: Sequence[TableRow], *, moving: bool) -> list[Quantity]:
     """Return what a table shows; velocities need several ramps, angles several antennas."""
     turned = any(row.angle_deg is not None or row.true_angle_deg is not None for row in rows)
+    fast = any(row.acceleration_mps2 is not None for row in rows)
     return [
         Quantity("range [m] ± [mm]", "range", "m", 3, 1e3),
         *([Quantity("velocity [m/s]", "velocity", "mps", 2)] if moving else []),
+        *([Quantity("acceleration [m/s²]", "acceleration", "mps2", 1)] if fast else []),
         *([Quantity("angle [°]", "angle", "deg", 2)] if turned else []),
         Quantity("SNR [dB]", "snr", "db", 1),
     ]

@@ -43,7 +43,7 @@ class ObjectComponents:
     precisions : (L,) float
         Prior precisions gamma_alpha.
     curvatures : (L,) float or None
-        Changes of the Doppler frequency, see `vsep.signal.chirped_atoms`; None where there are none.
+        Of objects that accelerate, see `vsep.signal.chirped_atoms`; None where there are none.
     """
 
     component_ids: IntArray
