@@ -89,9 +89,9 @@ def run(name, **changes):
     return Outcome(prepared, steps)
 
 
-def test_there_are_nine_in_their_order():
+def test_there_are_ten_in_their_order():
     names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope", "oscillator"]
-    names += ["moving-car", "extended-car"]
+    names += ["moving-car", "braking", "extended-car"]
     assert [one.name for one in shipped_experiments()] == names
     assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
 
@@ -139,6 +139,7 @@ def came(name, score):
         ("oscillator", "Ten objects: what the receiver makes is told"),
         ("moving-car", "One car, and several objects around it that "),
         ("extended-car", "The stronger points, and no line of the car."),
+        ("braking", "Five, and others around the strong ones that"),
     ],
 )
 def test_one_prediction_is_right_on_its_own_seed(name, text):
@@ -392,3 +393,18 @@ def test_a_car_that_no_line_shows_is_a_group():
     assert len(group.members) == 4
     assert math.exp(group.log_odds) == pytest.approx(650.0, rel=0.05)
     assert (seen.misses, seen.false_alarms, lost.groups) == (0, 0, ())
+
+
+def test_five_objects_that_brake_are_fourteen_or_five():
+    constant, braking = run("braking"), run("braking", acceleration="modelled")
+    levels = 10.0 * np.log10(np.abs(braking.truth.amplitudes) ** 2 * braking.truth.noise_precision)
+    assert (round(levels.min()), round(levels.max())) == (27, 55)
+    assert constant.objects.num_components == 14
+    assert np.sum(np.abs(constant.ranges_m - 1.37) < 0.1) == 5
+    assert (braking.misses, braking.false_alarms) == (0, 0)
+    found = braking.radar.acceleration_from_curvature(braking.objects.curvatures)
+    strongest = int(np.argmax(braking.objects.powers))
+    assert found[strongest] == pytest.approx(9.99, abs=0.005)
+    still = run("braking", acceleration="modelled", object_acceleration=0.0)
+    assert still.objects.curvatures is None
+    assert still.objects.num_components == 5

@@ -75,9 +75,10 @@ def test_what_a_small_curvature_explains_is_told_without_looking_for_it():
     straight = ChirpedPoint(0.1, 0.2, 0.0)
     bent = np.array([[0.1, 0.2, 1e-6]])
     left = chirped_signals(bent, np.full((1, 1), 9.0), SHAPE)[0]
-    left -= chirped_products(straight, left)[0] * chirped_signals(
-        np.array([straight]), np.ones((1, 1)), SHAPE
-    )[0]
+    left -= (
+        chirped_products(straight, left)[0]
+        * chirped_signals(np.array([straight]), np.ones((1, 1)), SHAPE)[0]
+    )
     assert curvature_power(straight, left) == pytest.approx(np.sum(abs(left) ** 2), rel=1e-2)
 
 

@@ -119,6 +119,7 @@ def test_every_setting_of_the_page_is_an_option_and_gives_the_frame_of_the_page(
         "num_objects": 13,
         "seed": 5,
         "num_cars": 1,
+        "object_acceleration": 5.0,
         "phase_jitter": 3.0,
         "phase_noise": 2.0,
         "phase_noise_bandwidth": 50.0,
