@@ -37,6 +37,7 @@ FLOORS = {
     "vsep.two_pass": 5,
     # Groups are made of what an estimator found and left.
     "vsep.grouping": 5,
+    "vsep.waveforms": 5,
     # A detector of interfered samples fits objects.
     "vsep.mitigation": 5,
     # Objects under a burst are filled in by a method of mitigation.

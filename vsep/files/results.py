@@ -20,6 +20,7 @@ from vsep.inference.core.state import BurstComponents
 from vsep.inference.deviations import curvature_std, state_deviations
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
+from vsep.waveforms.doppler_division import DividedObjects
 
 
 def result_line(
@@ -92,6 +93,32 @@ def _group_entry(group: ObjectGroup) -> dict[str, Any]:
         "strongest": lines[group.strongest],
         "weak_lines": lines[len(group.members) :],
         "log_odds": group.log_odds,
+    }
+
+
+def targets_entry(
+    targets: DividedObjects, radar: ChirpSequence, spacing_wavelengths: float | None
+) -> dict[str, Any]:
+    """Return objects whose lines of several transmitters are joined, for the line's ``targets``."""
+    columns = {
+        "objects": targets.lines,
+        "range_m": radar.range_from_beat(targets.beats),
+        "velocity_mps": radar.velocity_from_doppler(targets.dopplers),
+        "beat": targets.beats,
+        "doppler": targets.dopplers,
+        "beat_std": targets.beat_std,
+        "doppler_std": targets.doppler_std,
+        "amplitude": np.stack([targets.amplitudes.real, targets.amplitudes.imag], axis=-1),
+    }
+    if spacing_wavelengths is not None and targets.amplitudes.shape[1] > 1:
+        variances = np.full(len(targets.beats), targets.variance)
+        angles = object_angles(targets.amplitudes, variances, spacing_wavelengths)
+        columns |= {"angle_deg": angles.angles_deg, "angle_std_deg": angles.stds_deg}
+    return {
+        "targets": [
+            {key: column[index].tolist() for key, column in columns.items()}
+            for index in range(len(targets.beats))
+        ]
     }
 
 

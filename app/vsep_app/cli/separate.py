@@ -25,15 +25,8 @@ from vsep.files.frame import Frame, read_frame
 from vsep.files.frame_mask import frame_mask
 from vsep.files.line_file import lines_of_a_run
 from vsep.files.response_file import read_response
-from vsep.files.results import (
-    as_json,
-    groups_entry,
-    profile_entry,
-    result_line,
-    separated_signals,
-)
+from vsep.files.results import as_json, profile_entry, result_line, separated_signals
 from vsep.files.writing import write_npz
-from vsep.grouping.groups import find_groups
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Step
 from vsep.inference.core.run import run as run_estimator
@@ -51,6 +44,7 @@ from vsep_app.cli.estimator_options import (
     default_of,
     estimator_settings,
 )
+from vsep_app.cli.line_layers import add_division_option, line_layers
 from vsep_app.cli.progress import IterationProgress, counted, say
 from vsep_app.cli.shared_options import (
     EXIT_INPUT,
@@ -115,6 +109,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="two passes: fit slope, chirp interval and offset of the interfering radars to the "
         "bursts found, then search again, with a lower threshold, where these radars must have "
         "crossed the band",
+    )
+    add_division_option(
+        parser,
+        "T transmitters sent in every ramp, their Doppler frequencies 1/K cycle a ramp apart: join "
+        "the lines that an object has, one for each of them (default: as the frame file says)",
     )
     add_number(
         parser,
@@ -269,14 +268,15 @@ def separate_frame(
             received = remove_static_clutter(received, frame.name)
         estimator = _separator_of(options, frame, received)
         solution, timings = _solve(estimator, received, frame, options, watch)
+        division = options.doppler_division
+        layers = line_layers(received, solution, frame, division, together=together)
         if options.signals is not None:
             write_npz(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
         return {"file": path, "error": error_text(path, error)}
     spacing = frame.antenna_spacing_wavelengths
     line = result_line(path, solution, frame.radar, spacing, frame.num_transmitters)
-    missing = frame.missing_rows(together=together)
-    line |= groups_entry(find_groups(received, solution.state, frame.radar, missing=missing))
+    line |= layers
     if timings is not None:
         line["interferer_timings"] = len(timings)
     # A burst that the estimator has modelled is no tone.
