@@ -123,7 +123,9 @@ def signal_of(state, lines):
 
 def test_the_commands_know_it(tmp_path, capsys):
     frame, out = tmp_path / "frame.npz", tmp_path / "lines.jsonl"
-    simulate = "simulate --preset simulation-2-a --antennas 2 --doppler-division 2/4 --num-objects 1"
+    simulate = (
+        "simulate --preset simulation-2-a --antennas 2 --doppler-division 2/4 --num-objects 1"
+    )
     options = "--no-interference --snr-db 50 --seed 3 --object-angles-deg 20 --out"
     assert main([*simulate.split(), *options.split(), str(frame)]) == 0
     assert read_frame(frame).settings["doppler_division"] == "2/4"

@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy import fft
-from scipy.special import gammaincinv
+from scipy.special import gammaincc, gammainccinv
 
 from vsep._typing import FloatArray
 
@@ -24,7 +24,7 @@ LINE_SNR = 6.0  # s: lines a little below the threshold of single ones
 USUAL_LINES = 4.0  # in a window
 LIKELY = (0.1, 0.5)  # pi at least and at most
 STEP = 0.005  # nats, of the lattice of the law
-QUANTILES = 400_000  # of the law of x
+UNREACHED = 1e-24  # probability of a power x that noise has in no frame
 
 
 def line_probability(num_cells: int) -> float:
@@ -52,12 +52,17 @@ def _tails(num_cells: int, num_antennas: int) -> tuple[FloatArray, FloatArray, F
 
     Values on the lattice are rounded up: the rates are never too low.
     """
-    shares = (np.arange(QUANTILES) + 0.5) / QUANTILES
-    values = cell_evidence(gammaincinv(num_antennas, shares), num_cells, num_antennas)
-    lowest = float(cell_evidence(np.zeros(1), num_cells, num_antennas)[0])
-    places = np.ceil((values - lowest) / STEP).astype(np.int64)
-    size = fft.next_fast_len(int(places[-1]) * num_cells + 1)
-    law: FloatArray = np.bincount(places, minlength=size) / QUANTILES
+    most = float(gammainccinv(num_antennas, UNREACHED))
+    lowest, highest = cell_evidence(np.array([0.0, most]), num_cells, num_antennas)
+    ends = lowest + STEP * np.arange(int((highest - lowest) / STEP) + 1)
+    # Powers x with l(x) at the ends of the lattice's steps
+    likely = line_probability(num_cells)
+    lines = np.log(np.exp(ends[1:]) - (1.0 - likely)) - np.log(likely)
+    powers = (lines + num_antennas * np.log1p(LINE_SNR)) * (1.0 + LINE_SNR) / LINE_SNR
+    exceeded = gammaincc(num_antennas, np.append(0.0, powers))
+    size = fft.next_fast_len(len(ends) * num_cells)
+    law = np.zeros(size)
+    law[1 : len(ends)] = exceeded[:-1] - exceeded[1:]
     below = np.minimum(np.cumsum(law), 1.0)
     spectrum = fft.rfft(law)
     whole = np.maximum(fft.irfft(spectrum**num_cells, size), 0.0)
@@ -65,7 +70,7 @@ def _tails(num_cells: int, num_antennas: int) -> tuple[FloatArray, FloatArray, F
     crossing = fft.rfft(below * (1.0 - below))
     begins = np.maximum(fft.irfft(spectrum ** (num_cells - 1) * crossing, size), 0.0)
     exceeds = np.maximum(1.0 - np.cumsum(whole), 0.0)
-    sums: FloatArray = lowest * num_cells + STEP * np.arange(size, dtype=np.float64)
+    sums: FloatArray = float(lowest) * num_cells + STEP * np.arange(size, dtype=np.float64)
     return sums, exceeds, begins
 
 
@@ -90,7 +95,7 @@ def evidence_threshold(
     Examples
     --------
     >>> round(evidence_threshold(0.01, 11, 256, 256 * 245), 1)
-    10.5
+    11.0
     """
     values, exceeds, begins = _tails(num_cells, num_antennas)
     rates = num_rows * exceeds + num_shifts * begins
