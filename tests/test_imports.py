@@ -35,6 +35,9 @@ FLOORS = {
     "vsep.reference": 6,
     # Interferer timings are of the analysis, the search that they guide of the inference.
     "vsep.two_pass": 5,
+    # Groups are made of what an estimator found and left.
+    "vsep.grouping": 5,
+    "vsep.waveforms": 5,
     # A detector of interfered samples fits objects.
     "vsep.mitigation": 5,
     # Objects under a burst are filled in by a method of mitigation.

@@ -7,6 +7,8 @@ from vsep.errors import InputError as InputError
 from vsep.files.frame import Frame as Frame
 from vsep.files.frame import read_frame as read_frame
 from vsep.files.frame import write_frame as write_frame
+from vsep.grouping.groups import ObjectGroup as ObjectGroup
+from vsep.grouping.groups import find_groups as find_groups
 from vsep.inference.core.estimator import Estimator as Estimator
 from vsep.inference.core.estimator import EstimatorEntry as EstimatorEntry
 from vsep.inference.core.progress import Solution as Solution

@@ -25,6 +25,7 @@ from vsep_app.teaching.experiment import (
 )
 
 from vsep.errors import InputError
+from vsep.grouping.groups import find_groups
 from vsep.inference.core.progress import Termination
 
 TEXT = """
@@ -61,6 +62,8 @@ class Outcome:
         self.objects, self.bursts = steps[-1].state.objects, steps[-1].state.bursts
         self.radar, self.truth = prepared.static_picture.radar, prepared.observation.truth
         self.receiver = steps[-1].state.receiver
+        received = prepared.static_picture.observation.received
+        self.groups = find_groups(received, steps[-1].state, self.radar)
         self.threshold_db = prepared.estimator.threshold_db
         power = 1.0 / (steps[-1].state.noise_precision * prepared.static_picture.reference_power)
         self.noise_db = 10.0 * math.log10(power)
@@ -86,9 +89,9 @@ def run(name, **changes):
     return Outcome(prepared, steps)
 
 
-def test_there_are_nine_in_their_order():
+def test_there_are_eleven_in_their_order():
     names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope", "oscillator"]
-    names += ["moving-car", "tone"]
+    names += ["moving-car", "braking", "extended-car", "tone"]
     assert [one.name for one in shipped_experiments()] == names
     assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
 
@@ -149,6 +152,8 @@ def came(name, score):
         ("same-slope", "Two objects: the other radar looks like one."),
         ("oscillator", "Ten objects: what the receiver makes is told"),
         ("moving-car", "One car, and several objects around it that "),
+        ("extended-car", "The stronger points, and no line of the car."),
+        ("braking", "Five, and others around the strong ones that"),
     ],
 )
 def test_one_prediction_is_right_on_its_own_seed(name, text):
@@ -379,3 +384,41 @@ def test_a_moving_car_is_eleven_objects_or_one():
         for choice in ("modelled", "neglected")
     ]
     assert ten == [10, 17]
+
+
+def test_a_car_that_no_line_shows_is_a_group():
+    hidden, seen, lost = (run("extended-car", snr_db=level) for level in (30.0, 40.0, 28.0))
+    of_car = hidden.truth.groups == 0
+    levels = 10.0 * np.log10(np.abs(hidden.truth.amplitudes) ** 2 * hidden.truth.noise_precision)
+    assert of_car.sum() == 4
+    assert (round(levels[of_car].min()), round(levels[of_car].max())) == (10, 13)
+    assert (round(levels[~of_car].min()), round(levels[~of_car].max())) == (4, 23)
+    assert hidden.threshold_db > 12.0
+    (group,) = hidden.groups
+    assert (len(group.members), group.num_lines) == (0, 4)
+    assert (group.range_m, group.velocity_mps) == pytest.approx((9.66, 11.98), abs=0.005)
+    assert group.extent_m == pytest.approx(3.39, abs=0.005)
+    true_m = hidden.radar.range_from_beat(hidden.truth.beats[of_car])
+    true_mps = hidden.radar.velocity_from_doppler(hidden.truth.dopplers[of_car])
+    assert np.ptp(true_m) == pytest.approx(3.38, abs=0.005)
+    assert (true_m.min() + true_m.max()) / 2.0 == pytest.approx(9.68, abs=0.005)
+    assert true_mps.mean() == pytest.approx(11.97, abs=0.005)
+    (group,) = seen.groups
+    assert len(group.members) == 4
+    assert math.exp(group.log_odds) == pytest.approx(650.0, rel=0.05)
+    assert (seen.misses, seen.false_alarms, lost.groups) == (0, 0, ())
+
+
+def test_five_objects_that_brake_are_fourteen_or_five():
+    constant, braking = run("braking"), run("braking", acceleration="modelled")
+    levels = 10.0 * np.log10(np.abs(braking.truth.amplitudes) ** 2 * braking.truth.noise_precision)
+    assert (round(levels.min()), round(levels.max())) == (27, 55)
+    assert constant.objects.num_components == 14
+    assert np.sum(np.abs(constant.ranges_m - 1.37) < 0.1) == 5
+    assert (braking.misses, braking.false_alarms) == (0, 0)
+    found = braking.radar.acceleration_from_curvature(braking.objects.curvatures)
+    strongest = int(np.argmax(braking.objects.powers))
+    assert found[strongest] == pytest.approx(9.99, abs=0.005)
+    still = run("braking", acceleration="modelled", object_acceleration=0.0)
+    assert still.objects.curvatures is None
+    assert still.objects.num_components == 5

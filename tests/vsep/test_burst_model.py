@@ -6,7 +6,7 @@ from vsep.presets.registry import PRESET_NAMES
 from vsep.presets.scenes import simulate_preset
 from vsep.signal.template import SignalModel
 
-NO_MODEL = {"moving-car", "phase-coded"}
+NO_MODEL = {"moving-car", "extended-car", "phase-coded"}
 
 
 # A phase code is no chirp.

@@ -51,7 +51,7 @@ _TRUE_FILTER = {
     for each in FILTER_PARAMETERS
     if each.name.startswith("filter_")
 }
-_SETTINGS: dict[str, type] = {"preset": str} | {
+_SETTINGS: dict[str, type] = {"preset": str, "doppler_division": str} | {
     name: int if isinstance(default, bool) else type(default)
     for name, default in (_SCENE | _TRUE_FILTER).items()
 }

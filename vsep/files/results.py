@@ -5,7 +5,7 @@ Beat and Doppler frequencies are in the paper's sign, whatever the sign of the f
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,13 +14,15 @@ import numpy as np
 from vsep._version import __version__
 from vsep.analysis.angles import object_angles, without_motion
 from vsep.files.frame import Frame
+from vsep.grouping.groups import ObjectGroup
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import BurstComponents
-from vsep.inference.deviations import state_deviations
+from vsep.inference.deviations import curvature_std, state_deviations
 from vsep.inference.evidence_choice import ChoiceState
 from vsep.inference.waveforms import recognised_waveforms
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
+from vsep.waveforms.doppler_division import DividedObjects
 
 
 def result_line(
@@ -68,6 +70,60 @@ def result_line(
         "termination": solution.termination.name.lower(),
         "seconds": round(solution.seconds, 6),
         "version": __version__,
+    }
+
+
+def groups_entry(groups: Sequence[ObjectGroup]) -> dict[str, Any]:
+    """Return extended objects for the line's ``groups``; nothing where there are none."""
+    if not groups:
+        return {}
+    return {"groups": [_group_entry(group) for group in groups]}
+
+
+def _group_entry(group: ObjectGroup) -> dict[str, Any]:
+    columns = {
+        "range_m": group.ranges_m,
+        "velocity_mps": group.velocities_mps,
+        "component_snr_db": to_db(group.snr),
+    }
+    lines = [
+        {key: float(column[index]) for key, column in columns.items()}
+        for index in range(group.num_lines)
+    ]
+    return {
+        "objects": group.members.tolist(),
+        "range_m": group.range_m,
+        "velocity_mps": group.velocity_mps,
+        "extent_m": group.extent_m,
+        "strongest": lines[group.strongest],
+        "weak_lines": lines[len(group.members) :],
+        "log_odds": group.log_odds,
+    }
+
+
+def targets_entry(
+    targets: DividedObjects, radar: ChirpSequence, spacing_wavelengths: float | None
+) -> dict[str, Any]:
+    """Return objects whose lines of several transmitters are joined, for the line's ``targets``."""
+    columns = {
+        "objects": targets.lines,
+        "range_m": radar.range_from_beat(targets.beats),
+        "velocity_mps": radar.velocity_from_doppler(targets.dopplers),
+        "beat": targets.beats,
+        "doppler": targets.dopplers,
+        "beat_std": targets.beat_std,
+        "doppler_std": targets.doppler_std,
+        "amplitude": np.stack([targets.amplitudes.real, targets.amplitudes.imag], axis=-1),
+    }
+    if spacing_wavelengths is not None and targets.amplitudes.shape[1] > 1:
+        variances = np.full(len(targets.beats), targets.variance)
+        angles = object_angles(targets.amplitudes, variances, spacing_wavelengths)
+        columns |= {"angle_deg": angles.angles_deg, "angle_std_deg": angles.stds_deg}
+    return {
+        "targets": [
+            {key: column[index].tolist() for key, column in columns.items()}
+            for index in range(len(targets.beats))
+        ]
     }
 
 
@@ -137,6 +193,13 @@ def _object_entries(
         "amplitude": np.stack([objects.amplitudes.real, objects.amplitudes.imag], axis=-1),
         "component_snr_db": to_db(state.component_snr),
     }
+    if objects.curvatures is not None:
+        columns |= {
+            "acceleration_mps2": radar.acceleration_from_curvature(objects.curvatures),
+            "acceleration_std_mps2": radar.acceleration_from_curvature(
+                curvature_std(state, radar.num_ramps)
+            ),
+        }
     if spacing_wavelengths is not None and objects.amplitudes.ndim == 2:
         variances = np.diagonal(objects.covariance).real
         weights = without_motion(objects.amplitudes, objects.dopplers, num_transmitters)

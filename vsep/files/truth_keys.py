@@ -6,6 +6,7 @@
 slope in Hz/s of every burst. Of several antennas the amplitudes are (L, A), and ``truth_angle_deg``
 (L,) and ``truth_interferer_angle_deg`` (I,) say where objects and interferers are.
 ``truth_waveform`` (I,) says what each of them sent, by its place in `vsep.parameters.WAVEFORMS`.
+``truth_group`` (L,) numbers extended objects, -1 is a point.
 Where oscillator or receivers were not perfect, ``truth_ramp_phases_rad`` (P,),
 ``truth_phase_noise_rad``, ``truth_image_factor`` and ``truth_offset`` say so. An incomplete
 truth is no truth: nothing needs it. ``truth_mask``, boolean and of the shape of ``received``, says
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray, frozen
 from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.parameters import WAVEFORMS
@@ -69,6 +70,7 @@ def read_truth(
         interferer_angles_deg=_angles(archive, "truth_interferer_angle_deg"),
         receiver=_read_receiver(archive, shape[0], full_shape),
         waveforms=_read_waveforms(archive),
+        groups=_groups(archive, len(beats)),
     )
 
 
@@ -107,6 +109,7 @@ def truth_arrays(
     }
     return {
         **{key: value for key, value in angles.items() if value is not None},
+        **({} if truth.groups is None else {"truth_group": truth.groups}),
         **({} if truth.receiver is None else _receiver_arrays(truth.receiver)),
         "truth_beat": truth.beats,
         "truth_doppler": truth.dopplers,
@@ -217,6 +220,19 @@ def _angles(archive: Archive, key: str, count: int | None = None) -> FloatArray 
     if count is not None and len(angles) != count:
         raise InputError(f"{key} has {len(angles)} entries; it must have {count}, one per object.")
     return frozen(angles)
+
+
+def _groups(archive: Archive, count: int) -> IntArray | None:
+    """Read which extended objects the objects are of; None where the file does not say."""
+    if "truth_group" not in archive:
+        return None
+    groups = _vector(archive, "truth_group", "iu").astype(np.int64)
+    if len(groups) != count or groups.min(initial=0) < -1:
+        raise InputError(
+            f"truth_group has {len(groups)} entries from {groups.min(initial=0)} on; it must have "
+            f"{count}, one per object, from -1 on."
+        )
+    return frozen(groups)
 
 
 def _signal(archive: Archive, key: str, shape: tuple[int, ...], beat_sign: int) -> ComplexArray:

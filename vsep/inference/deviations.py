@@ -56,6 +56,21 @@ def state_deviations(
     return DispersionStd(beats=np.sqrt(beats), dopplers=np.sqrt(dopplers))
 
 
+def curvature_std(state: SeparationState, num_ramps: int) -> FloatArray:
+    """Return standard deviations (L,) of the objects' curvatures, zero of those without.
+
+    With the frequency that of mid-frame the curvature is orthogonal to all but the phase. What
+    remains of its derivative has the variance ``(P^2 - 1) (P^2 - 4) / 180`` over the ramps.
+    """
+    curvatures = state.objects.curvatures
+    if curvatures is None:
+        return np.zeros(state.objects.num_components)
+    square = float(num_ramps) ** 2
+    information = 8.0 * np.pi**2 * (square - 1.0) * (square - 4.0) / 180.0
+    snr = np.maximum(state.component_snr, 1.0)
+    return np.where(curvatures == 0.0, 0.0, 1.0 / np.sqrt(information * snr))
+
+
 def _skirts(
     prior: PhasePrior, beats: FloatArray, powers: FloatArray, num_samples: int
 ) -> FloatArray:

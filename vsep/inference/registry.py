@@ -5,8 +5,12 @@ from typing import Any, Final
 import numpy as np
 
 from vsep._typing import BoolArray
+from vsep._validation import require_choice
 from vsep.errors import InputError
+from vsep.inference.accelerating import AcceleratingSeparator
 from vsep.inference.core.estimator import Estimator, EstimatorEntry
+from vsep.inference.objects.object_only import ObjectSettings
+from vsep.parameters import PARAMETERS
 from vsep.registry import Registry
 from vsep.signal.template import SignalModel
 
@@ -15,7 +19,12 @@ ESTIMATORS: Final = Registry(EstimatorEntry, "vsep.inference", "vsep.estimators"
 
 
 def make_estimator(
-    name: str, model: SignalModel, *, missing: BoolArray | None = None, **settings: Any
+    name: str,
+    model: SignalModel,
+    *,
+    missing: BoolArray | None = None,
+    acceleration: str | None = None,
+    **settings: Any,
 ) -> Estimator:
     """Make the estimator of a name.
 
@@ -27,6 +36,9 @@ def make_estimator(
         Size, sampling and assumed filter.
     missing : (P, N) or (A, P, N) bool, optional
         Samples that were never received.
+    acceleration : {"neglected", "modelled"}, optional
+        Whether objects that accelerate are modelled, see `vsep.inference.accelerating`; by
+        estimators of this package.
     **settings
         Those that the estimator has, see `EstimatorEntry.settings` and `FactorisedSeparator`; None
         stands for the default.
@@ -54,4 +66,11 @@ def make_estimator(
             )
         settings |= {"missing": missing}
     estimator: Estimator = ESTIMATORS.make(name, model=model, **settings)
-    return estimator
+    record = PARAMETERS["acceleration"]
+    chosen = record.default if acceleration is None else acceleration
+    require_choice("acceleration", chosen, tuple(record.choices or {}))
+    if chosen == "neglected":
+        return estimator
+    if not isinstance(estimator, ObjectSettings):
+        raise InputError(f"acceleration is {chosen!r}; {name} does not model it.")
+    return AcceleratingSeparator(inner=estimator)

@@ -7,9 +7,11 @@ default and help from here. A setting that the simulator knows is added by one e
 from collections.abc import Mapping
 from typing import Any
 
+from vsep.parameters.receiver import RECEIVER_PARAMETERS
 from vsep.parameters.record import Parameter
 
 MAX_OBJECTS = 40
+MAX_CARS = 4
 FILTER_KINDS = {"raised_cosine": "Raised cosine", "butterworth": "Butterworth", "none": "None"}
 WAVEFORMS = {
     "chirps": "Equal chirps",
@@ -40,91 +42,6 @@ _CUTOFF: dict[str, Any] = {
 _ROLLOFF: dict[str, Any] = {"default": 0.25, "bounds": (0.05, 1.0), "step": 0.05}
 _ORDER: dict[str, Any] = {"default": 8, "bounds": (1, 12)}
 
-RECEIVER_PARAMETERS = (
-    Parameter(
-        name="phase_jitter",
-        title="Phase jitter",
-        unit="mrad",
-        scale=1e-3,
-        help="Standard deviation of one phase a ramp, in mrad: the own oscillator begins every "
-        "ramp a little earlier or later. It smears strong objects over all velocities.",
-        default=0.0,
-        bounds=(0.0, 1000.0),
-        span=(0.0, 50.0),
-        step=0.5,
-        query="jitter",
-        option="phase_jitter_rad",
-        of_recording=False,
-    ),
-    Parameter(
-        name="phase_noise",
-        title="Phase noise",
-        unit="mrad",
-        scale=1e-3,
-        help="Standard deviation of the own oscillator's phase within a ramp, in mrad. It raises a "
-        "skirt of noise around strong objects.",
-        default=0.0,
-        bounds=(0.0, 500.0),
-        span=(0.0, 50.0),
-        step=0.5,
-        query="phase_noise",
-        option="phase_noise_rad",
-        of_recording=False,
-    ),
-    Parameter(
-        name="phase_noise_bandwidth",
-        title="Phase noise bandwidth",
-        unit="kHz",
-        scale=1e3,
-        help="Offset in kHz at which the spectrum of the phase noise has fallen to half: the width "
-        "of the skirt.",
-        default=100.0,
-        bounds=(0.01, 1e6),
-        span=(5.0, 1000.0),
-        step=5.0,
-        query="noise_bandwidth",
-        option="phase_noise_bandwidth_hz",
-        of_recording=False,
-    ),
-    Parameter(
-        name="iq_gain",
-        title="I/Q gain error",
-        unit="dB",
-        help="By how many dB the Q branch of the receiver is louder than the I branch: every "
-        "object has an image at the negative distance and velocity.",
-        default=0.0,
-        bounds=(-6.0, 6.0),
-        span=(-3.0, 3.0),
-        step=0.1,
-        option="iq_gain_db",
-        of_recording=False,
-    ),
-    Parameter(
-        name="iq_phase",
-        title="I/Q phase error",
-        unit="°",
-        help="By how many ° the angle between the I and Q branches differs from 90°.",
-        default=0.0,
-        bounds=(-30.0, 30.0),
-        span=(-15.0, 15.0),
-        step=0.5,
-        option="iq_phase_deg",
-        of_recording=False,
-    ),
-    Parameter(
-        name="dc_offset",
-        title="DC offset",
-        convention="noise deviations",
-        help="A constant in all samples, as converters and leakage of the own carrier make it, in "
-        "standard deviations of a sample's noise; it has no unit.",
-        default=0.0,
-        bounds=(0.0, 1e6),
-        span=(0.0, 20.0),
-        step=0.5,
-        of_recording=False,
-    ),
-)
-"""What is wrong with the own oscillator and receiver; part of the scene."""
 SCENE_PARAMETERS = (
     Parameter(
         name="snr_db",
@@ -229,6 +146,29 @@ SCENE_PARAMETERS = (
         default=1,
         bounds=(1, MAX_OBJECTS),
         query="objects",
+        of_recording=False,
+    ),
+    Parameter(
+        name="num_cars",
+        title="Cars",
+        help="The number of extended objects beside the others, each of three to eight lines over "
+        "1.5 to 4.5 m.",
+        default=0,
+        bounds=(0, MAX_CARS),
+        query="cars",
+        of_recording=False,
+    ),
+    Parameter(
+        name="object_acceleration",
+        title="Acceleration of objects",
+        unit="m/s²",
+        help="By how many m/s² every object gains or loses velocity within the frame; which, is "
+        "drawn.",
+        default=0.0,
+        bounds=(0.0, 1e7),
+        span=(0.0, 100.0),
+        query="object_acceleration",
+        option="acceleration_mps2",
         of_recording=False,
     ),
     Parameter(
@@ -356,6 +296,14 @@ ESTIMATOR_PARAMETERS = (
         "the others tell of the objects.",
         default="kept",
         choices={"kept": "Kept", "set-aside": "Set aside"},
+    ),
+    Parameter(
+        name="acceleration",
+        title="Acceleration",
+        help="Modelled: an object whose velocity changes within the frame is one object, where the "
+        "evidence asks for it. Neglected: it is several of different velocities.",
+        default="neglected",
+        choices={"neglected": "Neglected", "modelled": "Modelled"},
     ),
     Parameter(
         name="max_iterations",

@@ -9,6 +9,7 @@ from vsep._typing import FloatArray
 from vsep.parameters import PARAMETERS
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.scenes import PresetOptions, Scenario, preset
+from vsep.signal.doppler_division import DopplerDivision, divided_scene
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.impairments import impairments_of
 from vsep.signal.linear_array import AntennaScene, UniformLinearArray
@@ -35,6 +36,7 @@ def simulate_preset_antennas(
     seed: int,
     object_angles_deg: FloatArray | None = None,
     interferer_angles_deg: FloatArray | None = None,
+    doppler_division: DopplerDivision | None = None,
     **options: Unpack[ReceptionOptions],
 ) -> tuple[Scenario, Observation]:
     """Draw the scene of a preset with directions and simulate what all antennas receive.
@@ -57,6 +59,8 @@ def simulate_preset_antennas(
         Directions of the objects; drawn by default.
     interferer_angles_deg : (I,) float, optional
         Directions of the interferers; drawn by default.
+    doppler_division : DopplerDivision, optional
+        Several transmitters: every object has a line for each, see `divided_scene`.
     **options : ReceptionOptions
         As for `simulate_preset`.
 
@@ -103,6 +107,8 @@ def simulate_preset_antennas(
         object_angles_deg=angles[0],
         interferer_angles_deg=angles[1],
     )
+    if doppler_division is not None:
+        antenna_scene = divided_scene(antenna_scene, drawn.radar, doppler_division)
     observation = simulate_antennas(
         drawn.radar,
         antenna_scene,

@@ -96,6 +96,8 @@ class SimulatedPreset(Preset):
     draw_objects: DrawObjects
     draw_paths: DrawPaths  #: draws the interference channel
     num_objects: int  #: usual number of objects
+    num_cars: int = 0  #: usual number of extended objects beside them
+    acceleration_mps2: float = 0.0  #: by which all gain or lose velocity, usually
     object_delay_s: float = float("nan")  #: delay of the first object, NaN where it is drawn
     family: str = ""  #: scene of studies in which presets of one family take turns
     waveform: str = PARAMETERS["interferer_waveform"].default  #: what the other radar sends
@@ -104,8 +106,13 @@ class SimulatedPreset(Preset):
 
     def defaults(self) -> dict[str, Any]:
         """Return the settings that choosing it sets, by their names in `PARAMETERS`."""
-        own = {"num_objects": self.num_objects, "interferer_waveform": self.waveform}
-        return {**Preset.defaults(self), **own}
+        return {
+            **Preset.defaults(self),
+            "num_objects": self.num_objects,
+            "num_cars": self.num_cars,
+            "object_acceleration": self.acceleration_mps2,
+            "interferer_waveform": self.waveform,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)

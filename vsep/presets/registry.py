@@ -9,6 +9,8 @@ from typing import Final
 from vsep._entry_points import load_entries, require_loadable
 from vsep.errors import InputError, shown
 from vsep.presets import (
+    braking,
+    extended_car,
     measurement,
     moving_car,
     real_frame,
@@ -27,6 +29,8 @@ _OWN: Final[dict[str, Preset]] = {
         measurement.PRESET,
         moving_car.PRESET,
         *transmitters.PRESETS,
+        extended_car.PRESET,
+        braking.PRESET,
         real_frame.PRESET,
     )
 }

@@ -14,13 +14,14 @@ import numpy as np
 
 from vsep._validation import require_range
 from vsep.parameters import PARAMETERS
+from vsep.presets.cars import with_cars
 from vsep.presets.channels import with_first_delay
 from vsep.presets.places import Place, placed_objects
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.registry import simulated_preset
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
 from vsep.signal.impairments import impairments_of
-from vsep.signal.motion import CYCLE_S, moved_paths
+from vsep.signal.motion import CYCLE_S, accelerated, moved_paths
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, Observation, Scene
 from vsep.signal.simulate import InterferenceModel, simulate
@@ -49,6 +50,8 @@ class PresetOptions(TypedDict, total=False):
     burst_shift_s: float
     num_interfered_ramps: int | None
     num_objects: int | None
+    num_cars: int | None
+    acceleration_mps2: float | None
     object_delay_s: float | None
     second_interferer: bool
     phase_jitter_rad: float
@@ -96,6 +99,11 @@ def preset(
         That many ramps in a row, from the first on, are interfered.
     num_objects : int, optional
         From 1 to `MAX_OBJECTS`; a scene of more objects has those of one with less.
+    num_cars : int, optional
+        Extended objects beside them, see `vsep.presets.cars`; the preset's by default.
+    acceleration_mps2 : float, optional
+        By which every object gains or loses velocity, which is that in mid-frame then; the preset's
+        by default.
     object_delay_s : float, optional
         Delay of the first object, within the radar's unambiguous interval. A burst lies around
         delay zero, as far as the cut-off frequency over the victim's slope.
@@ -135,6 +143,15 @@ def preset(
         else record.draw_objects(object_rng, options.get("num_objects"))
     )
     objects = with_first_delay(objects, record.radar, options.get("object_delay_s"))
+    num_cars = options.get("num_cars")
+    num_cars = record.num_cars if num_cars is None else num_cars
+    if num_cars:
+        objects = with_cars(rng.spawn(1)[0], record.radar, objects, num_cars)
+    acceleration_mps2 = options.get("acceleration_mps2")
+    if acceleration_mps2 is None:
+        acceleration_mps2 = record.acceleration_mps2
+    if acceleration_mps2:
+        objects = accelerated(rng.spawn(1)[0], record.radar, objects, acceleration_mps2)
     present = options.get("interference", True)
     interferer = Interferer(
         sequence=sequence,

@@ -145,6 +145,7 @@ def _frame(
         spacing = spacing_of(captured.kept, spacing)
     elif captured.kept is not None:
         spacing = None  # Gaps in each transmitter's part make no uniform line.
+    division = settings.doppler_division
     frame = Frame(
         received=received[0],
         radar=replace(radar, lowest_beat=lowest, range_migration=migration),
@@ -155,6 +156,7 @@ def _frame(
         antenna_spacing_wavelengths=spacing,
         missing=missing,
         num_transmitters=settings.num_transmitters,
+        settings={} if division is None else {"doppler_division": division},
     )
     return frame, (*remarks, *taken)
 

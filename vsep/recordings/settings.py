@@ -18,6 +18,7 @@ from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.files.opening import read_bounded
 from vsep.recordings.readers import READERS
+from vsep.signal.doppler_division import parse_doppler_division
 
 RAW_FORMATS: Final = (
     "dca1000-xwr14xx",
@@ -71,6 +72,9 @@ class RecordingSettings:
     num_antennas: int = 1  #: receive antennas of a raw file
     #: transmitters that take turns, ramp by ramp; each makes virtual antennas of its own
     num_transmitters: int = 1
+    #: of transmitters that send in every ramp with phase steps, as ``2/3``: how many, and bands of
+    #: Doppler frequency; see `vsep.signal.doppler_division`
+    doppler_division: str | None = None
     sign: str = "positive"  #: of the beat frequency of a target in the file
     #: what the converter recorded: Complex 1x (beat frequencies from zero to the sample rate),
     #: Complex 2x (both signs) or real; of complex ones that say no more the samples tell
@@ -118,6 +122,8 @@ class RecordingSettings:
                 require_range(key, getattr(self, key), 1, _MOST)
         require_range("num_antennas", self.num_antennas, 1, 1024)
         require_range("num_transmitters", self.num_transmitters, 1, 64)
+        if self.doppler_division is not None:
+            parse_doppler_division(self.doppler_division)
         require_range("frame", self.frame, 0, _MOST)
         require_range("crop_start_samples", self.crop_start_samples, 0, _MOST)
         require_range("skip_bytes", self.skip_bytes, 0, 2**40)

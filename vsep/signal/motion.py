@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from vsep._validation import require_range
-from vsep.signal.radar import ChirpSequence
+from vsep.parameters import PARAMETERS
+from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 from vsep.signal.scene import Channel, Scene
 
 CYCLE_S = 0.05
@@ -38,11 +39,21 @@ def moved_paths(radar: ChirpSequence, channel: Channel, elapsed_s: float) -> Cha
     >>> moved_paths(preset_radar("simulation-2-a"), channel, 0.05).delays_s
     array([1.05e-07])
     """
-    return Channel(
+    return replace(
+        channel,
         delays_s=channel.delays_s + channel.dopplers_hz * (elapsed_s / radar.start_frequency_hz),
-        dopplers_hz=channel.dopplers_hz,
         weights=channel.weights * np.exp(-2j * np.pi * channel.dopplers_hz * elapsed_s),
     )
+
+
+def accelerated(
+    rng: np.random.Generator, radar: ChirpSequence, channel: Channel, acceleration_mps2: float
+) -> Channel:
+    """Let every object gain or lose velocity by an acceleration; which, is drawn."""
+    PARAMETERS["object_acceleration"].require(acceleration_mps2)
+    rate = 2.0 * acceleration_mps2 * radar.start_frequency_hz / SPEED_OF_LIGHT_MPS
+    signs = rng.choice([-1.0, 1.0], channel.num_paths)
+    return replace(channel, doppler_rates_hz_per_s=rate * signs)
 
 
 def moving_scenes(

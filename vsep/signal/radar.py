@@ -143,6 +143,10 @@ class ChirpSequence:
         """Radial velocity in m/s, positive for a receding object."""
         return self.doppler_to_hz(doppler) * (SPEED_OF_LIGHT_MPS / (2.0 * self.start_frequency_hz))
 
+    def acceleration_from_curvature(self, curvature: FloatArray) -> FloatArray:
+        """Radial acceleration in m/s^2; twice the curvature is the change of Doppler a ramp."""
+        return self.velocity_from_doppler(2.0 * np.asarray(curvature)) / self.ramp_period_s
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class InterfererSequence:

@@ -1,10 +1,11 @@
 """Scene: paths of the object channel, interferers with their channels, and levels."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray, frozen
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray, frozen
 from vsep._validation import require_choice
 from vsep.errors import InputError
 from vsep.parameters import PARAMETERS, WAVEFORMS
@@ -24,16 +25,30 @@ class Channel:
         Doppler frequencies nu, positive for a growing distance.
     weights : (L,) complex
         Path weights; only their ratios matter, SNR and SIR set the levels.
+    groups : (L,) int or None
+        Number of the extended object that a line is of, -1 of points; None where all are points.
+    doppler_rates_hz_per_s : (L,) float or None
+        Change of the Doppler frequencies, which are those in mid-frame then; None without.
     """
 
     delays_s: FloatArray
     dopplers_hz: FloatArray
     weights: ComplexArray
+    groups: IntArray | None = None
+    doppler_rates_hz_per_s: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays; they must be of one length and finite."""
-        arrays = (self.delays_s, self.dopplers_hz, self.weights)
+        arrays: tuple[Any, ...] = (self.delays_s, self.dopplers_hz, self.weights)
         lengths = [np.shape(array) for array in arrays]
+        if self.doppler_rates_hz_per_s is not None:
+            rates = frozen(np.array(self.doppler_rates_hz_per_s, dtype=np.float64))
+            object.__setattr__(self, "doppler_rates_hz_per_s", rates)
+            arrays += (rates,)
+            lengths.append(rates.shape)
+        if self.groups is not None:
+            lengths.append(np.shape(self.groups))
+            object.__setattr__(self, "groups", frozen(np.array(self.groups, dtype=np.int64)))
         if len(set(lengths)) != 1 or len(lengths[0]) != 1:
             raise InputError(f"delays, dopplers, weights have shapes {lengths}; all must be (L,).")
         if not all(np.all(np.isfinite(array)) for array in arrays):
@@ -138,6 +153,10 @@ class GroundTruth:
     waveforms : tuple of str
         What the interferers sent, see `vsep.parameters.WAVEFORMS`. Those that send no chirps make
         no `bursts`; `perfect_mask` says where their noise is.
+    groups : (L,) int or None
+        As `Channel.groups`.
+    curvatures : (L,) float or None
+        Half of the changes of the Doppler frequencies from ramp to ramp; None without.
     """
 
     beats: FloatArray
@@ -151,6 +170,8 @@ class GroundTruth:
     interferer_angles_deg: FloatArray | None = None
     receiver: TrueReceiver | None = None
     waveforms: tuple[str, ...] = ()
+    groups: IntArray | None = None
+    curvatures: FloatArray | None = None
 
     def of_antenna(self, antenna: int) -> "GroundTruth":
         """Return what one of several antennas received; directions stay."""

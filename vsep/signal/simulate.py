@@ -12,11 +12,12 @@ from vsep.errors import InputError
 from vsep.kernels.moving_atoms import moving_signals
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
+from vsep.signal.chirped_atoms import chirped_factors
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.impairments import ReceiverImpairments, TrueReceiver, impaired
 from vsep.signal.linear_array import AntennaScene
 from vsep.signal.radar import ChirpSequence
-from vsep.signal.scene import GroundTruth, Interferer, Observation, Scene, TrueBurst
+from vsep.signal.scene import Channel, GroundTruth, Interferer, Observation, Scene, TrueBurst
 from vsep.signal.transmitters import NO_CHIRPS, chirp_parts, noise_like_signal
 from vsep.units import from_db, wrap_frequency
 
@@ -71,7 +72,8 @@ def simulate(
     dopplers = radar.doppler_from_hz(channel.dopplers_hz)
     if radar.migration.coupling == 0.0:
         dopplers = wrap_frequency(dopplers)
-    object_signal = _object_signals(radar, beats, dopplers, channel.weights[:, None])[0]
+    curvatures = _curvatures(radar, channel)
+    object_signal = _object_signals(radar, beats, dopplers, channel.weights[:, None], curvatures)[0]
     energy = _energy(object_signal) if channel.num_paths else 1.0
     if energy == 0.0:
         raise InputError("The objects have no energy; at least one weight must not be zero.")
@@ -93,6 +95,8 @@ def simulate(
         noise_precision=noise_precision,
         receiver=receiver,
         waveforms=tuple(interferer.waveform for interferer in scene.interferers),
+        groups=channel.groups,
+        curvatures=curvatures,
     )
     return Observation(received=frozen(received), truth=truth)
 
@@ -133,7 +137,8 @@ def simulate_antennas(
     assert first is not None  # `simulate` knows it
     shape = antennas.num_antennas, *radar.shape
     amplitudes = first.amplitudes[:, None] * antennas.steering(antenna_scene.object_angles_deg)
-    object_signal = _object_signals(radar, first.beats, first.dopplers, amplitudes)
+    points = first.beats, first.dopplers
+    object_signal = _object_signals(radar, *points, amplitudes, first.curvatures)
     interference = np.zeros(shape, dtype=np.complex128)
     steering = antennas.steering(antenna_scene.interferer_angles_deg)
     for interferer, weights in zip(scene.interferers, steering, strict=True):
@@ -233,8 +238,25 @@ def _received(
     )
 
 
+def _curvatures(radar: ChirpSequence, channel: Channel) -> FloatArray | None:
+    """Half of the changes of the Doppler frequencies from ramp to ramp, None without any."""
+    rates = channel.doppler_rates_hz_per_s
+    if rates is None:
+        return None
+    if radar.migration.coupling != 0.0:
+        raise InputError(
+            "Objects accelerate and range_migration is on; accelerating objects are simulated in "
+            "their range cells only."
+        )
+    return frozen(0.5 * rates * radar.ramp_period_s**2)
+
+
 def _object_signals(
-    radar: ChirpSequence, beats: FloatArray, dopplers: FloatArray, weights: ComplexArray
+    radar: ChirpSequence,
+    beats: FloatArray,
+    dopplers: FloatArray,
+    weights: ComplexArray,
+    curvatures: FloatArray | None = None,
 ) -> ComplexArray:
     """Objects with weights (L, A) as the antennas receive them, (A, P, N)."""
     migration = radar.migration
@@ -242,7 +264,10 @@ def _object_signals(
         points = np.stack([beats, dopplers], axis=1)
         signals = moving_signals(points, weights.copy(), migration, *radar.shape)
         return signals.reshape(-1, *radar.shape)
-    factors = line_factors(beats, radar.num_samples), line_factors(dopplers, radar.num_ramps)
+    along = line_factors(dopplers, radar.num_ramps)
+    if curvatures is not None:
+        along = chirped_factors(dopplers, curvatures, radar.num_ramps)
+    factors = line_factors(beats, radar.num_samples), along
     return np.array([synthesize(each, *factors) for each in weights.T])
 
 

@@ -19,13 +19,18 @@ ESTIMATOR_SETTINGS: Final = (
     "interference_threshold_db",
     "max_iterations",
     "range_migration",
+    "acceleration",
 )
 """Options that are settings of an estimator; None where they are not given."""
 
 
 def estimator_settings() -> dict[str, frozenset[str]]:
     """Return the names of the settings of every estimator."""
-    return {name: frozenset(entry.settings) for name, entry in ESTIMATORS.items()}
+    return {
+        name: frozenset(entry.settings)
+        | ({"acceleration"} if "range_migration" in entry.settings else set())
+        for name, entry in ESTIMATORS.items()
+    }
 
 
 def add_mask_option(parser: Any, takers: str = "") -> None:
@@ -102,6 +107,13 @@ def add_estimator_options(parser: Any) -> None:
         choices=tuple(PARAMETERS["range_migration"].choices or ()),
         help="whether objects that move through range cells are modelled, where the frame file "
         f"says so (default: {_default('range_migration')}{_takers('range_migration')})",
+    )
+
+    group.add_argument(
+        "--acceleration",
+        choices=tuple(PARAMETERS["acceleration"].choices or ()),
+        help="whether objects whose velocity changes within the frame are modelled (default: "
+        f"{PARAMETERS['acceleration'].default}{_takers('acceleration')})",
     )
 
 

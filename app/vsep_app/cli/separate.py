@@ -45,6 +45,8 @@ from vsep_app.cli.estimator_options import (
     default_of,
     estimator_settings,
 )
+from vsep_app.cli.line_layers import add_division_option, line_layers
+from vsep_app.cli.line_words import choice_words, same_slope_words, which_antenna_words
 from vsep_app.cli.progress import IterationProgress, counted, say
 from vsep_app.cli.shared_options import (
     EXIT_INPUT,
@@ -111,6 +113,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "bursts found, then search again, with a lower threshold, where these radars must have "
         "crossed the band",
     )
+    add_division_option(
+        parser,
+        "T transmitters sent in every ramp, their Doppler frequencies 1/K cycle a ramp apart: join "
+        "the lines that an object has, one for each of them (default: as the frame file says)",
+    )
     add_number(
         parser,
         "--workers",
@@ -153,11 +160,11 @@ def run(options: argparse.Namespace) -> int:
                 say(line["error"])
             used += "error" not in line
             if "parallel_ramps" in line:
-                say(_same_slope(line, options.same_slope))
+                say(same_slope_words(line, options.same_slope))
             if options.antenna is None and "antenna" in line:
-                say(_which_antenna(line))
+                say(which_antenna_words(line))
             if "choice" in line:
-                say(_choice(line))
+                say(choice_words(line))
             profile.update(line.get("profile", {}))
             results.write(as_json(line) + "\n")
     if profile:
@@ -166,31 +173,6 @@ def run(options: argparse.Namespace) -> int:
         place = options.scheduler or ("1 process" if workers == 1 else f"{workers} processes")
         sys.stderr.write(_throughput(used, time.perf_counter() - start, place) + "\n")
     return 0 if used == len(options.frames) else EXIT_INPUT
-
-
-def _same_slope(line: Mapping[str, Any], choice: str) -> str:
-    ramps = line["parallel_ramps"]
-    sentence = (
-        f"{line['file']}: {len(ramps)} of its ramps, the first is ramp {ramps[0]}, hold a tone "
-        "that the others lack, as an interferer of the same slope makes; "
-    )
-    if choice == SET_ASIDE:
-        return f"{sentence}they are set aside, the others tell of the objects."
-    return (
-        f"{sentence}it cannot be told from objects, and ghosts are likely. --same-slope "
-        f"{SET_ASIDE} takes these ramps as missing."
-    )
-
-
-def _choice(line: Mapping[str, Any]) -> str:
-    return f"{line['file']}: {line['choice']['kept']} is kept, by the evidence of the objects."
-
-
-def _which_antenna(line: Mapping[str, Any]) -> str:
-    return (
-        f"{line['file']} holds {line['num_antennas']} antennas, of which this estimator takes one: "
-        "antenna 0 is separated, --antenna chooses another."
-    )
 
 
 def _num_workers(options: argparse.Namespace) -> int:
@@ -277,12 +259,15 @@ def separate_frame(
             received = remove_static_clutter(received, frame.name)
         estimator = _separator_of(options, frame, received)
         solution, timings = _solve(estimator, received, frame, options, watch)
+        division = options.doppler_division
+        layers = line_layers(received, solution, frame, division, together=together)
         if options.signals is not None:
             write_npz(_signals_path(options.signals, path), **separated_signals(frame, solution))
     except (InputError, MemoryError) as error:
         return {"file": path, "error": error_text(path, error)}
     spacing = frame.antenna_spacing_wavelengths
     line = result_line(path, solution, frame.radar, spacing, frame.num_transmitters)
+    line |= layers
     if timings is not None:
         line["interferer_timings"] = len(timings)
     # A burst that the estimator has modelled is no tone.

@@ -94,6 +94,9 @@ def add_words(page: Figure, picture: Picture, settings: Mapping[str, str]) -> No
     page.text(0.055, 0.035, f"{foot}\n{listed}", fontsize=7, va="center", wrap=True)
 
 
+_EXTENT: dict[str, Any] = {"fmt": "none", "ecolor": "white", "elinewidth": 1.6, "capsize": 4}
+
+
 def _lines(axes: Any, signals: Signals) -> None:
     for column, role, label, look in _LINES:
         axes.plot(signals.axis, getattr(signals, column), color=COLOURS[role], label=label, **look)
@@ -163,6 +166,8 @@ def draw_map(axes: Any, picture: Picture, *, before: bool) -> Any:
     axes.scatter(
         true.ranges_m, true.velocities_mps, s=36, marker="+", color=COLOURS["true"], linewidths=1.3
     )
+    groups = picture.groups
+    axes.errorbar(groups.ranges_m, groups.velocities_mps, xerr=0.5 * groups.extents_m, **_EXTENT)
     axes.set_xlim(*_holding(static_picture.shown_ranges_m, found.ranges_m))
     if static_picture.shown_velocities_mps:
         axes.set_ylim(*_holding(static_picture.shown_velocities_mps, found.velocities_mps))

@@ -316,7 +316,14 @@ def plan_estimator(
         mask=mask,
     )
     threshold = {"interference_threshold_db": interference_threshold_db}
-    return make_estimator(plan.estimator, model, missing=missing, **threshold, **settings)
+    return make_estimator(
+        plan.estimator,
+        model,
+        missing=missing,
+        acceleration=plan.acceleration,
+        **threshold,
+        **settings,
+    )
 
 
 def _observation(plan: Plan, true_filter: AntiAliasingFilter, frame_number: int) -> Observation:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import FloatArray
+from vsep.grouping.groups import ObjectGroup
 from vsep.inference.core.progress import ComponentEvent, EventKind, Step
 from vsep.inference.core.state import SeparationState
 from vsep.signal.template import CHANNEL_GRID_FACTOR
@@ -26,6 +27,42 @@ class Markers:
     snr_db: FloatArray
     #: (L,) float: 1 for what is there; falls with the age of a flash or of a pruned component.
     opacity: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GroupMarks:
+    """Extended objects on the axes of the map."""
+
+    #: (G,) float: Centre, extent, velocity and what its lines spread over it, SNR of the strongest.
+    ranges_m: FloatArray
+    extents_m: FloatArray
+    velocities_mps: FloatArray
+    spreads_mps: FloatArray
+    snr_db: FloatArray
+    lines: tuple[str, ...]  #: The lines of each in words, the nearest first.
+
+
+def group_marks(groups: Sequence[ObjectGroup]) -> GroupMarks:
+    """Return the extended objects of an estimate."""
+    return GroupMarks(
+        ranges_m=np.array([group.range_m for group in groups]),
+        extents_m=np.array([group.extent_m for group in groups]),
+        velocities_mps=np.array([group.velocity_mps for group in groups]),
+        spreads_mps=np.array([np.ptp(group.velocities_mps) for group in groups]),
+        snr_db=to_db(np.array([group.snr.max() for group in groups])),
+        lines=tuple(_lines_text(group) for group in groups),
+    )
+
+
+def _lines_text(group: ObjectGroup) -> str:
+    """Return range and SNR of every line; those below the threshold of points in brackets."""
+    texts = [
+        f"{place:.2f} m {level:.0f} dB"
+        for place, level in zip(group.ranges_m, to_db(group.snr), strict=True)
+    ]
+    known = len(group.members)
+    texts = [text if n < known else f"({text})" for n, text in enumerate(texts)]
+    return ", ".join(texts[index] for index in np.argsort(group.ranges_m))
 
 
 def object_marks(static_picture: StaticPicture, state: SeparationState) -> Markers:

@@ -5,12 +5,13 @@ screen and report draw from the same one, so they cannot differ.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.analysis.angles import object_angles, without_motion
+from vsep.grouping.groups import ObjectGroup, find_groups
 from vsep.inference.core.progress import Step, Termination
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.deviations import state_deviations
@@ -74,6 +75,7 @@ class Picture(RunPicture):
     true_objects: markers.Markers
     added: markers.Markers
     pruned: markers.Markers
+    groups: markers.GroupMarks  #: Extended objects; none before the run has ended.
     #: Interference-channel components of the ramp at their equivalent range.
     channel: markers.Markers
     crossing: Crossing  #: Courses of chirps over the ramps, or in the ramp's spectrogram.
@@ -137,13 +139,14 @@ def make_picture(
     state = static_picture.seen(whole)
     ramp = min(max(ramp, 0), static_picture.radar.num_ramps - 1)
     score = score_of(static_picture, whole.objects)
+    termination = steps[-1].termination if steps else Termination.RUNNING
     signals = _ramp_signals(static_picture, state, ramp)
     return Picture(
         static_picture=static_picture,
         run_number=run_number,
         iteration=len(steps),
         num_iterations=len(steps) if num_iterations is None else num_iterations,
-        termination=steps[-1].termination if steps else Termination.RUNNING,
+        termination=termination,
         ramp=ramp,
         fast_time_mode=fast_time_mode,
         fast_time=_fast_time(static_picture, signals, fast_time_mode),
@@ -152,6 +155,7 @@ def make_picture(
         true_objects=markers.true_marks(static_picture),
         added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
         pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
+        groups=markers.group_marks(_groups(static_picture, whole, termination)),
         channel=markers.channel_marks(static_picture, state, ramp),
         crossing=crossing_of(static_picture, state, ramp=ramp, mode=crossing_mode),
         score=score,
@@ -171,6 +175,17 @@ def make_picture(
         table=_table(static_picture, whole, score),
         progress=_progress(static_picture, steps),
     )
+
+
+def _groups(
+    static_picture: StaticPicture, state: SeparationState, termination: Termination
+) -> Sequence[ObjectGroup]:
+    """Return the extended objects of a run that has ended; of antennas together, of points."""
+    if termination is Termination.RUNNING:
+        return ()
+    together = static_picture.antenna.together > 1
+    received = None if together else static_picture.observation.received
+    return find_groups(received, state, static_picture.radar)
 
 
 def _ramp_signals(static_picture: StaticPicture, state: SeparationState, ramp: int) -> ComplexArray:
@@ -217,7 +232,7 @@ def _table(
         snr_db=to_db(state.component_snr),
     )
     true = static_picture.true_objects
-    return text.table_rows(
+    rows = text.table_rows(
         found,
         true.ranges_m,
         true.velocities_mps,
@@ -226,6 +241,11 @@ def _table(
         {} if score is None else score.partners,
         _angles(static_picture, objects),
     )
+    if objects.curvatures is None:
+        return rows
+    accelerations = radar.acceleration_from_curvature(objects.curvatures).tolist()
+    known: dict[int | None, float] = dict(zip(found.ids, accelerations, strict=True))
+    return tuple(replace(row, acceleration_mps2=known.get(row.component_id)) for row in rows)
 
 
 def _angles(static_picture: StaticPicture, objects: ObjectComponents) -> text.AngleColumns | None:

@@ -11,7 +11,8 @@ from vsep._typing import FloatArray
 from vsep.inference.core.progress import ComponentEvent, EventKind, IterationInfo, Step, Termination
 from vsep.inference.core.state import SeparationState
 from vsep.inference.evidence_choice import ChoiceState
-from vsep.parameters import PARAMETERS, RECEIVER_PARAMETERS
+from vsep.parameters import PARAMETERS
+from vsep.parameters.receiver import RECEIVER_PARAMETERS
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 from vsep_app.model.score import Score
 
@@ -69,6 +70,9 @@ class TableRow:
     angle_deg: float | None = None
     angle_std_deg: float | None = None
     true_angle_deg: float | None = None
+    #: Radial acceleration in m/s²; None where an object has none.
+    acceleration_mps2: float | None = None
+    true_acceleration_mps2: float | None = None
 
 
 def counted(number: int, noun: str) -> str:

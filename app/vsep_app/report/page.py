@@ -16,7 +16,7 @@ from vsep_app.views.ramps import RampStrip
 from vsep_app.views.range_doppler import RangeDopplerView
 from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import Axis
-from vsep_app.views.tables import log_html, table_html
+from vsep_app.views.tables import groups_html, log_html, table_html
 
 
 class ReportViews:
@@ -66,7 +66,7 @@ def page_variables(run: ReportRun, picture: Picture) -> dict[str, Any]:
         "heading": f"vsep: {picture.static_picture.title}",
         "outcome": outcome(picture),
         "levels": picture.static_picture.levels_text,
-        "table": table_html(picture.table, moving=several),
+        "table": table_html(picture.table, moving=several) + groups_html(picture.groups),
         "log": log_html(picture.log),
         "settings": list(listed_settings(run).items()),
         "provenance": for_html(provenance(run)),
@@ -82,6 +82,8 @@ def found(picture: Picture) -> str:
     """Say in a few words what is found so far."""
     bursts = int(np.isfinite(picture.burst_level_db).sum())
     objects = counted(len(picture.objects.ranges_m), "object")
+    if groups := len(picture.groups.lines):
+        objects = f"{objects}, {counted(groups, 'extended one')}"
     return f"{objects}, bursts in {bursts} of {counted(len(picture.true_ramps), 'ramp')}"
 
 

@@ -16,7 +16,7 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from vsep_app.model.markers import Markers
+from vsep_app.model.markers import GroupMarks, Markers
 from vsep_app.model.picture import NOTHING_CANCELLED, Picture
 from vsep_app.model.score import Score
 from vsep_app.model.text import resolution_cells
@@ -40,6 +40,7 @@ _PLACE = ("range", "velocity")
 _LEVEL = "return `${(scale.low + value / 255 * (scale.high - scale.low)).toFixed(0)} dB`"
 _COLUMNS = ("range", "velocity", "snr", "size", "opacity", "shape", "colour", "width", "height")
 _MISSES = ("range", "velocity", "nearest_range", "nearest_velocity")
+_GROUPS = ("range", "velocity", "extent", "snr", "width", "height", "lines")
 _POINTER: dict[str, Any] = {
     "x_offset": 9,
     "y_offset": 9,
@@ -180,6 +181,32 @@ def mark_objects(
         tell_of_components(plot, renderer, label, "@range{0.00} m, @velocity{+0.00} m/s")
 
 
+def group_columns(groups: GroupMarks) -> dict[str, Any]:
+    """Return the columns of a source of extended objects; each ellipse is larger than its lines."""
+    return {
+        "range": short(groups.ranges_m),
+        "velocity": short(groups.velocities_mps),
+        "extent": short(groups.extents_m),
+        "snr": short(groups.snr_db),
+        "width": short(1.2 * groups.extents_m + 0.4),
+        "height": short(groups.spreads_mps + 1.0),
+        "lines": list(groups.lines),
+    }
+
+
+def mark_groups(plot: figure, groups: ColumnDataSource) -> None:
+    """Draw an ellipse around each extended object; the pointer tells its lines."""
+    look = {"line_color": "white", "line_width": 2.0, "line_dash": "dotdash", "fill_alpha": 0.0}
+    shape = plot.ellipse(*_PLACE, width="width", height="height", source=groups, **look)
+    tips = [
+        ("extended object", "@range{0.00} m, @velocity{+0.00} m/s"),
+        ("extent", "@extent{0.00} m"),
+        ("strongest line", "@snr{0.0} dB"),
+        ("lines", "@lines"),
+    ]
+    plot.add_tools(HoverTool(renderers=[shape], tooltips=tips))
+
+
 class RangeDopplerView:
     """Two maps with common axes; the range axis is that of the delay view."""
 
@@ -190,6 +217,7 @@ class RangeDopplerView:
             name: empty_marks() for name in ("true_objects", "objects", "added", "pruned")
         }
         self._misses = empty_misses()
+        self._groups = ColumnDataSource({column: [] for column in _GROUPS})
         self._scale = LinearColorMapper(palette=MAP_PALETTE, low=0.0, high=1.0)
         self._crosshair = crosshair
         self._drawn_before: Any = None
@@ -234,6 +262,7 @@ class RangeDopplerView:
         return plot
 
     def _mark(self, plot: figure) -> None:
+        mark_groups(plot, self._groups)
         mark_objects(plot, self._marks["objects"], self._marks["true_objects"], self._misses)
         plot.add_tools(CrosshairTool(overlay=self._crosshair))
 
@@ -275,6 +304,7 @@ class RangeDopplerView:
             seen = found if name == "objects" else None
             cell = resolution_cells(static_picture.radar) if name == "true_objects" else (0.0, 0.0)
             put(source, mark_columns(getattr(picture, name), found=seen, cell=cell))
+        put(self._groups, group_columns(picture.groups))
         put(self._misses, miss_columns(picture.score, picture.true_objects, picture.objects))
 
 

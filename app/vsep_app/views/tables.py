@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
+from vsep_app.model.markers import GroupMarks
 from vsep_app.model.text import LogLine, TableRow, quiet_text
 
 MISSING = "\u2013"
@@ -52,9 +53,11 @@ class Quantity(NamedTuple):
 def quantities(rows: Sequence[TableRow], *, moving: bool) -> list[Quantity]:
     """Return what a table shows; velocities need several ramps, angles several antennas."""
     turned = any(row.angle_deg is not None or row.true_angle_deg is not None for row in rows)
+    fast = any(row.acceleration_mps2 is not None for row in rows)
     return [
         Quantity("range [m] ± [mm]", "range", "m", 3, 1e3),
         *([Quantity("velocity [m/s]", "velocity", "mps", 2)] if moving else []),
+        *([Quantity("acceleration [m/s²]", "acceleration", "mps2", 1)] if fast else []),
         *([Quantity("angle [°]", "angle", "deg", 2)] if turned else []),
         Quantity("SNR [dB]", "snr", "db", 1),
     ]
@@ -72,6 +75,23 @@ def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
     return (
         f'<table class="components" tabindex="0" aria-label="Objects">'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    )
+
+
+def groups_html(groups: GroupMarks) -> str:
+    """Return the table of extended objects; nothing where there are none."""
+    if not groups.lines:
+        return ""
+    names = "range [m]", "extent [m]", "velocity [m/s]", "strongest [dB]", "lines"
+    head = "".join(f"<th>{name}</th>" for name in names)
+    columns = groups.ranges_m, groups.extents_m, groups.velocities_mps, groups.snr_db
+    body = "".join(
+        row_html([*(value_text(float(value), 2) for value in values), escape(lines)])
+        for *values, lines in zip(*columns, groups.lines, strict=True)
+    )
+    return (
+        f'<h3>Extended objects</h3><table class="components groups" tabindex="0" '
+        f'aria-label="Extended objects"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
     )
 
 

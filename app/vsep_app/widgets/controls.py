@@ -14,9 +14,9 @@ from vsep.parameters import (
     FILTER_PARAMETERS,
     FILTER_PARTS,
     PARAMETERS,
-    RECEIVER_PARAMETERS,
     SCENE_PARAMETERS,
 )
+from vsep.parameters.receiver import RECEIVER_PARAMETERS
 from vsep.presets.record import RecordedPreset
 from vsep.presets.registry import PRESETS
 from vsep_app.model.crossing import Courses

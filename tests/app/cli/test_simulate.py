@@ -119,6 +119,8 @@ def test_every_setting_of_the_page_is_an_option_and_gives_the_frame_of_the_page(
         "second_interferer": True,
         "num_objects": 13,
         "seed": 5,
+        "num_cars": 1,
+        "object_acceleration": 5.0,
         "phase_jitter": 3.0,
         "phase_noise": 2.0,
         "phase_noise_bandwidth": 50.0,
@@ -148,7 +150,8 @@ def test_every_setting_of_the_page_is_an_option_and_gives_the_frame_of_the_page(
     assert frame.assumed_filter == of_page.assumed_filter
     assert frame.assumed_filter == vsep.RaisedCosineFilter(cutoff_hz=1.2e6, rolloff=0.5)
     assert frame.truth is not None
-    assert len(frame.truth.beats) == 13
+    assert list(frame.truth.groups[:13]) == [-1] * 13
+    assert set(frame.truth.groups[13:]) == {0}
     ramps = [burst.ramp for burst in frame.truth.bursts]
     assert len(ramps) > len(set(ramps))  # two in a ramp
     told = {

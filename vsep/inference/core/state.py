@@ -42,6 +42,8 @@ class ObjectComponents:
         Posterior covariance (59), Hermitian; at every antenna.
     precisions : (L,) float
         Prior precisions gamma_alpha.
+    curvatures : (L,) float or None
+        Of objects that accelerate, see `vsep.signal.chirped_atoms`; None where there are none.
     """
 
     component_ids: IntArray
@@ -50,11 +52,27 @@ class ObjectComponents:
     amplitudes: ComplexArray
     covariance: ComplexArray
     precisions: FloatArray
+    curvatures: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
         _freeze_arrays(
             self, "component_ids", "beats", "dopplers", "amplitudes", "covariance", "precisions"
+        )
+        if self.curvatures is not None:
+            _freeze_arrays(self, "curvatures")
+
+    def chosen(self, which: BoolArray) -> "ObjectComponents":
+        """Return some of the components, `which` (L,) bool."""
+        return replace(
+            self,
+            component_ids=self.component_ids[which],
+            beats=self.beats[which],
+            dopplers=self.dopplers[which],
+            amplitudes=self.amplitudes[which],
+            covariance=self.covariance[np.ix_(which, which)],
+            precisions=self.precisions[which],
+            curvatures=None if self.curvatures is None else self.curvatures[which],
         )
 
     @property

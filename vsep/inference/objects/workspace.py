@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import fft
 
-from vsep._typing import ComplexArray, FloatArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.progress import ComponentEvent, EventKind
 from vsep.inference.core.state import ObjectComponents, SeparationState
@@ -29,7 +29,7 @@ from vsep.kernels.object_posterior import (
     subtract_columns,
 )
 from vsep.signal.atoms import Factors
-from vsep.signal.keystone import keystone_transform
+from vsep.signal.keystone import SingleComplexArray, keystone_transform
 from vsep.signal.template import SignalModel
 from vsep.units import to_db, wrap_frequency
 
@@ -103,6 +103,11 @@ class ObjectWorkspace:
         A.
     migration : Migration
         How objects move through range cells; without a background only.
+
+    Attributes
+    ----------
+    searched : (R, 2N) bool or None
+        Points of `candidate_grid` at which new components may be; None: all.
     """
 
     def __init__(
@@ -122,6 +127,7 @@ class ObjectWorkspace:
         self.num_antennas = num_antennas
         self.threshold = threshold
         self.next_id = next_id
+        self.searched: BoolArray | None = None
         self.events: list[ComponentEvent] = []
         self.ids = components.component_ids.copy()
         if background is None:
@@ -206,15 +212,11 @@ class ObjectWorkspace:
     def _best_candidate(self) -> Candidate:
         """Look for one more component in what the columns leave unexplained."""
         columns = self.placed.columns
-        transforms = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
-        num_ramps, num_samples = transforms.shape[1:]
-        if not self.is_stationary:
-            transforms = keystone_transform(transforms, self.placed.migration)
-        else:
-            # Axis after axis: a transform of both would run over the added rows of zeros as well.
-            if num_ramps > 1:
-                transforms = fft.ifft(transforms, 2 * num_ramps, axis=1)
-            transforms = fft.ifft(transforms, 2 * num_samples, axis=2)
+        left = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
+        num_samples = left.shape[2]
+        transforms = candidate_grid(left, self.placed.migration)
+        if self.searched is not None:
+            transforms = transforms * self.searched
         levels = np.ones(1)
         if self.threshold.relative_noise is not None:
             levels = self.threshold.levels(np.arange(2 * num_samples) / (2 * num_samples))
@@ -322,6 +324,20 @@ class ObjectWorkspace:
             covariance=active.covariance[:count, :count],
             precisions=active.precisions[:count],
         )
+
+
+def candidate_grid(signals: SingleComplexArray, migration: Migration) -> SingleComplexArray:
+    """Transform signals (A, P, N) to the grid of candidates (A, R, 2N), two points in a cell.
+
+    Columns are beats from 0 on. Rows are Doppler frequencies from 0 on or, of objects that move
+    through range cells, `keystone_dopplers`.
+    """
+    if migration.coupling != 0.0:
+        return keystone_transform(signals, migration)
+    # Axis after axis: a transform of both would run over the added rows of zeros as well.
+    if signals.shape[1] > 1:
+        signals = fft.ifft(signals, 2 * signals.shape[1], axis=1)
+    return np.asarray(fft.ifft(signals, 2 * signals.shape[2], axis=2))
 
 
 def no_background(num_ramps: int, num_samples: int) -> Background:

@@ -1,0 +1,1 @@
+"""Extended objects: components that belong together, as a layer over an estimate."""

@@ -1,0 +1,110 @@
+"""Doppler-division MIMO: all transmitters send in every ramp, each with a phase step of its own.
+
+Transmitter t turns its phase from ramp to ramp so that an object is seen at its own Doppler
+frequency plus t / K, with the weights of the paths from each of T transmitters. With K > T one of
+the K bands stays empty, and which one tells the object's own Doppler frequency.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vsep._typing import FloatArray
+from vsep._validation import require_range
+from vsep.errors import InputError, shown
+from vsep.signal.linear_array import AntennaScene, UniformLinearArray
+from vsep.signal.radar import ChirpSequence
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DopplerDivision:
+    """Phase steps of the transmitters.
+
+    Parameters
+    ----------
+    num_transmitters : int
+        T.
+    num_bands : int
+        K, one more than transmitters at least; negative where Doppler frequencies step down.
+
+    Examples
+    --------
+    >>> DopplerDivision(num_transmitters=2, num_bands=4).offsets
+    array([0.  , 0.25])
+    """
+
+    num_transmitters: int
+    num_bands: int
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        require_range("num_transmitters", self.num_transmitters, 1, 64)
+        require_range("abs(num_bands)", abs(self.num_bands), self.num_transmitters + 1, 128)
+
+    def __str__(self) -> str:
+        """Return the text that `parse_doppler_division` reads."""
+        return f"{self.num_transmitters}/{self.num_bands}"
+
+    @property
+    def offsets(self) -> FloatArray:
+        """(T,) Doppler frequencies of the transmitters, cycles per ramp."""
+        return np.arange(self.num_transmitters) / self.num_bands
+
+
+def parse_doppler_division(text: str) -> DopplerDivision:
+    """Return what a text like ``2/3`` says: transmitters, and bands.
+
+    Raises `InputError` for any other.
+
+    Examples
+    --------
+    >>> parse_doppler_division("2/3")
+    DopplerDivision(num_transmitters=2, num_bands=3)
+    """
+    try:
+        transmitters, bands = (int(part) for part in text.split("/"))
+    except ValueError:
+        raise InputError(
+            f"The Doppler division is {shown(text)}; it is the number of transmitters and that of "
+            "bands, as in 2/3."
+        ) from None
+    return DopplerDivision(num_transmitters=transmitters, num_bands=bands)
+
+
+def divided_scene(
+    antenna_scene: AntennaScene, radar: ChirpSequence, waveform: DopplerDivision
+) -> AntennaScene:
+    """Return a scene with a line for every object and transmitter, as `simulate_antennas` takes it.
+
+    Transmitters stand as far apart as all receivers together, so that weights, transmitter by
+    transmitter, are those of a line of T A antennas. Lines of the first transmitter come first.
+
+    Parameters
+    ----------
+    antenna_scene : AntennaScene
+        As the receivers see it with the first transmitter alone.
+    radar : ChirpSequence
+        The victim.
+    waveform : DopplerDivision
+        The transmitters.
+    """
+    objects, antennas = antenna_scene.scene.objects, antenna_scene.antennas
+    spacing = antennas.num_antennas * antennas.spacing_wavelengths
+    transmitters = UniformLinearArray(
+        num_antennas=waveform.num_transmitters, spacing_wavelengths=spacing
+    )
+    steering = transmitters.steering(antenna_scene.object_angles_deg)
+    count = waveform.num_transmitters
+    offsets_hz = np.repeat(waveform.offsets / radar.ramp_period_s, objects.num_paths)
+    lines = replace(
+        objects,
+        delays_s=np.tile(objects.delays_s, count),
+        dopplers_hz=np.tile(objects.dopplers_hz, count) + offsets_hz,
+        weights=(objects.weights[:, None] * steering).T.ravel(),
+        groups=None if objects.groups is None else np.tile(objects.groups, count),
+    )
+    return replace(
+        antenna_scene,
+        scene=replace(antenna_scene.scene, objects=lines),
+        object_angles_deg=np.tile(antenna_scene.object_angles_deg, count),
+    )

@@ -1,0 +1,1 @@
+"""Waveforms of the victim beyond equal ramps of one transmitter."""
