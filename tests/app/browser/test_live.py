@@ -428,3 +428,13 @@ def test_a_page_whose_connection_broke_opens_again_as_it_was(dashboard, app_serv
     )
     dashboard.until_status("converged")
     assert "speed=7" in dashboard.page.url
+
+
+def test_a_run_is_pinned_and_let_go_by_its_button(dashboard):
+    dashboard.show("?preset=simulation-1&speed=30").until_status("converged")
+    dashboard.page.get_by_role("button", name="Pin this run").click()
+    unpin = dashboard.page.get_by_role("button", name="Unpin")
+    unpin.wait_for()
+    assert "Pinned, iteration" in dashboard.page.locator("p.pinned").inner_text()
+    unpin.click()
+    dashboard.page.get_by_role("button", name="Pin this run").wait_for()
