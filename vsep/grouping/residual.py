@@ -1,4 +1,4 @@
-"""What an estimate leaves of its frame, as cells of range and velocity, and weak lines in it."""
+"""Remainder of a frame beside an estimate: cells of range and velocity, weak lines in them."""
 
 from dataclasses import dataclass
 from typing import Final

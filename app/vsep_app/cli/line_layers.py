@@ -1,4 +1,4 @@
-"""What result lines say beyond the estimate: extended objects, lines of several transmitters."""
+"""Additions to result lines: extended objects, lines of several transmitters."""
 
 import argparse
 from typing import Any
