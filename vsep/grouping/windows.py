@@ -99,8 +99,8 @@ def window_lengths(cell_m: float, num_columns: int) -> list[int]:
 
     Examples
     --------
-    >>> window_lengths(0.2, 256), window_lengths(2.0, 256)
-    ([11, 21], [])
+    >>> window_lengths(0.19, 256), window_lengths(2.0, 256)
+    ([11, 22], [])
     """
     lengths = {int(length // cell_m) + 1 for length in LENGTHS_M}
     return sorted(each for each in lengths if MIN_CELLS <= each <= num_columns // 2)

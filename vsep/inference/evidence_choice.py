@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from vsep._typing import BoolArray, ComplexArray
+from vsep._typing import BoolArray, ComplexArray, frozen
 from vsep.inference.bursts.sample_weights import AVERAGED, COUNTED
 from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
 from vsep.inference.core.estimator import EstimatorEntry
@@ -85,7 +85,7 @@ class EvidenceChosenSeparator(FactorisedSeparator):
         aside = replace(
             new_state,
             used_share=float(used.mean()),
-            sample_weights=used.astype(float),
+            sample_weights=frozen(used.astype(float)),
             calm_iterations=0,
         )
         return ChoiceState(**_values(aside), separated=new_state, ended=ended), info

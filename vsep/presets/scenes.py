@@ -135,7 +135,7 @@ def preset(
         burst_shift_s=options.get("burst_shift_s", 0.0),
         num_interfered_ramps=options.get("num_interfered_ramps"),
     )
-    object_rng, channel_rng, other_rng, code_rng = rng.spawn(4)
+    object_rng, channel_rng, other_rng, motion_rng, code_rng = rng.spawn(5)
     places = options.get("places", ())
     objects = (
         placed_objects(object_rng, record.radar, places)
@@ -146,12 +146,12 @@ def preset(
     num_cars = options.get("num_cars")
     num_cars = record.num_cars if num_cars is None else num_cars
     if num_cars:
-        objects = with_cars(rng.spawn(1)[0], record.radar, objects, num_cars)
+        objects = with_cars(motion_rng, record.radar, objects, num_cars)
     acceleration_mps2 = options.get("acceleration_mps2")
     if acceleration_mps2 is None:
         acceleration_mps2 = record.acceleration_mps2
     if acceleration_mps2:
-        objects = accelerated(rng.spawn(1)[0], record.radar, objects, acceleration_mps2)
+        objects = accelerated(motion_rng, record.radar, objects, acceleration_mps2)
     present = options.get("interference", True)
     interferer = Interferer(
         sequence=sequence,

@@ -102,6 +102,11 @@ def divided_scene(
         dopplers_hz=np.tile(objects.dopplers_hz, count) + offsets_hz,
         weights=(objects.weights[:, None] * steering).T.ravel(),
         groups=None if objects.groups is None else np.tile(objects.groups, count),
+        doppler_rates_hz_per_s=(
+            None
+            if objects.doppler_rates_hz_per_s is None
+            else np.tile(objects.doppler_rates_hz_per_s, count)
+        ),
     )
     return replace(
         antenna_scene,

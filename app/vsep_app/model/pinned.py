@@ -38,7 +38,7 @@ def differences(plan: Plan, other: Plan) -> str:
     >>> from vsep_app.model.settings import Settings
     >>> plan = Settings().plan()
     >>> differences(plan, Settings(sir_db=-5.0).plan())
-    'SIR 0 dB'
+    'SIR -20 dB'
     """
     told = [
         _told(name, getattr(plan, name))

@@ -26,7 +26,7 @@ from vsep_app.report.run import ReportRun
 from vsep_app.report.variations import VariedSetting
 from vsep_app.views.tables import groups_html, table_html
 
-MAX_VIEWS = 240
+MAX_VIEWS = 232
 """Iterations times ramps, of all runs: what keeps Simulation II below 1 MB."""
 MAX_ITERATIONS = 44
 """Of several runs together: each has a map of its own, which is most of what it takes."""

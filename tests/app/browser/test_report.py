@@ -18,8 +18,8 @@ DRAWN = """() => {
   return {
     map: [...map].reduce((sum, value, n) => (sum * 31 + value * (n + 1)) % 1000003, 7),
     curve: [...lines.cleaned].slice(0, 40),
-    // Map, cells, lines and rings of the misses, estimates.
-    objects: read("range-doppler-after").renderers[4].data_source.data.range.length,
+    // Map, extended objects, cells, lines and rings of the misses, estimates.
+    objects: read("range-doppler-after").renderers[5].data_source.data.range.length,
     title: read("fast-time").title.text,
   }
 }"""
