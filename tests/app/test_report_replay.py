@@ -80,7 +80,7 @@ def test_a_record_holds_the_pictures_of_the_run(short_bursts, replay, iteration)
         fast_time, _ = columns_of(replay, iteration, ramp, "cleaned", "interference")
         for curve, name in zip(fast_time, ("cleaned", "interference"), strict=True):
             wanted = getattr(picture.fast_time, name)
-            # Half a step of 1022 over the curve's span, and float32, 6e-8 of 200 dB.
+            # Half a step of 766 over the curve's span, and float32, 6e-8 of 200 dB.
             known = wanted[np.isfinite(wanted)]
             half_step = np.ptp(known) / LEVELS / 2.0 if known.size else 0.0
             np.testing.assert_allclose(curve, wanted, rtol=0, atol=half_step + 2.4e-5)

@@ -31,7 +31,7 @@ MAX_VIEWS = 232
 MAX_ITERATIONS = 44
 """Of several runs together: each has a map of its own, which is most of what it takes."""
 SHORT_CURVE = 48
-LEVELS = 1022
+LEVELS = 766
 """Steps of a long curve between its least and its largest value; one more code means undefined."""
 _UNDEFINED = -1024
 
@@ -194,7 +194,7 @@ def encoded(column: Any) -> Any:
     Parameters
     ----------
     column : array or list
-        A long curve becomes whole numbers, exact to half of 1/1022 of its span; a list that
+        A long curve becomes whole numbers, exact to half of 1/766 of its span; a list that
         holds one map becomes its bytes; a short column becomes 32-bit numbers.
     """
     if isinstance(column, np.ndarray):
