@@ -158,9 +158,7 @@ class StudyPage(PageBase):
         try:
             study, path = self.form.study(), self.form.path(self._home)
             if await _in_thread(partial(copy_shipped_rows, name, path)):
-                session = await _in_thread(
-                    partial(StudySession, study, path, workers=self._num_workers())
-                )
+                session = await self._read_session(study, path)
                 self._context.post(partial(self._adopt, session, name))
         except (InputError, OSError) as error:
             self._context.post(partial(self.notify_error, str(error)))
@@ -182,12 +180,13 @@ class StudyPage(PageBase):
 
     async def _open(self, study: Study, path: Path) -> StudySession | None:
         """Make the session of a study and its file, and show it; None if another one runs."""
-        session = await _in_thread(partial(StudySession, study, path, workers=self._num_workers()))
+        session = await self._read_session(study, path)
         self._adopt(session, study.name)
         return session if self.session is session else None
 
-    def _num_workers(self) -> int:
-        return self.form.workers.value if self._context.most_studies is None else 1
+    async def _read_session(self, study: Study, path: Path) -> StudySession:
+        workers = self.form.workers.value if self._context.most_studies is None else 1
+        return await _in_thread(partial(StudySession, study, path, workers=workers))
 
     def _adopt(self, session: StudySession, name: str) -> None:
         """Show a session unless another one runs; called with the document locked."""
