@@ -1,3 +1,3 @@
 """The version, where every floor can read it."""
 
-__version__ = "0.5.0"
+__version__ = "0.6.0"
