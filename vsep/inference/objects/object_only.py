@@ -16,6 +16,7 @@ from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
+from vsep.inference.objects.merging import merge_unresolved, merging_due
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
 from vsep.kernels.moving_atoms import STATIONARY
 from vsep.parameters import PARAMETERS
@@ -226,7 +227,7 @@ def update_objects(
     keep : float
         Share of its threshold that an object which is there must reach.
     jointly : bool
-        Whether a step of all components together follows.
+        Whether a step of all components together follows, and unresolved ones are given up.
     """
     workspace = ObjectWorkspace(
         state.objects,
@@ -239,6 +240,8 @@ def update_objects(
     )
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
     workspace.update_components(jointly=jointly)  # for all l: (70), Algorithm 4
+    if jointly and merging_due(workspace, state):
+        merge_unresolved(workspace)
     return workspace
 
 

@@ -21,7 +21,7 @@ from vsep.kernels.moving_atoms import (
     moving_products,
     moving_signals,
 )
-from vsep.kernels.newton_ascent import Updated, update_lines
+from vsep.kernels.newton_ascent import update_lines
 from vsep.kernels.object_posterior import (
     lines_trace,
     object_signals,
@@ -256,10 +256,9 @@ class ObjectWorkspace:
         )
         points, precisions = new.points, new.precisions
         if not new.kept.all():
-            self._record_pruned(new)
-            dropped = np.flatnonzero(~new.kept)
+            self.forget(new.kept, new.ratios)
             points, start = points[new.kept], start[new.kept]
-            precisions, self.ids = np.delete(precisions, dropped), self.ids[new.kept]
+            precisions = np.delete(precisions, np.flatnonzero(~new.kept))
         noise_precision = active.noise_precision
         # C from (59), alpha from (58), without the rounding of the rank-one updates
         placed = place_components(
@@ -290,10 +289,12 @@ class ObjectWorkspace:
             placed.migration,
         )
 
-    def _record_pruned(self, new: Updated) -> None:
-        for index in np.flatnonzero(~new.kept):
-            ratio, component_id = float(new.ratios[index]), int(self.ids[index])
+    def forget(self, kept: BoolArray, ratios: FloatArray) -> None:
+        """Record that all other components (L,) are given up, and their ratios; drop their ids."""
+        for index in np.flatnonzero(~kept):
+            ratio, component_id = float(ratios[index]), int(self.ids[index])
             self._record(EventKind.OBJECT_PRUNED, ratio, component_id, self.points[index])
+        self.ids = self.ids[kept]
 
     def _record(
         self,
