@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vsep._typing import BoolArray
+from vsep._typing import BoolArray, FloatArray
 from vsep.errors import InputError
 from vsep.files.archive import Archive
 from vsep.files.frame import Frame, read_frame
@@ -39,6 +39,7 @@ from vsep_app.jobs.worker import Limited
 from vsep_app.model.crossing import ALL_RAMPS
 from vsep_app.model.picture import Picture, make_picture
 from vsep_app.model.settings import LOADED_FRAME, Plan
+from vsep_app.model.sound import sound_of
 from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_static_picture
 
 # Of a frame that a visitor brings, all antennas together: 16 of 512 ramps of 1024 samples.
@@ -241,6 +242,18 @@ def preview(
         run_number=NO_RUN, prepared_run=prepared, steps=(), num_steps=0, phase=Phase.IDLE
     )
     return compose(first, ramp, fast_time_mode, antenna, crossing_mode)
+
+
+def frame_sound(
+    snapshot: Snapshot[Prepared, Step], antenna: int = 0, *, cleaned: bool = False
+) -> FloatArray:
+    """Make sound of a snapshot's frame, as received or cleaned."""
+    static_pictures = snapshot.prepared_run.static_pictures
+    static_picture = static_pictures[min(antenna, len(static_pictures) - 1)]
+    received = static_picture.observation.received
+    if not cleaned or not snapshot.steps:
+        return sound_of(received)
+    return sound_of(static_picture.seen(snapshot.steps[-1].state).cleaned(received))
 
 
 def run_key(plan: Plan) -> Plan | None:

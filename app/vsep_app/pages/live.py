@@ -43,6 +43,8 @@ from vsep_app.widgets.keys import ITERATION_PREFIX, Keys
 from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.object_drag import ObjectDrag
 from vsep_app.widgets.share import Share
+from vsep_app.widgets.sound import NAMES as HEARD
+from vsep_app.widgets.sound import Loudspeaker
 from vsep_app.widgets.transport import Transport
 
 OPENING_SHARE = 0.25  # of the speed, for the first iterations after a run was begun by hand
@@ -123,6 +125,14 @@ class Dashboard(StagedPage):
             notify_error=self.notify_error,
             background=context.background,
         )
+        self.loudspeaker = Loudspeaker(
+            self.session.snapshot,
+            lambda: self.settings.antenna,
+            self.views.fast_time.source,
+            pool=context.pool,
+            post=context.post,
+            background=context.background,
+        )
         self.settings.param.watch(lambda *_: self._restart(), list(PLAN_NAMES))
         self.settings.param.watch(lambda *_: self.loop.redraw(), list(VIEW_NAMES))
         self.settings.param.watch(lambda *_: self._antenna_chosen(), "antenna")
@@ -164,6 +174,8 @@ class Dashboard(StagedPage):
             self.objects.delete()
         elif name in ("pin", "unpin"):
             self.pin(wanted=name == "pin")
+        elif name in HEARD:
+            self.loudspeaker.play(name)
         elif name.startswith(ITERATION_PREFIX):
             self.session.scrub(int(name.removeprefix(ITERATION_PREFIX)))
             self.loop.wake()

@@ -79,10 +79,14 @@ class Headline:
 
 def _pinned_html(sentence: str) -> str:
     name, label = ("unpin", "Unpin") if sentence else ("pin", "Pin this run")
-    return (
-        f'<p class="pinned">{escape(sentence)} '
-        f'<button type="button" data-press="{name}">{label}</button></p>'
-    )
+    return f'<p class="pinned">{escape(sentence)} {_button(name, label)} {_HEAR}</p>'
+
+
+def _button(name: str, label: str) -> str:
+    return f'<button type="button" data-press="{name}">{label}</button>'
+
+
+_HEAR = f"Listen: {_button('hear received', 'received')} {_button('hear cleaned', 'cleaned')}"
 
 
 def _sentences(sentence: str, remark: str) -> str:

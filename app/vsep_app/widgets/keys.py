@@ -7,10 +7,12 @@ from typing import Any
 from bokeh.models import ColumnDataSource, CustomJS
 
 from vsep_app.assets import path
+from vsep_app.widgets.sound import NAMES as HEARD
 
 NAMES = (
     *("toggle", "step", "step_back", "reset", "ramp_back", "ramp_next"),
     *("swipe", "delete", "pin", "unpin"),
+    *HEARD,
 )
 ITERATION_PREFIX = "iteration "
 _CLICKED = re.compile(r"iteration \d{1,6}|predict \d|experiment [a-z0-9-]{1,64}")

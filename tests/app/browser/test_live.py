@@ -438,3 +438,13 @@ def test_a_run_is_pinned_and_let_go_by_its_button(dashboard):
     assert "Pinned, iteration" in dashboard.page.locator("p.pinned").inner_text()
     unpin.click()
     dashboard.page.get_by_role("button", name="Pin this run").wait_for()
+
+
+def test_a_frame_is_heard_before_and_after(at_rest):
+    for name in ("received", "cleaned"):
+        before = at_rest.page.evaluate("window.vsep_heard ?? 0")
+        at_rest.page.get_by_role("button", name=name, exact=True).click()
+        # a second at least, see `vsep_app.model.sound`
+        at_rest.page.wait_for_function(
+            f"(window.vsep_heard ?? 0) >= {before} + 1.0", timeout=PATIENCE_MS
+        )
