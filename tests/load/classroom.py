@@ -311,7 +311,7 @@ def serving(*options: str) -> Iterator[tuple[subprocess.Popen, str]]:
             yield process, url
         finally:
             process.terminate()
-            process.wait(20)
+            process.wait(PATIENCE_S)
 
 
 @contextlib.contextmanager
@@ -484,7 +484,7 @@ async def _main(options: argparse.Namespace) -> None:
             figures.setdefault("real browsers, median and longest s", []).append(
                 (round(statistics.median(latencies), 2), round(max(latencies), 2))
             )
-        await asyncio.sleep(10.0)
+        await asyncio.sleep(90.0)
         figures["health after all have left"] = health(url)
         sys.stdout.write(json.dumps(figures, indent=1) + "\n")
 

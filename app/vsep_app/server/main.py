@@ -21,6 +21,7 @@ from vsep_app.server.announce import announcement, base_address, open_browser
 from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
 from vsep_app.server.entry import guard_entry, log_request
 from vsep_app.server.health import HealthHandler
+from vsep_app.server.memory import begin_tidying, few_arenas
 from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT
 from vsep_app.server.opening import Opening
 from vsep_app.server.patches import (
@@ -73,6 +74,7 @@ def make_server(
         raise InputError(f"port is {port}; it must lie between 0 and 65535.")
     guided = _all_experiments(experiments)
     _require_free(port, address)
+    few_arenas()
     replace_handlers()
     remember_defaults()
     loop: Any = IOLoop.current()
@@ -125,6 +127,7 @@ def make_server(
         registry.lesson.code = server.access.code or ""
     bound_connections(server)
     begin_busy_check(loop)
+    begin_tidying(loop, lambda: len(registry.open_sessions))
     loop.asyncio_loop.set_exception_handler(_closed_pages_are_no_error)
     return server
 

@@ -1,0 +1,53 @@
+"""Memory that closed pages leave behind, given back to the system.
+
+The C library keeps what is freed for whoever asks next, in an arena for every thread; a server
+that had thirty pages once would go on looking as if it had them.
+"""
+
+import ctypes
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final
+
+from tornado.ioloop import IOLoop, PeriodicCallback
+
+MOST_ARENAS: Final = 2
+_M_ARENA_MAX: Final = -8  # glibc's number of the parameter
+PERIOD_MS: Final = 20_000
+LOOKS: Final = 3  # after a page has left: its document goes later
+
+
+def few_arenas() -> None:
+    """Let all threads share what is free; other C libraries than glibc have nothing to set."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, MOST_ARENAS)
+
+
+def give_back() -> None:
+    """Return what is free to the system, as far as the C library can."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
+
+
+def begin_tidying(loop: IOLoop, num_pages: Callable[[], int]) -> None:
+    """Give memory back every now and then, if pages have left meanwhile.
+
+    Parameters
+    ----------
+    loop : IOLoop
+        Of the server.
+    num_pages : callable
+        Returns how many pages are open.
+    """
+    before = looks_left = 0
+
+    def look() -> None:
+        nonlocal before, looks_left
+        now = num_pages()
+        looks_left = LOOKS if now < before else max(0, looks_left - 1)
+        if looks_left > 0:
+            # No lock of Python's is held meanwhile: the loop goes on.
+            loop.run_in_executor(None, give_back)
+        before = now
+
+    PeriodicCallback(look, PERIOD_MS).start()
