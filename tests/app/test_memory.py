@@ -42,7 +42,7 @@ def test_what_is_free_goes_back_to_the_system():
 def test_memory_is_given_back_once_pages_have_left(monkeypatch):
     monkeypatch.setattr(memory, "PERIOD_MS", 10)
     monkeypatch.setattr(memory, "LOOKS", 2)
-    counts, given = iter([3, 3, 2, 2, 2, 2, 0]), []
+    counts, given = iter([3, 3, 2, 2, 2, 2, 0, 0, 0, 0]), []
     loop = IOLoop(make_current=False)
     monkeypatch.setattr(memory, "give_back", lambda: given.append(True))
 
@@ -55,6 +55,7 @@ def test_memory_is_given_back_once_pages_have_left(monkeypatch):
 
     loop.add_callback(memory.begin_tidying, loop, num_pages)
     loop.start()
+    # Shutting the threads down waits for them.
+    loop.asyncio_loop.run_until_complete(loop.asyncio_loop.shutdown_default_executor())
     loop.close()
-    # twice after either departure; the last look is the one that stops the loop
     assert len(given) == 4
