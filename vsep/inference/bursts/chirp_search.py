@@ -15,6 +15,7 @@ from scipy import fft
 from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
 from vsep.inference.core.row_energies import sum_of_antennas
 from vsep.kernels.scores import ChirpGrid, best_chirps, correlation_spectra
+from vsep.signal.keystone import SingleComplexArray
 from vsep.signal.template import SignalModel
 
 MIN_BURST = 6.0  # samples; shorter ones are clicks without a shape
@@ -137,10 +138,11 @@ def tone_scores(rows: ComplexArray) -> FloatArray:
     return np.asarray(sum_of_antennas(tone_powers(rows)).max(axis=1))
 
 
-def tone_powers(rows: ComplexArray) -> FloatArray:
+def tone_powers(rows: ComplexArray | SingleComplexArray) -> FloatArray:
     """|a^H r|^2 / ||a||^2 of the tones of that grid, along the last axis."""
     num_samples = rows.shape[-1]
-    return np.asarray(np.abs(fft.fft(rows, 2 * num_samples, axis=-1)) ** 2 / num_samples)
+    spectra = fft.fft(rows, 2 * num_samples, axis=-1)
+    return np.asarray((spectra.real**2 + spectra.imag**2) / num_samples)
 
 
 def find_single_chirps(
