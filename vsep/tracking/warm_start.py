@@ -23,6 +23,7 @@ from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator, ObjectSettings
 from vsep.signal.radar import ChirpSequence
 from vsep.tracking.bursts import fitted_bursts
+from vsep.tracking.clean_frame import separate_clean
 from vsep.tracking.clean_samples import fit_clean_samples
 from vsep.tracking.prediction import predicted_state
 
@@ -110,13 +111,18 @@ def _from_prediction(
     """Separate a frame from what another predicts; None where that does not fit."""
     start: Start = "warm"
     estimator: Estimator = (warm := replace(separator, schedule=WARM))
+    objects_only = _object_only(separator)
     try:
+        if separator.missing is None and separator.model.is_stationary:
+            clean = separate_clean(objects_only, rows, predicted)
+            if clean is not None:
+                return FrameSolution(clean, "clean", 0.0)
         fit = fit_clean_samples(separator, rows, predicted)
         if not fit.is_usable:
             return None
         state = fit.state
         if fit.is_clean:
-            start, estimator = "clean", _object_only(separator)
+            start, estimator = "clean", objects_only
         else:
             state = fitted_bursts(warm, rows, state, last_bursts)
     except np.linalg.LinAlgError:

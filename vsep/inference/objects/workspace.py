@@ -211,8 +211,12 @@ class ObjectWorkspace:
 
     def _best_candidate(self) -> Candidate:
         """Look for one more component in what the columns leave unexplained."""
-        columns = self.placed.columns
-        left = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
+        columns, (placed, signal) = self.placed.columns, self._summed
+        if placed is self.placed:  # what they explain is known
+            left = (self.residual - signal).astype(np.complex64)
+            left = left.reshape(self.num_antennas, -1, left.shape[1])
+        else:
+            left = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
         num_samples = left.shape[2]
         transforms = candidate_grid(left, self.placed.migration)
         if self.searched is not None:
