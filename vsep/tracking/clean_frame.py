@@ -16,15 +16,13 @@ from vsep.inference.core.run import run
 from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part, stopwatch, summed, with_rest
-from vsep.inference.objects.expansion import fit_nearby
+from vsep.inference.objects.nearby import nearby_workspace
 from vsep.inference.objects.object_only import (
     ObjectOnlySeparator,
     conclude_objects,
     expected_error,
 )
-from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace
-from vsep.tracking.interfered_samples import examined, is_raised
-from vsep.units import from_db
+from vsep.tracking.interfered_samples import examined, raised_rows
 
 LOUDER = 1.5  # times the last frame's noise: something may cover most of the samples
 
@@ -49,15 +47,18 @@ def separate_clean(
         None where something speaks for interference, or the objects are not where they should be.
     """
     began = time.perf_counter()
+    threshold = separator.object_threshold(predicted.relative_noise)
     with stopwatch() as parts, part(OBJECTS):
-        work = _nearby_objects(separator, received, predicted)
+        work = nearby_workspace(
+            predicted, received, separator.model, threshold, estimates_noise=True
+        )
     if work is None:
         return None
     noise_precision = work.active.noise_precision
     left = received - work.signal
     noise, louder = examined(left)
     quiet = noise * predicted.noise_precision < LOUDER
-    if not quiet or louder is not None or is_raised(left, noise):
+    if not quiet or louder is not None or raised_rows(left, noise).any():
         return None
     with stopwatch() as search, part(OBJECTS):
         work.add_components(ROBUST.object_additions(predicted.iteration))
@@ -80,30 +81,3 @@ def separate_clean(
         )
     rest = run(separator, received, new_state)
     return replace(rest, infos=(info, *rest.infos), seconds=rest.seconds + seconds)
-
-
-def _nearby_objects(
-    separator: ObjectOnlySeparator, received: ComplexArray, predicted: SeparationState
-) -> ObjectWorkspace | None:
-    """Objects at the places that fit, with what they explain."""
-    threshold = ObjectThreshold(float(from_db(separator.threshold_db)), predicted.relative_noise)
-    near = fit_nearby(
-        predicted.objects,
-        received,
-        predicted.noise_precision,
-        threshold,
-        num_antennas=separator.model.num_antennas,
-    )
-    if near is None:
-        return None
-    work = ObjectWorkspace(
-        near.components,
-        received,
-        near.noise_precision,
-        threshold=threshold,
-        next_id=predicted.next_component_id,
-        num_antennas=separator.model.num_antennas,
-    )
-    work.max_frequency_change = near.max_frequency_change
-    work.events.extend(near.events)
-    return work

@@ -11,11 +11,11 @@ import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray
 from vsep.inference.core.state import SeparationState
+from vsep.inference.objects.nearby import nearby_workspace
 from vsep.inference.objects.object_only import ObjectSettings
-from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace
+from vsep.inference.objects.workspace import ObjectWorkspace
 from vsep.tracking.clean_frame import LOUDER
-from vsep.tracking.interfered_samples import examined, is_raised
-from vsep.units import from_db
+from vsep.tracking.interfered_samples import examined, raised_rows
 
 FITS = 3  # of the weights alone, at the predicted places, where samples are left out
 MOST_REFINEMENTS = 12  # of places and weights ...
@@ -66,7 +66,9 @@ def fit_clean_samples(
     if interfered.any():
         for _ in range(FITS):
             state = _fitted(settings, received, state, ~(interfered | missing), refined=False)
-        interfered = _interfered(received - state.object_signal, missing)
+        left = received - state.object_signal
+        interfered = _interfered(left, missing)
+        noise = _noise_power(left[~(interfered | missing)])
     for _ in range(MOST_REFINEMENTS):
         if interfered.mean() > MOST_INTERFERED:
             break
@@ -76,7 +78,7 @@ def fit_clean_samples(
         before, noise = noise, _noise_power(left[used])
         interfered = _interfered(left, missing)
         quiet = noise * predicted.noise_precision < LOUDER
-        is_clean = quiet and not (interfered.any() or is_raised(left, noise))
+        is_clean = quiet and not (interfered.any() or raised_rows(left, noise).any())
         if is_clean or noise > SETTLED * before:
             break
     drowned = not 0.0 < noise * predicted.noise_precision < DROWNED
@@ -99,18 +101,24 @@ def _fitted(
     length = float(steps.mean())
     # r' = Phi alpha + w M (r - Phi alpha)
     majorised = state.object_signal + steps * np.where(used, received - state.object_signal, 0.0)
-    threshold = ObjectThreshold(float(from_db(settings.threshold_db)), state.relative_noise)
-    work = ObjectWorkspace(
-        state.objects,
-        majorised,
-        state.noise_precision / length,
-        threshold=threshold,
-        next_id=state.next_component_id,
-        num_antennas=settings.model.num_antennas,
-        migration=settings.model.migration,
-    )
-    if refined:
-        work.update_components()
+    threshold = settings.object_threshold(state.relative_noise)
+    model, work = settings.model, None
+    noise_precision = state.noise_precision / length
+    if refined and model.is_stationary:
+        begun = replace(state, noise_precision=noise_precision)
+        work = nearby_workspace(begun, majorised, model, threshold, estimates_noise=False)
+    if work is None:
+        work = ObjectWorkspace(
+            state.objects,
+            majorised,
+            noise_precision,
+            threshold=threshold,
+            next_id=state.next_component_id,
+            num_antennas=model.num_antennas,
+            migration=model.migration,
+        )
+        if refined:
+            work.update_components()
     return replace(state, objects=work.components(), object_signal=work.signal)
 
 

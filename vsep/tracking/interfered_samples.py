@@ -36,19 +36,19 @@ def examined(left: ComplexArray, missing: BoolArray | None = None) -> Examined:
     return Examined(noise, louder_runs(power, noise))
 
 
-def is_raised(left: ComplexArray, noise: float) -> bool:
-    """Whether the mean power in any window along a ramp is more than that of noise.
+def raised_rows(left: ComplexArray, noise: float) -> BoolArray:
+    """(P,) whether the mean power in any window along a ramp is more than that of noise.
 
     A long weak burst raises no sample by much.
     """
     power: FloatArray = left.real**2 + left.imag**2
     sums = np.zeros((len(power), power.shape[1] + 1))
     np.cumsum(power, axis=1, out=sums[:, 1:])
+    raised = np.zeros(len(power), np.bool_)
     for length in {*WINDOWS, left.shape[1]}:
         if length > left.shape[1]:
             continue
         # the sum of that many exponential variables follows a Gamma law
         allowed = noise * float(gammainccinv(length, RAISED_CHANCE))
-        if (sums[:, length:] - sums[:, :-length]).max() > allowed:
-            return True
-    return False
+        raised |= (sums[:, length:] - sums[:, :-length]).max(axis=1) > allowed
+    return raised

@@ -38,6 +38,8 @@ WARM: Final[Schedule] = replace(
     early_burst_range_db=ROBUST.burst_range_db,
     correct_filter=(2, 8),
     weigh_from=2,
+    objects_nearby=True,
+    noise_from=2,
 )
 """Order of the updates that follow the fits to clean samples and bursts."""
 
@@ -124,7 +126,7 @@ def _from_prediction(
         if fit.is_clean:
             start, estimator = "clean", objects_only
         else:
-            state = fitted_bursts(warm, rows, state, last_bursts)
+            state = fitted_bursts(warm, rows, state, last_bursts, fit.interfered)
     except np.linalg.LinAlgError:
         return None
     solution = run(estimator, rows, state)
