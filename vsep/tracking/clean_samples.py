@@ -17,7 +17,7 @@ from vsep.inference.objects.workspace import ObjectWorkspace
 from vsep.tracking.clean_frame import LOUDER
 from vsep.tracking.interfered_samples import examined, raised_rows
 
-FITS = 3  # of the weights alone, at the predicted places, where samples are left out
+FITS = 2  # of the weights alone, at the predicted places, where samples are left out
 MOST_REFINEMENTS = 12  # of places and weights ...
 SETTLED = 0.97  # ... as long as each leaves less than this share of the noise power before
 MOST_INTERFERED = 0.4  # of the samples: beyond, the median does not tell the noise

@@ -36,12 +36,14 @@ WARM: Final[Schedule] = replace(
     # Objects and bursts are known but for what is new, and for bursts under others.
     early_search=(0, 1),
     early_burst_range_db=ROBUST.burst_range_db,
-    correct_filter=(2, 8),
-    weigh_from=2,
+    correct_filter=(1, 8),
+    weigh_from=1,
     objects_nearby=True,
-    noise_from=2,
+    noise_from=1,
 )
 """Order of the updates that follow the fits to clean samples and bursts."""
+
+FLOODED: Final = 2.0  # times what is known to be there: interference for certain
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +117,8 @@ def _from_prediction(
     estimator: Estimator = (warm := replace(separator, schedule=WARM))
     objects_only = _object_only(separator)
     try:
-        if separator.missing is None and separator.model.is_stationary:
+        possible = separator.missing is None and separator.model.is_stationary
+        if possible and not _is_flooded(rows, predicted):
             clean = separate_clean(objects_only, rows, predicted)
             if clean is not None:
                 return FrameSolution(clean, "clean", 0.0)
@@ -133,6 +136,16 @@ def _from_prediction(
     if solution.termination is Termination.NONFINITE:
         return None
     return FrameSolution(solution, start, 0.0)
+
+
+def _is_flooded(rows: ComplexArray, predicted: SeparationState) -> bool:
+    """Whether a sample is louder than all objects together could make it."""
+    amplitudes = predicted.objects.amplitudes.reshape(predicted.objects.num_components, -1)
+    # unit-norm atoms: 1/sqrt(PN) in every sample of an antenna
+    atom = np.sqrt(amplitudes.shape[1] / rows.size)
+    largest = atom * np.abs(amplitudes).sum(axis=0).max(initial=0.0)
+    noise = np.sqrt(1.0 / predicted.noise_precision)
+    return bool(max(rows.real.max(), rows.imag.max()) > FLOODED * (largest + 5.0 * noise))
 
 
 def separate_cold(
