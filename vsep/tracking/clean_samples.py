@@ -11,7 +11,7 @@ import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray
 from vsep.inference.core.state import SeparationState
-from vsep.inference.objects.nearby import nearby_workspace
+from vsep.inference.objects.nearby import nearby_workspace, pays_together
 from vsep.inference.objects.object_only import ObjectSettings
 from vsep.inference.objects.workspace import ObjectWorkspace
 from vsep.tracking.clean_frame import LOUDER
@@ -104,7 +104,7 @@ def _fitted(
     threshold = settings.object_threshold(state.relative_noise)
     model, work = settings.model, None
     noise_precision = state.noise_precision / length
-    if refined and model.is_stationary:
+    if refined and pays_together(state, model):
         begun = replace(state, noise_precision=noise_precision)
         work = nearby_workspace(begun, majorised, model, threshold, estimates_noise=False)
     if work is None:

@@ -27,6 +27,7 @@ EXPANSIONS = 4  # at most, each from where the one before has led
 DROWNED = 10.0  # times the noise that was known: there is more in the frame than its objects
 LEFT_OUT_DEVIATIONS = 0.03  # that the terms left out may move an object by
 ABSENT = 0.25  # of its threshold: an object that has less where it should be is not there
+LARGE = 2**16  # objects times samples: with fewer, one by one is no slower
 STEPS = 8  # of Gauss and Newton at most, on one expansion
 RENEWED = 2  # steps with a Fisher information of their own; it changes with the weights only
 
@@ -174,6 +175,12 @@ def nearby_workspace(
     return work
 
 
+def pays_together(state: SeparationState, model: SignalModel) -> bool:
+    """Whether objects that are nearby are fitted together faster than one by one."""
+    size = state.objects.num_components * state.object_signal.size
+    return model.is_stationary and size >= LARGE
+
+
 def updated_nearby(
     residual: ComplexArray,
     state: SeparationState,
@@ -278,7 +285,7 @@ class _Nearby:
 
         With the ratio s, a lone object that has moved by m deviations is off by ``0.3 m^3 / s``.
         """
-        moved = np.abs(self.moves * self.sizes).max(axis=1) / _deviations(self.ratios)
+        moved = np.hypot(*(self.moves * self.sizes).T) / _deviations(self.ratios)
         return bool(np.all(0.3 * moved**3 < LEFT_OUT_DEVIATIONS * np.maximum(self.ratios, 1.0)))
 
     def _fitted(self) -> _Fit:

@@ -16,7 +16,7 @@ from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
-from vsep.inference.objects.nearby import updated_nearby
+from vsep.inference.objects.nearby import pays_together, updated_nearby
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
 from vsep.kernels.moving_atoms import STATIONARY
 from vsep.parameters import PARAMETERS
@@ -231,7 +231,7 @@ def update_objects(
         Whether the objects are next to where they are: then they are fitted together, and
         Algorithm 3 follows only where one is new.
     """
-    if nearby and model.is_stationary:
+    if nearby and pays_together(state, model):
         found = updated_nearby(residual, state, model, threshold, max_additions)
         if found is not None:
             return found
