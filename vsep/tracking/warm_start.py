@@ -140,10 +140,11 @@ def _from_prediction(
 
 def _is_flooded(rows: ComplexArray, predicted: SeparationState) -> bool:
     """Whether a sample is louder than all objects together could make it."""
-    amplitudes = predicted.objects.amplitudes.reshape(predicted.objects.num_components, -1)
+    amplitudes = np.abs(predicted.objects.amplitudes)
+    num_antennas = amplitudes.shape[1] if amplitudes.ndim == 2 else 1
     # unit-norm atoms: 1/sqrt(PN) in every sample of an antenna
-    atom = np.sqrt(amplitudes.shape[1] / rows.size)
-    largest = atom * np.abs(amplitudes).sum(axis=0).max(initial=0.0)
+    atom = np.sqrt(num_antennas / rows.size)
+    largest = atom * amplitudes.sum(axis=0).max(initial=0.0)
     noise = np.sqrt(1.0 / predicted.noise_precision)
     return bool(max(rows.real.max(), rows.imag.max()) > FLOODED * (largest + 5.0 * noise))
 

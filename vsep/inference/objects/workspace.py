@@ -9,7 +9,12 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.progress import ComponentEvent, EventKind
 from vsep.inference.core.state import ObjectComponents, SeparationState
-from vsep.inference.objects.refinement import PlacedComponents, joint_step, place_components
+from vsep.inference.objects.refinement import (
+    PlacedComponents,
+    joint_step,
+    place_components,
+    with_component,
+)
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels.candidates import Candidate, best_candidate
 from vsep.kernels.convergence import largest_change
@@ -229,15 +234,8 @@ class ObjectWorkspace:
 
     def _insert(self, candidate: Candidate) -> None:
         """Place a new component behind the others, ahead of the background."""
-        count, active = len(self.ids), self.active
-        self.placed = place_components(
-            np.concatenate([self.points, [[candidate.beat, candidate.doppler]]]),
-            np.insert(active.precisions, count, candidate.precision),
-            self.residual,
-            active.noise_precision,
-            self.placed.background,
-            self.placed.migration,
-        )
+        point = np.array([candidate.beat, candidate.doppler])
+        self.placed = with_component(self.placed, point, candidate.precision, self.residual)
 
     def update_components(self, *, jointly: bool = True) -> None:
         """Refine, re-estimate or prune every component in turn (the loop of Algorithm 3).
