@@ -20,7 +20,7 @@ from vsep.inference.factorised import FactorisedSeparator
 from vsep.tracking.interfered_samples import raised_rows
 
 SAME_SLOPE = 0.1  # relative difference: bursts of one interferer
-MOST_FITS = 4
+MOST_FITS = 3
 FEW_ADDED = 0.05  # of the channel components: fewer new ones, and the channels are complete
 
 
@@ -51,6 +51,8 @@ def fitted_bursts(
         residual = np.where(separator.missing, 0.0, residual)
     state = replace(state, search_cache=_quiet_ramps(separator, residual, state, interfered))
     found = separator.interference_workspace(state)
+    if last:
+        found.known_slopes = np.array([burst.slope for burst in last])
     with part(SEARCH):
         separator.search(found, received, state)
     precision = separator.burst_precision(state, state.noise_precision)
