@@ -1,5 +1,6 @@
 """What `make bench` prints at its end: every part with its ratio to the reference, and growth."""
 
+import time
 from collections import defaultdict
 
 import numpy as np
@@ -10,12 +11,28 @@ import pytest
 def timed(benchmark):
     """Time a function as a part of the table, or as one point of a curve of growth."""
 
-    def run(function, *, part, way="fast", rounds=None, **info):
+    def run(function, *, part, way="fast", rounds=None, floor=None, **info):
         benchmark.extra_info |= {"part": part, "way": way} | info
         if rounds is None:
             return benchmark(function)
         warmup_rounds = info.get("frames", 1) if way == "fast" else 0
-        return benchmark.pedantic(function, rounds=rounds, warmup_rounds=warmup_rounds)
+        seconds = []
+
+        def time_floor():
+            """What a user picks instead, by turns with the function."""
+            start = time.perf_counter()
+            floor()
+            seconds.append(time.perf_counter() - start)
+
+        result = benchmark.pedantic(
+            function,
+            setup=None if floor is None else time_floor,
+            rounds=rounds,
+            warmup_rounds=warmup_rounds,
+        )
+        if floor is not None:
+            benchmark.extra_info["floor"] = float(np.median(seconds[warmup_rounds:]))
+        return result
 
     return run
 
@@ -31,24 +48,29 @@ def least(bench):
 
 
 def table(parts):
-    """Lines of the table: the least time tells what the program needs, the median the machine."""
-    row = "{:46s} {:>11s} {:>11s} {:>13s} {:>6s}".format
-    lines = [row("part", "median", "least", "reference", "ratio")]
+    """Lines of the table: the least time tells what the program needs, the median the machine.
+
+    The floor is zeroing and two transforms of the same frames.
+    """
+    row = "{:46s} {:>11s} {:>11s} {:>13s} {:>6s} {:>10s} {:>6s}".format
+    lines = [row("part", "median", "least", "reference", "ratio", "floor", "times")]
     for part, ways in parts.items():
         fast, slow = ways["fast"].stats, ways.get("reference")
         reference = slow.stats.median if slow else None
         ratio = f"{reference / fast.median:.1f}" if slow else ""
         times = [milliseconds(each) for each in (fast.median, least(ways["fast"]), reference)]
-        lines.append(row(part, *times, ratio))
+        floor = ways["fast"].extra_info.get("floor")
+        above = f"{fast.median / floor:.0f}" if floor else ""
+        lines.append(row(part, *times, ratio, milliseconds(floor), above))
     return lines
 
 
 def growth(curves):
-    """Lines of the growth exponents: slopes of log time an iteration over log size."""
+    """Lines of the growth exponents: of the time an iteration takes, over the last doubling."""
     for number, benches in curves.items():
         sizes = [bench.extra_info["size"] for bench in benches]
         seconds = [least(bench) / bench.extra_info["iterations"] for bench in benches]
-        exponent = np.polyfit(np.log(sizes), np.log(seconds), 1)[0]
+        exponent = np.log(seconds[-1] / seconds[-2]) / np.log(sizes[-1] / sizes[-2])
         points = zip(sizes, seconds, strict=True)
         values = ", ".join(f"{milliseconds(time)} at {size}" for size, time in points)
         yield f"growth in {number:13s} exponent {exponent:5.2f}   an iteration takes {values}"

@@ -24,13 +24,16 @@ REFERENCE = ["Simulation I, SIR -20 dB", "Simulation II-c, SIR -20 dB"]
 LARGE = {
     "64 x 256, 30 objects, 16 bursts": (64, 256, 30, 16),
     "128 x 512, 100 objects, 32 bursts": (128, 512, 100, 32),
+    "256 x 1024, 300 objects, 32 bursts": (256, 1024, 300, 32),
 }
-# 16 ramps of 128 samples with 10 objects and 8 bursts, one of the numbers changed at a time.
+# 16 ramps of 128 samples with 10 objects and 8 bursts, one of the numbers changed at a time; many
+# objects need room.
 GROWTH = {
-    "samples": {size: ((16, size), 10) for size in (64, 128, 256, 512)},
+    "samples": {size: ((16, size), 10) for size in (64, 128, 256, 512, 1024)},
     "ramps": {size: ((size, 128), 10) for size in (8, 16, 32, 64)},
-    "objects": {size: ((32, 128), size) for size in (5, 10, 20, 40)},
+    "objects": {size: ((64, 256), size) for size in (10, 75, 150, 300)},
 }
+GROWTH_ROUNDS = 3
 
 
 def several_problems(case):
@@ -103,7 +106,10 @@ def test_growth(timed, benchmark, number, size):
     shape, num_objects = GROWTH[number][size]
     problem = drawn_problem(shape, num_objects, 8)
     solution = timed(
-        lambda: run(problem.separator, problem.received), part=number, rounds=5, size=size
+        lambda: run(problem.separator, problem.received),
+        part=number,
+        rounds=GROWTH_ROUNDS,
+        size=size,
     )
     benchmark.extra_info["iterations"] = solution.iterations
     assert solution.objects.num_components >= 0.8 * num_objects

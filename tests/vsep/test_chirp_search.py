@@ -1,11 +1,15 @@
 """Burst search against known bursts and pure noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.vsep.burst_bench import GRID, MODEL, NUM_SAMPLES, RATE, burst, noise
 from vsep.inference.bursts.chirp_refinement import ChannelCosts, place_chirps, refine_chirps
 from vsep.inference.bursts.chirp_search import find_single_chirps, slope_bank
+from vsep.inference.bursts.search import BurstSearch
+from vsep.inference.factorised import FactorisedSeparator
 from vsep.kernels.ramps import FlatRamps
 from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
@@ -83,3 +87,25 @@ def test_antennas_are_searched_together():
     single = find_single_chirps(rows[:1], MODEL)
     np.testing.assert_allclose(single.score, alone[0].score, rtol=1e-4)  # single precision
     np.testing.assert_array_equal(single.tone_score, alone[0].tone_score)
+
+
+def test_next_to_a_known_slope_the_same_burst_is_found():
+    centre, slope = 40.7, -0.011065
+    residual = 3.0 * burst(-slope * centre, slope)[None] + noise(1, 1e-2)
+    everywhere = find_single_chirps(residual, MODEL)
+    nearby = find_single_chirps(residual, MODEL, known_slopes=np.array([0.03, 1.02 * slope]))
+    assert nearby.slope == everywhere.slope
+    assert nearby.start_frequency == everywhere.start_frequency
+    assert nearby.score == everywhere.score
+
+
+def test_a_burst_of_an_unknown_slope_begins_as_well():
+    chirps = [(60.3, 0.00646), (40.7, -0.03)]
+    residual = np.concatenate([3.0 * burst(-k * centre, k)[None] for centre, k in chirps])
+    residual = residual + noise(2, 1e-2)
+    separator = FactorisedSeparator(model=replace(MODEL, num_ramps=2))
+    work = separator.interference_workspace(separator.init(residual))
+    work.known_slopes = np.array([0.00646])
+    BurstSearch(work, residual, 1e2, weakest_share=1e-3).run()
+    slopes = work.table.chirps.slope[np.argsort(work.table.rows)]
+    np.testing.assert_allclose(slopes, [slope for _, slope in chirps], rtol=1e-2)

@@ -149,15 +149,15 @@ class FactorisedSeparator(ObjectSettings):
             steps = step if self.missing is None else step * self._relative_steps(self.missing)
             residual = state.object_signal + steps * (residual - state.object_signal)
             state = replace(state, noise_precision=state.noise_precision / step)
+        schedule, keep = schedule_by_name(self.schedule), 1.0 if share == 1.0 else KEEP_MAJORISED
         return update_objects(
             residual,
             state,
             self.model,
-            self.threshold_db,
+            self.object_threshold(relative_noise, keep),
             max_additions,
-            relative_noise,
-            1.0 if share == 1.0 else KEEP_MAJORISED,
-            jointly=schedule_by_name(self.schedule).joint_object_step,
+            jointly=schedule.joint_object_step,
+            nearby=schedule.objects_nearby,
         )
 
     def _relative_steps(self, missing: BoolArray) -> FloatArray:
@@ -319,7 +319,7 @@ class FactorisedSeparator(ObjectSettings):
             else 0,
             calm_iterations=calm,
         )
-        if not interference.schedule.noise_spectrum or not noise_spectrum_due(state):
+        if not interference.schedule.noise_due(state.iteration) or not noise_spectrum_due(state):
             return new_state, info
         # A burst that is hardly more than noise is looked at as noise.
         strong = interference.strong_bursts(noise_precision)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.kernels.line_spectra import fill_lines
+from vsep.kernels.line_spectra import BEAT_ORDERS, DOPPLER_ORDERS, fill_lines
 from vsep.kernels.moving_atoms import STATIONARY, Migration
 
 
@@ -148,3 +148,71 @@ def dense_atoms(
     course = doppler_course(shape, migration)
     cycles = beats[:, None, None] * np.arange(shape[1]) + dopplers[:, None, None] * course
     return np.asarray(np.exp(-2j * np.pi * cycles) / np.sqrt(shape[0] * shape[1]))
+
+
+def half_lines(frequencies: FloatArray, length: int) -> FloatArray:
+    """Conjugate lines and their derivatives from the middle on, (2, 3, K, M/2).
+
+    Around its middle the real part of a line is even and the imaginary one odd, so that one half
+    has all of it. With x, 2 pi times the distance from there, ``[0]`` has the even ones among 1, x
+    and x^2 times these parts, and ``[1]`` the odd ones.
+
+    Parameters
+    ----------
+    frequencies : (K,) float
+        Cycles per step.
+    length : int
+        M.
+    """
+    half = (length + 1) // 2
+    middle = 0.5 * (length - 1)
+    lines = line_factors(frequencies, length)[:, length - half :]
+    lines *= np.exp(2j * np.pi * middle * frequencies)[:, None]
+    x = 2.0 * np.pi * (np.arange(length - half, length) - middle)
+    parts = np.empty((2, 3, len(frequencies), half))
+    parts[0, 0], parts[1, 0] = lines.real, -lines.imag
+    if length % 2:
+        parts[0, 0, :, 0] *= 0.5  # the middle itself is no pair
+    for order in (1, 2):
+        np.multiply(x, parts[::-1, order - 1], out=parts[:, order])
+    return parts
+
+
+def half_line_jets(beat: FloatArray, doppler: FloatArray, shape: tuple[int, int]) -> FloatArray:
+    """Inner products of K atoms with each other, (6, K, K), all at rest in the middle of a frame.
+
+    Derivatives by the first atom's frequencies, in the order of `vsep.kernels.line_spectra`.
+
+    Parameters
+    ----------
+    beat, doppler : (2, 3, K, M/2) float
+        Of `half_lines`.
+    shape : tuple of int
+        (P, N).
+
+    Examples
+    --------
+    >>> halves = half_lines(np.array([0.1]), 16), half_lines(np.array([0.2]), 4)
+    >>> half_line_jets(*halves, (4, 16))[:3, 0, 0].round(12).tolist()
+    [1.0, 0.0, 0.0]
+    """
+    dopplers = _half_line_grams(doppler, is_odd=shape[0] % 2 == 1)
+    beats = _half_line_grams(beat, is_odd=shape[1] % 2 == 1)
+    return np.asarray(beats[[*BEAT_ORDERS]] * dopplers[[*DOPPLER_ORDERS]])
+
+
+def _half_line_grams(lines: FloatArray, *, is_odd: bool) -> FloatArray:
+    """(3, K, K) inner products of half lines, and derivatives by the first one's frequency."""
+    even, odd = lines
+    count = lines.shape[2]
+    own = np.concatenate([even[0], odd[0]], axis=1)
+    by = np.empty((3, *own.shape))
+    by[0] = own
+    np.concatenate([even[1], odd[1]], axis=1, out=by[1])
+    np.negative(by[1, :, : even.shape[2]], out=by[1, :, : even.shape[2]])
+    np.concatenate([even[2], odd[2]], axis=1, out=by[2])
+    own[:, 0] *= 2.0 if is_odd else 1.0  # the middle, which is half in the other factor
+    own *= 2.0
+    jets = (by.reshape(3 * count, own.shape[1]) @ own.T).reshape(3, count, count)
+    np.negative(jets[2], out=jets[2])
+    return np.asarray(jets)

@@ -11,14 +11,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from vsep._typing import ComplexArray
+from vsep._typing import BoolArray, ComplexArray
 from vsep.inference.core.progress import EventKind
+from vsep.inference.core.search_cache import SearchCache, empty_search_cache
 from vsep.inference.core.state import BurstComponents, SeparationState
 from vsep.inference.core.stopwatch import BURSTS, SEARCH, part
 from vsep.inference.factorised import FactorisedSeparator
+from vsep.tracking.interfered_samples import raised_rows
 
 SAME_SLOPE = 0.1  # relative difference: bursts of one interferer
-MOST_FITS = 4
+MOST_FITS = 3
 FEW_ADDED = 0.05  # of the channel components: fewer new ones, and the channels are complete
 
 
@@ -27,6 +29,7 @@ def fitted_bursts(
     received: ComplexArray,
     state: SeparationState,
     last: Sequence[BurstComponents],
+    interfered: BoolArray,
 ) -> SeparationState:
     """State with the bursts that a frame holds beside its objects.
 
@@ -40,11 +43,18 @@ def fitted_bursts(
         With the objects of the frame and without bursts.
     last : sequence of BurstComponents
         The bursts of the last frame.
+    interfered : (A P, N) bool
+        Samples that hold more than objects and noise.
     """
+    residual = received - state.object_signal
+    if separator.missing is not None:
+        residual = np.where(separator.missing, 0.0, residual)
+    state = replace(state, search_cache=_quiet_ramps(separator, residual, state, interfered))
     found = separator.interference_workspace(state)
+    if last:
+        found.known_slopes = np.array([burst.slope for burst in last])
     with part(SEARCH):
         separator.search(found, received, state)
-    residual = received - state.object_signal
     precision = separator.burst_precision(state, state.noise_precision)
     found.recompute(residual, precision)
     num_bins = separator.model.num_grid_bins
@@ -58,12 +68,31 @@ def fitted_bursts(
             kinds = [event.kind for event in work.events[before:]]
             if kinds.count(EventKind.CHANNEL_ADDED) <= FEW_ADDED * len(work.table.owners):
                 break
+    left = residual - work.signal
     return replace(
         state,
         bursts=work.frozen_bursts(),
         interference_signal=work.signal,
-        search_cache=work.search_cache,
+        search_cache=_quiet_ramps(separator, left, state, np.zeros_like(interfered)),
     )
+
+
+def _quiet_ramps(
+    separator: FactorisedSeparator,
+    left: ComplexArray,
+    state: SeparationState,
+    interfered: BoolArray,
+) -> SearchCache:
+    """Return that ramps need no search where nothing is left of them but noise.
+
+    A burst that raises the power in no window of its ramp does the objects no harm.
+    """
+    noise = 1.0 / state.noise_precision
+    loud = raised_rows(left, noise) | interfered.any(axis=1)
+    num_antennas = separator.model.num_antennas
+    quiet = np.flatnonzero(~loud.reshape(num_antennas, -1).any(axis=0))
+    rows = left if num_antennas == 1 else left.reshape(num_antennas, -1, left.shape[1])
+    return empty_search_cache(rows).searched(quiet, rows, np.zeros(len(quiet)))
 
 
 def _with_channel(

@@ -8,23 +8,19 @@ above the noise are interfered; the fit is repeated without them, on a majorised
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage
-from scipy.special import gammainccinv
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray
-from vsep.inference.bursts.sample_weights import sample_weights
+from vsep._typing import BoolArray, ComplexArray
 from vsep.inference.core.state import SeparationState
+from vsep.inference.objects.nearby import nearby_workspace, pays_together
 from vsep.inference.objects.object_only import ObjectSettings
-from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace
-from vsep.units import from_db
+from vsep.inference.objects.workspace import ObjectWorkspace
+from vsep.tracking.clean_frame import LOUDER
+from vsep.tracking.interfered_samples import examined, raised_rows
 
-FITS = 3  # of the weights alone, at the predicted places, where samples are left out
+FITS = 2  # of the weights alone, at the predicted places, where samples are left out
 MOST_REFINEMENTS = 12  # of places and weights ...
 SETTLED = 0.97  # ... as long as each leaves less than this share of the noise power before
 MOST_INTERFERED = 0.4  # of the samples: beyond, the median does not tell the noise
-WINDOWS = (8, 32, 128)  # samples: a burst of about such a length raises the mean power in one
-RAISED_CHANCE = 1e-7  # with which the mean power of noise in a window is more than allowed
-LOUDER = 1.5  # times the last frame's noise: something may cover most of the samples
 DROWNED = 10.0  # times: the objects that are there are not those that were predicted
 
 
@@ -66,11 +62,13 @@ def fit_clean_samples(
     """
     missing = np.zeros(received.shape, np.bool_) if settings.missing is None else settings.missing
     state, noise, is_clean = predicted, np.inf, False
-    interfered = _unexplained(received, missing)
+    interfered = _interfered(received, missing)
     if interfered.any():
         for _ in range(FITS):
             state = _fitted(settings, received, state, ~(interfered | missing), refined=False)
-        interfered = _unexplained(received - state.object_signal, missing)
+        left = received - state.object_signal
+        interfered = _interfered(left, missing)
+        noise = _noise_power(left[~(interfered | missing)])
     for _ in range(MOST_REFINEMENTS):
         if interfered.mean() > MOST_INTERFERED:
             break
@@ -78,9 +76,9 @@ def fit_clean_samples(
         state = _fitted(settings, received, state, used, refined=True)
         left = np.where(missing, 0.0, received - state.object_signal)
         before, noise = noise, _noise_power(left[used])
-        interfered = _unexplained(left, missing)
+        interfered = _interfered(left, missing)
         quiet = noise * predicted.noise_precision < LOUDER
-        is_clean = quiet and not (interfered.any() or _is_raised(left, noise))
+        is_clean = quiet and not (interfered.any() or raised_rows(left, noise).any())
         if is_clean or noise > SETTLED * before:
             break
     drowned = not 0.0 < noise * predicted.noise_precision < DROWNED
@@ -103,47 +101,33 @@ def _fitted(
     length = float(steps.mean())
     # r' = Phi alpha + w M (r - Phi alpha)
     majorised = state.object_signal + steps * np.where(used, received - state.object_signal, 0.0)
-    threshold = ObjectThreshold(float(from_db(settings.threshold_db)), state.relative_noise)
-    work = ObjectWorkspace(
-        state.objects,
-        majorised,
-        state.noise_precision / length,
-        threshold=threshold,
-        next_id=state.next_component_id,
-        num_antennas=settings.model.num_antennas,
-        migration=settings.model.migration,
-    )
-    if refined:
-        work.update_components()
+    threshold = settings.object_threshold(state.relative_noise)
+    model, work = settings.model, None
+    noise_precision = state.noise_precision / length
+    if refined and pays_together(state, model):
+        begun = replace(state, noise_precision=noise_precision)
+        work = nearby_workspace(begun, majorised, model, threshold, estimates_noise=False)
+    if work is None:
+        work = ObjectWorkspace(
+            state.objects,
+            majorised,
+            noise_precision,
+            threshold=threshold,
+            next_id=state.next_component_id,
+            num_antennas=model.num_antennas,
+            migration=model.migration,
+        )
+        if refined:
+            work.update_components()
     return replace(state, objects=work.components(), object_signal=work.signal)
 
 
-def _unexplained(left: ComplexArray, missing: BoolArray) -> BoolArray:
+def _interfered(left: ComplexArray, missing: BoolArray) -> BoolArray:
     """(P, N) samples far above the median power of what is left."""
-    nothing = np.zeros_like(left)
-    weights = sample_weights(np.where(missing, 0.0, left), nothing, nothing, fitted=True)
-    if weights is None:
-        return np.zeros(left.shape, np.bool_)
-    return np.asarray(weights.values == 0.0)
+    louder = examined(left, missing).louder
+    return np.zeros(left.shape, np.bool_) if louder is None else louder
 
 
 def _noise_power(samples: ComplexArray) -> float:
     """Mean power of noise by its median, which louder samples hardly raise."""
     return float(np.median(samples.real**2 + samples.imag**2) / np.log(2.0))
-
-
-def _is_raised(left: ComplexArray, noise: float) -> bool:
-    """Whether the mean power in any window along a ramp is more than that of noise.
-
-    A long weak burst raises no sample by much.
-    """
-    power: FloatArray = left.real**2 + left.imag**2
-    for length in (*WINDOWS, left.shape[1]):
-        if length > left.shape[1]:
-            continue
-        means = ndimage.uniform_filter1d(power, length, axis=1, mode="nearest")
-        inner = means[:, length // 2 : left.shape[1] - (length - 1) // 2]
-        # the sum of that many exponential variables follows a Gamma law
-        if inner.max() > noise * float(gammainccinv(length, RAISED_CHANCE)) / length:
-            return True
-    return False

@@ -11,6 +11,8 @@ from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Channel
 from vsep.units import wrap_frequency
 
+CHANGED = 4.0  # deviations of a Doppler frequency: what its change must be to go on
+
 
 def moved_beats(
     beats: FloatArray, dopplers: FloatArray, radar: ChirpSequence, elapsed_s: float
@@ -74,6 +76,9 @@ def predicted_objects(
             objects.component_ids, before.component_ids, return_indices=True
         )
         change[own] = wrap_frequency(objects.dopplers[own] - before.dopplers[earlier])
+        # Deviation of a frequency of an isolated line; what is less than noise is none.
+        deviation = np.sqrt(6.0 / np.maximum(objects.component_snr, 1.0)) / (2.0 * np.pi)
+        change[np.abs(change) * radar.num_ramps < CHANGED * deviation] = 0.0
     # on the way the mean of both velocities counts
     beats = moved_beats(objects.beats, objects.dopplers + 0.5 * change, radar, elapsed_s)
     return replace(objects, beats=beats, dopplers=wrap_frequency(objects.dopplers + change))

@@ -6,13 +6,14 @@ does not show is predicted on for a few frames, and takes its name back where on
 predicted place.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from vsep._typing import FloatArray, frozen
+from vsep._typing import FloatArray, IntArray, frozen
 from vsep.inference.core.state import SeparationState
 from vsep.inference.deviations import state_deviations
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
@@ -22,6 +23,7 @@ MOST_MISSED = 8  # frames in a row without the object, then its track ends
 TENTATIVE_MISSED = 1  # the same before it is confirmed
 ACCELERATION_STD_MPS2 = 6.0  # of a braking or passing car
 GATE = 16.0  # squared deviations between prediction and measurement: one in 3000 is more
+UNKNOWN_VARIANCE = 1e60  # of what a frame does not show
 FASTEST_MPS = 40.0  # deviation of a velocity that a single ramp does not show
 OWN_CELLS = 1.5  # resolution cells by which a component may miss its own track's prediction
 NEAR_CELLS = 0.5  # resolution cells: closer than this an object is the same whatever its deviation
@@ -140,20 +142,20 @@ def resolution_cells(radar: ChirpSequence) -> tuple[float, float]:
     return metres / radar.num_samples, speed / radar.num_ramps
 
 
-def predicted_track(track: Track, elapsed_s: float) -> Track:
-    """Return the track after some time at constant velocity, give or take an acceleration.
+class _Places(NamedTuple):
+    """Means (T, 2) of tracks in m and m/s, and their covariances (T, 2, 2)."""
 
-    Examples
-    --------
-    >>> track = Track(7, 0, np.array([20.0, -2.0]), np.diag([0.01, 0.04]), 1e3, 5, 0, 0)
-    >>> later = predicted_track(track, 0.5)
-    >>> later.range_m, round(later.range_std_m, 2)
-    (19.0, 0.76)
-    """
+    means: FloatArray
+    covariances: FloatArray
+
+
+def _predicted(tracks: Sequence[Track], elapsed_s: float) -> _Places:
+    """Places after some time at constant velocity, give or take an acceleration."""
+    means = np.array([track.mean for track in tracks]).reshape(-1, 2)
+    covariances = np.array([track.covariance for track in tracks]).reshape(-1, 2, 2)
     moved = np.array([[1.0, elapsed_s], [0.0, 1.0]])
     pushed = ACCELERATION_STD_MPS2 * np.array([0.5 * elapsed_s**2, elapsed_s])
-    covariance = moved @ track.covariance @ moved.T + np.outer(pushed, pushed)
-    return replace(track, mean=moved @ track.mean, covariance=covariance)
+    return _Places(means @ moved.T, moved @ covariances @ moved.T + np.outer(pushed, pushed))
 
 
 def updated_tracks(
@@ -192,17 +194,21 @@ def updated_tracks(
     int
         Name of the next new track.
     """
-    expected = [predicted_track(track, elapsed_s) for track in tracks]
-    distances = _distances(expected, found, radar)
-    partners = _partners(expected, found, distances, resolution_cells(radar))
+    expected = _predicted(tracks, elapsed_s)
+    partners = _partners(tracks, expected, found, radar)
+    own = np.array(list(partners), dtype=np.int64)
+    seen = np.array(list(partners.values()), dtype=np.int64)
+    places = _followed(_Places(*(each[own] for each in expected)), found, seen)
+    for values, new in zip(expected, places, strict=True):
+        values[own] = new
     after = []
-    for index, track in enumerate(expected):
+    for track, mean, covariance, index in zip(tracks, *expected, range(len(tracks)), strict=True):
         other = partners.get(index)
-        after.append(
-            replace(track, missed=track.missed + 1)
-            if other is None
-            else _followed(track, found, other)
-        )
+        if other is None:
+            changes = {"missed": track.missed + 1}
+        else:
+            changes = {"missed": 0, "hits": track.hits + 1} | _shown(found, other)
+        after.append(replace(track, mean=mean, covariance=covariance, **changes))
     after = [track for track in after if not track.is_over]
     for other in sorted(set(range(len(found.ranges_m))) - set(partners.values())):
         after.append(_born(found, other, next_id, frame_number))
@@ -210,10 +216,9 @@ def updated_tracks(
     return tuple(after), next_id
 
 
-def _distances(expected: list[Track], found: Measured, radar: ChirpSequence) -> FloatArray:
+def _distances(expected: _Places, found: Measured, radar: ChirpSequence) -> FloatArray:
     """(T, L) squared deviations between predictions and measurements; infinite out of the gate."""
-    means = np.array([track.mean for track in expected]).reshape(-1, 2)
-    covariances = np.array([track.covariance for track in expected]).reshape(-1, 2, 2)
+    means, covariances = expected
     cells = np.array(resolution_cells(radar))
     measured = np.stack([found.ranges_m, found.velocities_mps], axis=1)
     own = np.stack([found.range_variances, found.velocity_variances], axis=1)
@@ -229,46 +234,55 @@ def _distances(expected: list[Track], found: Measured, radar: ChirpSequence) -> 
 
 
 def _partners(
-    expected: list[Track], found: Measured, distances: FloatArray, cells: tuple[float, float]
+    tracks: Sequence[Track],
+    expected: _Places,
+    found: Measured,
+    radar: ChirpSequence,
 ) -> dict[int, int]:
     """Object of every track that one is found for."""
+    cells = resolution_cells(radar)
     places = {int(number): index for index, number in enumerate(found.component_ids)}
     partners: dict[int, int] = {}
-    for index, track in enumerate(expected):
+    measured = np.stack([found.ranges_m, found.velocities_mps], axis=1)
+    for index, track in enumerate(tracks):
         place = places.get(track.component_id)
         if place is None:
             continue
-        measured = np.array([found.ranges_m[place], found.velocities_mps[place]])
+        apart = np.abs(measured[place] - expected.means[index])
         # A passing car changes its radial velocity faster than the gate allows.
-        if np.all(np.abs(measured - track.mean) < OWN_CELLS * np.array(cells)):
+        if apart[0] < OWN_CELLS * cells[0] and apart[1] < OWN_CELLS * cells[1]:
             partners[index] = place
-    rows = [index for index in range(len(expected)) if index not in partners]
+    rows = [index for index in range(len(tracks)) if index not in partners]
     columns = sorted(set(places.values()) - set(partners.values()))
-    left = distances[np.ix_(rows, columns)]
+    if not rows or not columns:
+        return partners
+    others = Measured(**{name: values[columns] for name, values in found._asdict().items()})
+    left = _distances(_Places(*(each[rows] for each in expected)), others, radar)
     for row, column in zip(*linear_sum_assignment(np.minimum(left, 2.0 * GATE)), strict=True):
         if np.isfinite(left[row, column]):
             partners[rows[row]] = columns[column]
     return partners
 
 
-def _followed(track: Track, found: Measured, index: int) -> Track:
-    """Track after the measurement of one object, by the Kalman filter."""
-    variances = np.array([found.range_variances[index], found.velocity_variances[index]])
-    measured = np.array([found.ranges_m[index], found.velocities_mps[index]])
-    seen = np.isfinite(variances)
-    observed = np.eye(2)[seen]
-    total = observed @ track.covariance @ observed.T + np.diag(variances[seen])
-    gain = np.linalg.solve(total, observed @ track.covariance).T
-    covariance = track.covariance - gain @ observed @ track.covariance
-    return replace(
-        track,
-        component_id=int(found.component_ids[index]),
-        mean=track.mean + gain @ (measured - track.mean)[seen],
-        covariance=0.5 * (covariance + covariance.T),
-        snr=float(found.snr[index]),
-        hits=track.hits + 1,
-        missed=0,
+def _followed(expected: _Places, found: Measured, index: IntArray) -> _Places:
+    """Places after the measurement of one object each, `index` (T,), by the Kalman filter."""
+    variances = np.stack([found.range_variances, found.velocity_variances], axis=1)[index]
+    measured = np.stack([found.ranges_m, found.velocities_mps], axis=1)[index]
+    # What is not observed has no weight.
+    noise = np.minimum(variances, UNKNOWN_VARIANCE)[:, None, :] * np.eye(2)
+    means, covariances = expected
+    gains = np.linalg.solve(covariances + noise, covariances).swapaxes(1, 2)
+    apart = np.where(np.isfinite(variances), measured - means, 0.0)
+    covariances = covariances - gains @ covariances
+    return _Places(
+        means + (gains @ apart[..., None])[..., 0],
+        0.5 * (covariances + covariances.swapaxes(1, 2)),
     )
+
+
+def _shown(found: Measured, index: int) -> dict[str, Any]:
+    """Return what a track takes over from an object."""
+    return {"component_id": int(found.component_ids[index]), "snr": float(found.snr[index])}
 
 
 def _born(found: Measured, index: int, track_id: int, frame_number: int) -> Track:

@@ -23,6 +23,7 @@ from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator, ObjectSettings
 from vsep.signal.radar import ChirpSequence
 from vsep.tracking.bursts import fitted_bursts
+from vsep.tracking.clean_frame import separate_clean
 from vsep.tracking.clean_samples import fit_clean_samples
 from vsep.tracking.prediction import predicted_state
 
@@ -35,10 +36,14 @@ WARM: Final[Schedule] = replace(
     # Objects and bursts are known but for what is new, and for bursts under others.
     early_search=(0, 1),
     early_burst_range_db=ROBUST.burst_range_db,
-    correct_filter=(2, 8),
-    weigh_from=2,
+    correct_filter=(1, 8),
+    weigh_from=1,
+    objects_nearby=True,
+    noise_from=1,
 )
 """Order of the updates that follow the fits to clean samples and bursts."""
+
+FLOODED: Final = 2.0  # times what is known to be there: interference for certain
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,21 +115,38 @@ def _from_prediction(
     """Separate a frame from what another predicts; None where that does not fit."""
     start: Start = "warm"
     estimator: Estimator = (warm := replace(separator, schedule=WARM))
+    objects_only = _object_only(separator)
     try:
+        possible = separator.missing is None and separator.model.is_stationary
+        if possible and not _is_flooded(rows, predicted):
+            clean = separate_clean(objects_only, rows, predicted)
+            if clean is not None:
+                return FrameSolution(clean, "clean", 0.0)
         fit = fit_clean_samples(separator, rows, predicted)
         if not fit.is_usable:
             return None
         state = fit.state
         if fit.is_clean:
-            start, estimator = "clean", _object_only(separator)
+            start, estimator = "clean", objects_only
         else:
-            state = fitted_bursts(warm, rows, state, last_bursts)
+            state = fitted_bursts(warm, rows, state, last_bursts, fit.interfered)
     except np.linalg.LinAlgError:
         return None
     solution = run(estimator, rows, state)
     if solution.termination is Termination.NONFINITE:
         return None
     return FrameSolution(solution, start, 0.0)
+
+
+def _is_flooded(rows: ComplexArray, predicted: SeparationState) -> bool:
+    """Whether a sample is louder than all objects together could make it."""
+    amplitudes = np.abs(predicted.objects.amplitudes)
+    num_antennas = amplitudes.shape[1] if amplitudes.ndim == 2 else 1
+    # unit-norm atoms: 1/sqrt(PN) in every sample of an antenna
+    atom = np.sqrt(num_antennas / rows.size)
+    largest = atom * amplitudes.sum(axis=0).max(initial=0.0)
+    noise = np.sqrt(1.0 / predicted.noise_precision)
+    return bool(max(rows.real.max(), rows.imag.max()) > FLOODED * (largest + 5.0 * noise))
 
 
 def separate_cold(

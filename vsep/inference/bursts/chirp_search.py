@@ -6,15 +6,16 @@ centres of all ramps cost one correlation by FFT; slopes are spaced uniformly in
 spaces the phase error at the band's edge uniformly.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
 from scipy import fft
 
-from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray, frozen
 from vsep.inference.core.row_energies import sum_of_antennas
 from vsep.kernels.scores import ChirpGrid, best_chirps, correlation_spectra
+from vsep.signal.keystone import SingleComplexArray
 from vsep.signal.template import SignalModel
 
 MIN_BURST = 6.0  # samples; shorter ones are clicks without a shape
@@ -46,6 +47,13 @@ class ChirpCandidates:
     tone_score: FloatArray
     limit: FloatArray
 
+    def with_others(self, places: BoolArray, others: "ChirpCandidates") -> "ChirpCandidates":
+        """Return candidates with others in some places (P,) bool."""
+        arrays = {each.name: getattr(self, each.name).copy() for each in fields(self)}
+        for name, values in arrays.items():
+            values[places] = getattr(others, name)
+        return ChirpCandidates(**arrays)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SlopeBank:
@@ -64,6 +72,15 @@ class SlopeBank:
     slopes: FloatArray
     centres: IntArray
     grid: ChirpGrid
+
+    def near(self, slopes: FloatArray) -> ChirpGrid:
+        """Return the grid with the coarse slopes next to some (K,) only."""
+        places = np.abs(1.0 / self.slopes - 1.0 / slopes[:, None]).argmin(axis=1)
+        apart = np.abs(self.grid.coarse[:, None] - places).min(axis=1)
+        chosen = apart <= COARSE
+        return self.grid._replace(
+            coarse=self.grid.coarse[chosen], spectra=self.grid.spectra[chosen]
+        )
 
 
 @lru_cache(maxsize=16)
@@ -137,14 +154,19 @@ def tone_scores(rows: ComplexArray) -> FloatArray:
     return np.asarray(sum_of_antennas(tone_powers(rows)).max(axis=1))
 
 
-def tone_powers(rows: ComplexArray) -> FloatArray:
+def tone_powers(rows: ComplexArray | SingleComplexArray) -> FloatArray:
     """|a^H r|^2 / ||a||^2 of the tones of that grid, along the last axis."""
     num_samples = rows.shape[-1]
-    return np.asarray(np.abs(fft.fft(rows, 2 * num_samples, axis=-1)) ** 2 / num_samples)
+    spectra = fft.fft(rows, 2 * num_samples, axis=-1)
+    return np.asarray((spectra.real**2 + spectra.imag**2) / num_samples)
 
 
 def find_single_chirps(
-    residual: ComplexArray, model: SignalModel, *, least_score: float = 0.0
+    residual: ComplexArray,
+    model: SignalModel,
+    *,
+    least_score: float = 0.0,
+    known_slopes: FloatArray | None = None,
 ) -> ChirpCandidates:
     """Best single chirp of every ramp of a (P, N) residual, by one FFT a coarse slope and ramp.
 
@@ -161,9 +183,11 @@ def find_single_chirps(
     least_score : float
         What a chirp must score, at least as much as the best tone, to be of use: where none comes
         close, the coarse place is returned. Zero if every chirp is of use.
+    known_slopes : (K,) float, optional
+        Next to which slopes to look only.
     """
     bank = slope_bank(model)
-    grid = bank.grid
+    grid = bank.grid if known_slopes is None else bank.near(known_slopes)
     tone_score = tone_scores(residual)
     # What a coarse slope must score for its neighbours to reach the threshold
     worthwhile = COARSE_SHARE * np.maximum(least_score, tone_score) * (least_score > 0.0)

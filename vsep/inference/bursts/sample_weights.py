@@ -104,10 +104,10 @@ def sample_weights(
     """
     noise_residual = received - object_signal - interference_signal
     power = noise_residual.real**2 + noise_residual.imag**2
-    noise = _median(power) / math.log(2.0)  # the median of an exponential law is ln 2 its mean
+    noise = usual_power(power)
     values = _under_bursts(power, interference_signal, noise) if fitted else None
     certain = CERTAIN if fitted else math.inf
-    unexplained = _unexplained(power if values is None else power * values, noise, certain)
+    unexplained = louder_runs(power if values is None else power * values, noise, certain)
     if values is None and unexplained is None:
         return None
     values = np.ones(power.shape) if values is None else values
@@ -137,12 +137,27 @@ def _under_bursts(
     return values
 
 
-def _unexplained(power: FloatArray, noise: float, certain_mean: float) -> BoolArray | None:
-    """Find runs of samples that are louder than noise; None if there are none."""
+def louder_runs(power: FloatArray, noise: float, certain_mean: float = CERTAIN) -> BoolArray | None:
+    """Find runs of samples that are louder than noise; None if there are none.
+
+    Parameters
+    ----------
+    power : (P, N) float
+        Of the samples.
+    noise : float
+        Noise power.
+    certain_mean : float
+        Times the noise power: what the mean of `AVERAGED` samples must exceed.
+    """
     single = power > UNEXPLAINED * noise
     # Means of the others: a click must not make its neighbours suspect.
-    around = ndimage.uniform_filter1d(np.where(single, 0.0, power), AVERAGED, axis=1)
-    expected = noise * ndimage.uniform_filter1d(np.where(single, 0.0, 1.0), AVERAGED, axis=1)
+    expected: FloatArray | float = noise
+    others = power
+    if single.any():
+        others = np.where(single, 0.0, power)
+        share = ndimage.uniform_filter1d(np.where(single, 0.0, 1.0), AVERAGED, axis=1)
+        expected = noise * share
+    around = ndimage.uniform_filter1d(others, AVERAGED, axis=1)
     certain = single | (around > certain_mean * expected)
     if not certain.any():
         return None
@@ -152,8 +167,11 @@ def _unexplained(power: FloatArray, noise: float, certain_mean: float) -> BoolAr
     return np.asarray(ndimage.binary_propagation(certain, ALONG_THE_RAMP, raised))
 
 
-def _median(values: FloatArray) -> float:
-    """Median of all values, none of them NaN."""
-    flat, middle = values.ravel(), values.size // 2
-    places = [middle] if values.size % 2 else [middle - 1, middle]
-    return float(np.partition(flat, places)[places].mean())
+def usual_power(power: FloatArray) -> float:
+    """Mean power of noise by the median of all samples, none of them NaN.
+
+    Louder ones hardly raise it; the median of an exponential law is ln 2 its mean.
+    """
+    flat, middle = power.ravel(), power.size // 2
+    places = [middle] if power.size % 2 else [middle - 1, middle]
+    return float(np.partition(flat, places)[places].mean()) / math.log(2.0)

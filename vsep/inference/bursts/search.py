@@ -34,6 +34,7 @@ BADLY = 0.01  # of a row's energy: what chirps leave at most, with one component
 LOUD = 1e-4  # of a row's peak power: what is noise-like for certain, and two samples beside it
 SUPPORT = 1e-3  # of a row's peak power: where bursts are
 CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
+EXPLAINED = 0.5  # of the energy over the noise: what a chirp of a known slope must explain
 SURE = 0.5  # share of a modelled chirp's score that a search reaches for sure, grid or not
 
 
@@ -310,7 +311,22 @@ class BurstSearch:
     def _find(self, rows: ComplexArray, ramps: IntArray) -> ChirpCandidates:
         """Best chirp of rows in some ramps; the schedule with one in every ramp uses all."""
         least_score = 0.0 if self.keeps_every_template else self.threshold / self.noise_precision
-        found = find_single_chirps(rows, self.work.assumed, least_score=least_score)
+        found, known = None, self.work.known_slopes
+        if known is not None:
+            found = find_single_chirps(
+                rows, self.work.assumed, least_score=least_score, known_slopes=known
+            )
+            noise = rows.size / found.score.size / self.noise_precision
+            others = found.score < EXPLAINED * (row_energies(rows) - noise)
+        if found is None or others.all():
+            found = find_single_chirps(rows, self.work.assumed, least_score=least_score)
+        elif others.any():
+            found = found.with_others(
+                others,
+                find_single_chirps(
+                    rows[..., others, :], self.work.assumed, least_score=least_score
+                ),
+            )
         if self.keeps_every_template:
             return found
         tones = found.tone_score > np.maximum(found.score, least_score)

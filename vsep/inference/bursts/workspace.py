@@ -7,7 +7,7 @@ import numpy as np
 from scipy import fft
 from scipy.linalg import LinAlgError
 
-from vsep._typing import BoolArray, ComplexArray, IntArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.inference.bursts.channel import ChannelGrid, channel_posterior
 from vsep.inference.bursts.chirp_refinement import (
     ChannelCosts,
@@ -69,6 +69,8 @@ class InterferenceWorkspace:
         With the assumed and with the corrected filter.
     table : BurstTable
         The bursts and their columns.
+    known_slopes : (K,) float or None
+        Slopes next to which a search looks first.
     """
 
     def __init__(
@@ -83,6 +85,7 @@ class InterferenceWorkspace:
     ) -> None:
         self.assumed, self.noise_like = model, noise_like
         self.search_cache = search_cache
+        self.known_slopes: FloatArray | None = None
         self._take_correction(correction)
         self.schedule = schedule
         self.threshold = threshold

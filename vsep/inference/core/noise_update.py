@@ -76,7 +76,7 @@ def next_noise_spectrum(
     if interfered is not None:
         clean[interfered % model.num_ramps] = False
     if 2 * np.count_nonzero(clean) >= model.num_ramps:
-        rows = rows[:, clean]
+        rows = rows if clean.all() else rows[:, clean]
     else:
         rows = rows / np.sqrt(share)
     last = state.noise_spectrum

@@ -48,6 +48,9 @@ class Schedule:
         residual of the objects and lambda have the new theta and the beta of the one before.
     joint_object_step : bool
         Whether a step of all objects together ends Algorithm 3.
+    objects_nearby : bool
+        Whether the objects are next to where they are from the first iteration on: then all are
+        fitted together, and Algorithm 3 follows only where one is new.
     refinement_steps : int
         Newton steps of theta per call.
     least_gain : float
@@ -65,6 +68,8 @@ class Schedule:
         would be bursts that are not modelled yet. None never.
     noise_spectrum : bool
         Whether noise is estimated over beat frequency; the paper's is white.
+    noise_from : int
+        Iteration (from 0) from which it is.
     ends_when_calm : bool
         Whether a run whose samples are weighed ends as well when some iterations in a row changed
         next to nothing; otherwise only when one changed nothing that matters.
@@ -84,12 +89,14 @@ class Schedule:
     search_before_convergence: bool
     recompute_amplitudes: bool
     joint_object_step: bool
+    objects_nearby: bool = False
     refinement_steps: int = 1
     least_gain: float = 1e-4
     correct_filter: tuple[int, int] | None = None
     correct_early: int | None = None
     weigh_from: int | None = None
     noise_spectrum: bool = False
+    noise_from: int = 0
     ends_when_calm: bool = False
 
     def object_additions(self, iteration: int) -> int:
@@ -133,6 +140,10 @@ class Schedule:
         if self.correct_filter is None or self.correct_early is None:
             return False
         return self.correct_early <= iteration < self.correct_filter[0]
+
+    def noise_due(self, iteration: int) -> bool:
+        """Whether noise over beat frequency may be estimated in this iteration (from 0)."""
+        return self.noise_spectrum and iteration >= self.noise_from
 
     def search_due(self, iteration: int) -> bool:
         """Whether the ramps are searched for bursts in this iteration (counted from 0)."""

@@ -17,6 +17,7 @@ from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
 from vsep.inference.objects.merging import merge_unresolved, merging_due
+from vsep.inference.objects.nearby import pays_together, updated_nearby
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
 from vsep.kernels.moving_atoms import STATIONARY
 from vsep.parameters import PARAMETERS
@@ -97,6 +98,12 @@ class ObjectSettings:
         size = *self.model.shape, self.model.num_antennas
         return float(to_db(threshold_from_false_alarm_rate(self.false_alarm_rate, *size)))
 
+    def object_threshold(
+        self, relative_noise: NoiseSpectrum | None, keep: float = 1.0
+    ) -> ObjectThreshold:
+        """Threshold in force over noise in units of 1/lambda."""
+        return ObjectThreshold(float(from_db(self.threshold_db)), relative_noise, keep)
+
     def init(self, received: ComplexArray) -> SeparationState:
         """State before the first step: no component, lambda = 2 (NP - 1) / ||r||^2.
 
@@ -142,9 +149,8 @@ class ObjectOnlySeparator(ObjectSettings):
                 received,
                 state,
                 self.model,
-                self.threshold_db,
+                self.object_threshold(state.relative_noise),
                 ROBUST.object_additions(state.iteration),
-                state.relative_noise,
             )
         object_signal = objects.signal
         noise_residual = received - object_signal
@@ -177,9 +183,8 @@ def step_on_used(
             state.object_signal + steps * used_residual,  # r'
             replace(state, noise_precision=state.noise_precision / length),  # lambda / w
             model,
-            settings.threshold_db,
+            settings.object_threshold(state.relative_noise),
             ROBUST.object_additions(state.iteration),
-            state.relative_noise,
         )
     object_signal = objects.signal
     difference = received - object_signal
@@ -201,12 +206,11 @@ def update_objects(
     residual: ComplexArray,
     state: SeparationState,
     model: SignalModel,
-    threshold_db: float,
+    threshold: ObjectThreshold,
     max_additions: int,
-    relative_noise: NoiseSpectrum | None = None,
-    keep: float = 1.0,
     *,
     jointly: bool = True,
+    nearby: bool = False,
 ) -> ObjectWorkspace:
     """Run Algorithm 3 on a residual: new components first, then every component in turn.
 
@@ -218,22 +222,25 @@ def update_objects(
         Where the step starts from.
     model : SignalModel
         Size of the frame, and how objects move through range cells.
-    threshold_db : float
-        T_alpha.
+    threshold : ObjectThreshold
+        T_alpha and the noise it is relative to.
     max_additions : int
         New components at most.
-    relative_noise : NoiseSpectrum, optional
-        Noise over beat frequency in units of 1/lambda.
-    keep : float
-        Share of its threshold that an object which is there must reach.
     jointly : bool
         Whether a step of all components together follows, and unresolved ones are given up.
+    nearby : bool
+        Whether the objects are next to where they are: then they are fitted together, and
+        Algorithm 3 follows only where one is new.
     """
+    if nearby and pays_together(state, model):
+        found = updated_nearby(residual, state, model, threshold, max_additions)
+        if found is not None:
+            return found
     workspace = ObjectWorkspace(
         state.objects,
         residual,
         state.noise_precision,
-        threshold=ObjectThreshold(float(from_db(threshold_db)), relative_noise, keep),
+        threshold=threshold,
         next_id=state.next_component_id,
         num_antennas=model.num_antennas,
         migration=model.migration,

@@ -14,7 +14,9 @@ from vsep.kernels.moving_atoms import STATIONARY, Migration
 from vsep.kernels.newton_ascent import MAX_STEP_CELLS, NO_GAIN
 from vsep.kernels.object_posterior import place_columns, place_moving_columns
 from vsep.kernels.posterior import Posterior
-from vsep.signal.atoms import Factors
+from vsep.signal.atoms import Factors, line_factors
+
+LARGE = 2**20  # objects times samples: with fewer, one more is placed as fast with all the others
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,6 +99,34 @@ def place_components(
     fit = Posterior(placed.gram, projections, placed.covariance, amplitudes, placed.log_determinant)
     active = kind.fitted(fit, precisions, noise_precision)
     return PlacedComponents(points, factors, active, migration)
+
+
+def with_component(
+    placed: PlacedComponents, point: FloatArray, precision: float, residual: ComplexArray
+) -> PlacedComponents:
+    """Return the columns with one more component behind them.
+
+    By block inversion (68) where that spares much; parameters as for `place_components`.
+    """
+    points = np.concatenate([placed.points, point[None]])
+    active, (beats, dopplers) = placed.active, placed.factors
+    count, size = len(placed.points), len(points) * residual.size
+    alone = len(active) == count and len(residual) == dopplers.shape[1]  # one source, one antenna
+    if placed.migration.coupling != 0.0 or not alone or size < LARGE:
+        return place_components(
+            points,
+            np.insert(active.precisions, count, precision),
+            residual,
+            active.noise_precision,
+            placed.background,
+            placed.migration,
+        )
+    beat, doppler = line_factors(point[:1], beats.shape[1]), line_factors(point[1:], len(residual))
+    correlations = (beats.conj() @ beat[0]) * (dopplers.conj() @ doppler[0])
+    projection = complex(np.vdot(doppler[0], residual @ beat[0].conj()))
+    factors = np.concatenate([beats, beat]), np.concatenate([dopplers, doppler])
+    grown = active.inserted(count, correlations, projection, 1.0, precision)
+    return PlacedComponents(points, factors, grown, placed.migration)
 
 
 def joint_slopes(placed: PlacedComponents, residual: ComplexArray) -> tuple[FloatArray, FloatArray]:

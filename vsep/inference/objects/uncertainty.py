@@ -9,12 +9,15 @@ by about 0.01 % where bursts are short.
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, pinvh
+from scipy.linalg.lapack import dpotrf, dpotri
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.state import ObjectComponents
 from vsep.kernels.moving_atoms import STATIONARY, Migration, moving_jets
-from vsep.signal.atoms import DispersionStd, gram, gram_between, line_factors, moved_atoms
+from vsep.signal.atoms import DispersionStd, half_line_jets, half_lines
+
+LEAST_PIVOT = 1e-10  # of a frequency's information: what the others leave of it
 
 
 def fisher_information(
@@ -57,49 +60,30 @@ def fisher_information(
     >>> f"{fisher[0, 0] ** -0.5:.3e}"
     '4.816e-05'
     """
-    shared = amplitudes.ndim == 2
-    weights = np.ones(len(beats), dtype=np.complex128) if shared else amplitudes
-    grams = _grams(beats, dopplers, weights, shape)
-    if migration.coupling != 0.0:
-        grams = _moving_grams(beats, dopplers, weights, shape, migration)
-    own, crossed, moved = grams
-    # precision matrix of (59)
-    posterior = cho_factor(noise_precision * own + np.diag(precisions), lower=True)
-    # lambda B^H Phi C Phi^H B
-    explained = noise_precision * crossed.conj().T @ cho_solve(posterior, crossed)
-    seen = moved - explained  # B^H (I - lambda Phi C Phi^H) B
-    if shared:
-        # What is learnt at each antenna adds up.
-        every = np.tile(amplitudes, (len(seen) // len(beats), 1))
-        seen = seen * (every.conj() @ every.T)
-    fisher: FloatArray = 2.0 * noise_precision * seen.real
+    weights = amplitudes if amplitudes.ndim == 2 else amplitudes[:, None]
+    if migration.coupling == 0.0:
+        # The phases of atoms and weights that are at rest in the middle of the frame
+        middle = 0.5 * (np.array(shape[::-1]) - 1.0)
+        turned = np.exp(-2j * np.pi * (middle[0] * beats + middle[1] * dopplers))
+        weights = weights * turned[:, None]
+        halves = half_lines(beats, shape[1]), half_lines(dopplers, shape[0])
+        jets: FloatArray | ComplexArray = half_line_jets(*halves, shape)
+    else:
+        points = np.stack([beats, dopplers], axis=1)
+        jets = moving_jets(points, migration, *shape, 6)
+    axes = 1 if shape[0] == 1 and migration.coupling == 0.0 else 2
+    value, *first = jets[: axes + 1]
+    second = np.block([[jets[3], jets[4]], [jets[4], jets[5]]])
+    size = axes * len(beats)
+    # Derivatives by the second atom's frequencies have the other sign.
+    moved, slopes = -second[:size, :size], np.concatenate(first)
+    posterior = cho_factor(noise_precision * value + np.diag(precisions), lower=True)  # (59)
+    explained = noise_precision * slopes @ cho_solve(posterior, slopes.conj().T)
+    # What is learnt at each antenna adds up.
+    powers = np.tile(weights.conj() @ weights.T, (axes, axes))
+    left = moved - explained  # dphi^H (I - lambda Phi C Phi^H) dphi
+    fisher: FloatArray = 2.0 * noise_precision * (left.real * powers.real - left.imag * powers.imag)
     return fisher
-
-
-def _grams(
-    beats: FloatArray, dopplers: FloatArray, weights: ComplexArray, shape: tuple[int, int]
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Phi^H Phi, Phi^H B and B^H B with the derivatives B = dPhi alpha."""
-    factors = line_factors(beats, shape[1]), line_factors(dopplers, shape[0])
-    moved = moved_atoms(factors, weights)
-    return gram(*factors), gram_between(factors, moved), gram(*moved)
-
-
-def _moving_grams(
-    beats: FloatArray,
-    dopplers: FloatArray,
-    weights: ComplexArray,
-    shape: tuple[int, int],
-    migration: Migration,
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """`_grams` of moving atoms, whose inner products depend on differences of frequencies only."""
-    points = np.stack([beats, dopplers], axis=1)
-    value, by_beat, by_doppler, *second = moving_jets(points, migration, *shape, 6)
-    # The jets are derivatives by the first atom, those by the second have the other sign.
-    crossed = -np.concatenate([by_beat, by_doppler], axis=1) * np.tile(weights, 2)
-    moved = -np.block([[second[0], second[1]], [second[1], second[2]]])
-    pairs = np.tile(weights, 2)
-    return value, crossed, moved * np.outer(pairs.conj(), pairs)
 
 
 def dispersion_std(
@@ -137,8 +121,7 @@ def dispersion_std(
         shape,
         migration,
     )
-    # Coincident components make F singular; the pseudo-inverse keeps the others' figures.
-    variance = np.maximum(np.diagonal(pinvh(fisher)), 0.0)  # diagonal of F^-1
+    variance = _inverse_diagonal(fisher)
     if relative_noise is not None:  # a line sees the noise around its beat
         level = relative_noise.level(objects.beats)
         variance = variance * np.tile(level, len(variance) // num_objects)
@@ -146,3 +129,14 @@ def dispersion_std(
     if shape[0] == 1:
         return DispersionStd(beats=deviation, dopplers=unknown)
     return DispersionStd(beats=deviation[:num_objects], dopplers=deviation[num_objects:])
+
+
+def _inverse_diagonal(information: FloatArray) -> FloatArray:
+    """Diagonal of the inverse of a Fisher information."""
+    scale = np.sqrt(np.maximum(np.diagonal(information), np.finfo(float).tiny))
+    factor, failed = dpotrf(information / np.outer(scale, scale))
+    if failed or np.diagonal(factor).min() ** 2 < LEAST_PIVOT:
+        # Coincident components make it singular; the pseudo-inverse keeps the others' figures.
+        return np.maximum(np.diagonal(pinvh(information)), 0.0)
+    inverse, _ = dpotri(factor, overwrite_c=True)
+    return np.asarray(np.diagonal(inverse) / scale**2)

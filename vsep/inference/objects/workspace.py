@@ -9,7 +9,12 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.progress import ComponentEvent, EventKind
 from vsep.inference.core.state import ObjectComponents, SeparationState
-from vsep.inference.objects.refinement import PlacedComponents, joint_step, place_components
+from vsep.inference.objects.refinement import (
+    PlacedComponents,
+    joint_step,
+    place_components,
+    with_component,
+)
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels.candidates import Candidate, best_candidate
 from vsep.kernels.convergence import largest_change
@@ -211,8 +216,12 @@ class ObjectWorkspace:
 
     def _best_candidate(self) -> Candidate:
         """Look for one more component in what the columns leave unexplained."""
-        columns = self.placed.columns
-        left = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
+        columns, (placed, signal) = self.placed.columns, self._summed
+        if placed is self.placed:  # what they explain is known
+            left = (self.residual - signal).astype(np.complex64)
+            left = left.reshape(self.num_antennas, -1, left.shape[1])
+        else:
+            left = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
         num_samples = left.shape[2]
         transforms = candidate_grid(left, self.placed.migration)
         if self.searched is not None:
@@ -225,15 +234,8 @@ class ObjectWorkspace:
 
     def _insert(self, candidate: Candidate) -> None:
         """Place a new component behind the others, ahead of the background."""
-        count, active = len(self.ids), self.active
-        self.placed = place_components(
-            np.concatenate([self.points, [[candidate.beat, candidate.doppler]]]),
-            np.insert(active.precisions, count, candidate.precision),
-            self.residual,
-            active.noise_precision,
-            self.placed.background,
-            self.placed.migration,
-        )
+        point = np.array([candidate.beat, candidate.doppler])
+        self.placed = with_component(self.placed, point, candidate.precision, self.residual)
 
     def update_components(self, *, jointly: bool = True) -> None:
         """Refine, re-estimate or prune every component in turn (the loop of Algorithm 3).
