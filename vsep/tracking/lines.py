@@ -27,7 +27,8 @@ def tracked_line(result: TrackedFrame) -> dict[str, Any]:
         separated from; ``tracks``; its ``seconds`` are those of the whole frame.
     """
     frame = result.frame
-    line = result_line(frame.name, result.solution, frame.radar, frame.antenna_spacing_wavelengths)
+    spacing, received = frame.antenna_spacing_wavelengths, frame.received
+    line = result_line(frame.name, result.solution, frame.radar, spacing, received=received)
     ids = result.solution.objects.component_ids.tolist()
     return line | {
         "frame": result.number,

@@ -155,6 +155,7 @@ def provenance(run: ReportRun) -> dict[str, Any]:
         run.frame.radar,
         antenna.spacing_wavelengths,
         antenna.num_transmitters,
+        run.frame.received,
     )
     del result["seconds"]  # not a function of the spec
     cleaned = run.seen.cleaned(run.frame.received)
