@@ -63,7 +63,7 @@ def result_line(
     state = solution.state
     return {
         "file": file,
-        "radar": asdict(radar),
+        "radar": {name: value for name, value in asdict(radar).items() if value != ()},
         "objects": _object_entries(solution, radar, spacing_wavelengths, num_transmitters),
         "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
         "interferers": [asdict(each) for each in recognised_waveforms(state, radar, received)],

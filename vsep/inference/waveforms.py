@@ -16,6 +16,7 @@ import numpy as np
 from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.state import BurstComponents, SeparationState
 from vsep.inference.noise_waveforms import noise_waveform
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.radar import ChirpSequence
 
 NOISE_LIKE: Final = "no-chirps"
@@ -95,7 +96,7 @@ def recognised_waveforms(
             count = len(one) + len(other)
             found.append(RecognisedWaveform(waveform=name, share=share, num_bursts=count))
             break
-    found += [_of_one_slope(group, radar.num_samples) for group in groups]
+    found += [_of_one_slope(group, radar) for group in groups]
     if not found:
         found = [RecognisedWaveform(waveform=NOT_RECOGNISED, share=0.0, num_bursts=len(bursts))]
     return tuple(sorted(found, key=lambda each: -each.num_bursts))
@@ -185,10 +186,18 @@ def _of_two_slopes(
     return "up-and-down-chirps" if sent[0] * sent[1] < 0.0 else "two-profiles"
 
 
-def _of_one_slope(group: list[BurstComponents], num_samples: int) -> RecognisedWaveform:
+def _of_one_slope(group: list[BurstComponents], radar: ChirpSequence) -> RecognisedWaveform:
     """Equal chirps, where crossings lie on a line, or hopping ones."""
+    num_samples = radar.num_samples
     ramps = np.array([burst.ramp for burst in group], dtype=np.float64)
     centres = np.array([burst.centre for burst in group])
+    if isinstance(radar.migration, RampDither):
+        # Where they would be in equal ramps
+        victim = radar.slope_hz_per_s / radar.sample_rate_hz**2
+        slopes, own = np.array([burst.slope for burst in group]), ramps.astype(np.int64)
+        late = (radar.ramp_times_s - radar.ramp_period_s * np.arange(radar.num_ramps))[own]
+        higher = victim * radar.migration.samples[own]
+        centres -= (higher - (victim + slopes) * late * radar.sample_rate_hz) / slopes
     rest = _from_line(ramps, centres)
     share = float(np.mean(np.abs(rest) < ON_LINE * num_samples))
     name = "chirps"

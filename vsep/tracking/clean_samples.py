@@ -14,8 +14,10 @@ from scipy.special import gammainccinv
 from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.inference.bursts.sample_weights import sample_weights
 from vsep.inference.core.state import SeparationState
+from vsep.inference.objects.dithered import DitheredWorkspace
 from vsep.inference.objects.object_only import ObjectSettings
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace
+from vsep.signal.dithered_atoms import RampDither
 from vsep.units import from_db
 
 FITS = 3  # of the weights alone, at the predicted places, where samples are left out
@@ -104,7 +106,8 @@ def _fitted(
     # r' = Phi alpha + w M (r - Phi alpha)
     majorised = state.object_signal + steps * np.where(used, received - state.object_signal, 0.0)
     threshold = ObjectThreshold(float(from_db(settings.threshold_db)), state.relative_noise)
-    work = ObjectWorkspace(
+    dithered = isinstance(settings.model.migration, RampDither)
+    work = (DitheredWorkspace if dithered else ObjectWorkspace)(
         state.objects,
         majorised,
         state.noise_precision / length,

@@ -16,9 +16,11 @@ from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
+from vsep.inference.objects.dithered import DitheredWorkspace
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
 from vsep.kernels.moving_atoms import STATIONARY
 from vsep.parameters import PARAMETERS
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
@@ -56,7 +58,7 @@ class ObjectSettings:
         """Check the settings."""
         choices = PARAMETERS["range_migration"].choices or {}
         require_choice("range_migration", self.range_migration, tuple(choices))
-        if self.range_migration == "neglected":
+        if self.range_migration == "neglected" and not isinstance(self.model.migration, RampDither):
             object.__setattr__(self, "model", replace(self.model, migration=STATIONARY))
         for name, unit in (("false_alarm_rate", "per frame"), ("max_iterations", "")):
             PARAMETERS[name].require(getattr(self, name), name, unit)
@@ -228,7 +230,8 @@ def update_objects(
     jointly : bool
         Whether a step of all components together follows.
     """
-    workspace = ObjectWorkspace(
+    kind = DitheredWorkspace if isinstance(model.migration, RampDither) else ObjectWorkspace
+    workspace = kind(
         state.objects,
         residual,
         state.noise_precision,

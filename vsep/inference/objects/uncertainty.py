@@ -13,8 +13,9 @@ from scipy.linalg import cho_factor, cho_solve, pinvh
 from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.state import ObjectComponents
-from vsep.kernels.moving_atoms import STATIONARY, Migration, moving_jets
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.signal.atoms import DispersionStd, gram, gram_between, line_factors, moved_atoms
+from vsep.signal.dithered_atoms import Coupling, coupled_jets
 
 
 def fisher_information(
@@ -24,7 +25,7 @@ def fisher_information(
     precisions: FloatArray,
     noise_precision: float,
     shape: tuple[int, int],
-    migration: Migration = STATIONARY,
+    migration: Coupling = STATIONARY,
 ) -> FloatArray:
     """Fisher information of (beats, dopplers) with unknown complex weights.
 
@@ -90,11 +91,11 @@ def _moving_grams(
     dopplers: FloatArray,
     weights: ComplexArray,
     shape: tuple[int, int],
-    migration: Migration,
+    migration: Coupling,
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """`_grams` of moving atoms, whose inner products depend on differences of frequencies only."""
     points = np.stack([beats, dopplers], axis=1)
-    value, by_beat, by_doppler, *second = moving_jets(points, migration, *shape, 6)
+    value, by_beat, by_doppler, *second = coupled_jets(points, migration, *shape, 6)
     # The jets are derivatives by the first atom, those by the second have the other sign.
     crossed = -np.concatenate([by_beat, by_doppler], axis=1) * np.tile(weights, 2)
     moved = -np.block([[second[0], second[1]], [second[1], second[2]]])
@@ -107,7 +108,7 @@ def dispersion_std(
     noise_precision: float,
     shape: tuple[int, int],
     relative_noise: NoiseSpectrum | None = None,
-    migration: Migration = STATIONARY,
+    migration: Coupling = STATIONARY,
 ) -> DispersionStd:
     """Posterior standard deviations of every object's beat and Doppler frequency.
 
