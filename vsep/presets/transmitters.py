@@ -102,4 +102,14 @@ DITHERED = replace(
     ),
     num_interferers=1,
 )
-PRESETS = (MANY_BURSTS, HOPPING_CHIRPS, PHASE_CODED, DITHERED)
+DIVIDED = replace(
+    MANY_BURSTS,
+    name="doppler-division",
+    label="Doppler division: two transmitters in every ramp",
+    help="Twelve objects, 32 ramps of 256 samples and two transmitters with phase steps: every "
+    "object is seen at two Doppler frequencies, a third of a cycle a ramp apart; another radar "
+    "crosses every ramp.",
+    num_interferers=1,
+    doppler_division="2/3",
+)
+PRESETS = (MANY_BURSTS, HOPPING_CHIRPS, PHASE_CODED, DITHERED, DIVIDED)
