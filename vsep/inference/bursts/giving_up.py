@@ -22,6 +22,7 @@ from vsep.inference.core.row_energies import row_energies, squared_norms
 BADLY: Final = 0.01  # of a row's energy: what chirps leave at most, with one component each
 LOUD: Final = 1e-4  # of a row's peak power: what is noise-like for certain, and two samples beside
 SUPPORT: Final = 1e-3  # of a row's peak power: where bursts are
+MOST: Final = 0.9  # of the samples of a frame
 LOUD_ROW: Final = 2.0  # times the usual one: energy of a row of more than noise and objects
 
 
@@ -59,7 +60,9 @@ class NoiseLike:
             return
         before = np.asarray(work.noise_like.reshape(self.shape).any(axis=0))
         support = grown_support(before, self.residual.reshape(self.shape))
-        work.noise_like = work.noise_like | np.tile(support, (self.shape[0], 1))
+        grown = work.noise_like | np.tile(support, (self.shape[0], 1))
+        if grown.mean() <= MOST:
+            work.noise_like = grown
 
     def give_up_at_once(self) -> None:
         """Give up ramps that no number of chirps would explain, before more are begun there."""
@@ -116,8 +119,10 @@ class NoiseLike:
     def _give_up(self, loud: BoolArray) -> None:
         """Leave out samples (A P, N) of some rows from now on, and the bursts of their ramps."""
         work = self.work
-        work.noise_like = loud if work.noise_like is None else work.noise_like | loud
-        work.has_given_up = True
+        loud = loud if work.noise_like is None else work.noise_like | loud
+        if loud.mean() > MOST:
+            return  # what is left would tell nothing
+        work.noise_like, work.has_given_up = loud, True
         gone = np.flatnonzero(np.isin(work.table.rows[: work.num_shared], given_up(work)))
         for ramp in work.table.rows[gone].tolist():
             work.record(EventKind.CHIRP_DROPPED, ramp, 0.0, self.threshold)
