@@ -9,6 +9,7 @@ import pytest
 from vsep_app.assets import folder
 from vsep_app.jobs.tasks import advance, prepare
 from vsep_app.model.compare_settings import ComparePlan
+from vsep_app.model.picture import make_picture
 from vsep_app.model.score import score_of
 from vsep_app.model.settings import PLAN_NAMES, Settings
 from vsep_app.model.url import QUERY_NAMES
@@ -27,6 +28,7 @@ from vsep_app.teaching.experiment import (
 from vsep.errors import InputError
 from vsep.grouping.groups import find_groups
 from vsep.inference.core.progress import Termination
+from vsep.inference.waveforms import recognised_waveforms
 
 TEXT = """
 title = "Title"
@@ -63,6 +65,11 @@ class Outcome:
         self.radar, self.truth = prepared.static_picture.radar, prepared.observation.truth
         self.receiver = steps[-1].state.receiver
         received = prepared.static_picture.observation.received
+        self.state, self.received = steps[-1].state, received
+        picture = make_picture(
+            prepared.static_picture, prepared.initial_state, steps, num_iterations=len(steps)
+        )
+        self.targets = picture.targets
         self.groups = find_groups(received, steps[-1].state, self.radar)
         self.threshold_db = prepared.estimator.threshold_db
         power = 1.0 / (steps[-1].state.noise_precision * prepared.static_picture.reference_power)
@@ -89,9 +96,10 @@ def run(name, **changes):
     return Outcome(prepared, steps)
 
 
-def test_there_are_eleven_in_their_order():
+def test_there_are_fifteen_in_their_order():
     names = ["pedestrian", "zeroing", "dip", "threshold", "filter", "same-slope", "oscillator"]
-    names += ["moving-car", "braking", "extended-car", "tone"]
+    names += ["moving-car", "braking", "dithered-ramps", "extended-car", "four-radars"]
+    names += ["no-chirps", "tone", "two-transmitters"]
     assert [one.name for one in shipped_experiments()] == names
     assert {one.name for one in shipped_experiments() if one.page == COMPARE} == {"zeroing"}
 
@@ -154,6 +162,10 @@ def came(name, score):
         ("moving-car", "One car, and several objects around it that "),
         ("extended-car", "The stronger points, and no line of the car."),
         ("braking", "Five, and others around the strong ones that"),
+        ("no-chirps", "All ten objects: what is no chirp is left ou"),
+        pytest.param("four-radars", "A few, and many that are none.", marks=pytest.mark.slow),
+        ("dithered-ramps", "All twelve, as the starts are known."),
+        ("two-transmitters", "Twenty-four, two for each object."),
     ],
 )
 def test_one_prediction_is_right_on_its_own_seed(name, text):
@@ -422,3 +434,44 @@ def test_five_objects_that_brake_are_fourteen_or_five():
     still = run("braking", acceleration="modelled", object_acceleration=0.0)
     assert still.objects.curvatures is None
     assert still.objects.num_components == 5
+
+
+def test_what_is_no_chirp_is_left_out():
+    shares = {"phase-coded": 0.22, "ofdm": 0.19, "stepped": 0.25}
+    for waveform, share in shares.items():
+        outcome = run("no-chirps", interferer_waveform=waveform)
+        assert (outcome.misses, outcome.false_alarms, len(outcome.bursts)) == (0, 0, 0)
+        assert np.mean(outcome.state.noise_like) == pytest.approx(share, abs=0.005)
+        (found,) = recognised_waveforms(outcome.state, outcome.radar, outcome.received)
+        assert (found.waveform, found.num_bursts) == (waveform, 4)
+
+
+@pytest.mark.slow
+def test_four_radars_make_many_objects_or_none():
+    outcome, separated = run("four-radars"), run("four-radars", estimator="factorised")
+    levels = 10.0 * np.log10(np.abs(outcome.truth.amplitudes) ** 2 * outcome.truth.noise_precision)
+    assert (round(levels.min()), round(levels.max())) == (23, 33)
+    assert (outcome.misses, outcome.false_alarms) == (8, 56)
+    assert (separated.misses, separated.false_alarms) == (0, 0)
+    found = recognised_waveforms(separated.state, separated.radar)
+    assert [(each.waveform, each.num_bursts) for each in found] == [("chirps", 32)] * 4
+
+
+def test_dithered_ramps_keep_objects_and_move_bursts():
+    outcome = run("dithered-ramps")
+    assert (outcome.misses, outcome.false_alarms) == (0, 0)
+    assert len({burst.ramp for burst in outcome.truth.bursts}) == 25
+    starts = np.array([burst.start_frequency_hz for burst in outcome.truth.bursts])
+    crossings = -starts / outcome.truth.bursts[0].slope_hz_per_s * outcome.radar.sample_rate_hz
+    assert np.std(crossings) > 20.0  # samples
+
+
+def test_lines_of_two_transmitters_are_joined():
+    two, one = run("two-transmitters"), run("two-transmitters", doppler_division="none")
+    assert (two.misses, two.false_alarms, two.objects.num_components) == (0, 0, 24)
+    assert len(two.targets.ranges_m) == 12
+    interval = two.radar.velocity_from_doppler(1.0)
+    assert (interval, interval / 3.0) == pytest.approx((64.9, 21.6), abs=0.05)
+    own = np.sort(two.radar.velocity_from_doppler(two.truth.dopplers[:12]))
+    assert np.sort(two.targets.velocities_mps) == pytest.approx(own, abs=0.2)
+    assert (one.misses, one.objects.num_components, one.targets) == (0, 12, None)

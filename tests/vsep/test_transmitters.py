@@ -5,12 +5,15 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests.vsep.waveform_bench import missed_and_false
 from vsep.errors import InputError
+from vsep.inference.bursts.noise_like import loud_samples, noise_like_ramps
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
-from vsep.inference.waveforms import NOISE_LIKE, NOT_RECOGNISED, recognised_waveforms
+from vsep.inference.waveforms import NOISE_LIKE, recognised_waveforms
 from vsep.parameters import WAVEFORMS
 from vsep.presets.scenes import simulate_preset
+from vsep.signal.filters import RaisedCosineFilter
 from vsep.signal.template import SignalModel
 from vsep.signal.transmitters import HOP, NO_CHIRPS
 
@@ -112,26 +115,71 @@ def test_four_radars_are_recognised_as_such():
     assert [each.waveform for each in found] == ["chirps"] * 4
 
 
-def test_a_phase_code_is_not_explained_by_chirps():
-    scenario, observation = drawn("phase-coded", "phase-coded")
-    state = separated("phase-coded", "phase-coded")
+@pytest.mark.parametrize("waveform", NO_CHIRPS)
+def test_what_is_no_chirp_is_noise_of_known_support_and_named(waveform):
+    scenario, observation = drawn(waveform)
+    state = separated(waveform)
     assert len(state.bursts) == 0
-    assert state.objects.num_components <= len(observation.truth.beats)
-    (found,) = recognised_waveforms(state, scenario.radar)
-    assert found.waveform == NOISE_LIKE
-    # All of it that is louder than the noise is set aside.
+    # All of it that is clearly louder than the noise is set aside, and little else.
     mask = observation.truth.perfect_mask(10.0)
-    assert np.mean(state.noise_like[mask]) > 0.9
+    assert np.mean(state.noise_like[mask]) > 0.98
+    assert state.noise_like.mean() < observation.truth.perfect_mask().mean() + 0.1
+    (found,) = recognised_waveforms(state, scenario.radar, observation.received)
+    assert (found.waveform, found.num_bursts) == (waveform, 32)
+    # Without the frame there is nothing that tells which it is.
+    assert recognised_waveforms(state, scenario.radar)[0].waveform == NOISE_LIKE
 
 
-def test_without_interference_nothing_is_recognised_and_of_ofdm_no_wrong_word():
+@pytest.mark.parametrize("waveform", ["stepped", "ofdm"])
+def test_beside_a_noise_like_waveform_the_objects_are_found_and_no_others(waveform):
+    observation = drawn(waveform)[1]
+    missed, false = missed_and_false(separated(waveform).objects, observation.truth, (32, 256))
+    assert missed == 0
+    assert false <= 1
+
+
+def test_a_run_does_not_end_before_loud_samples_are_weighed():
     scenario, observation = simulate_preset(
-        "phase-coded", snr_db=60.0, sir_db=-20.0, seed=70, interferer_waveform="ofdm"
+        "phase-coded", snr_db=60.0, sir_db=-20.0, seed=505, interferer_waveform="stepped"
     )
     model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
-    estimator = FactorisedSeparator(model=model, max_iterations=30)
-    state = run(estimator, observation.received).state
-    words = {each.waveform for each in recognised_waveforms(state, scenario.radar)}
-    assert words <= {NOISE_LIKE, NOT_RECOGNISED}
+    found = run(FactorisedSeparator(model=model), observation.received).objects
+    assert missed_and_false(found, observation.truth, model.shape)[0] <= 1
+
+
+def test_without_interference_nothing_is_recognised():
+    scenario, observation = drawn("ofdm")
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     clean = observation.received - observation.truth.interference_signal
-    assert recognised_waveforms(run(estimator, clean).state, scenario.radar) == ()
+    assert (
+        recognised_waveforms(run(FactorisedSeparator(model=model), clean).state, scenario.radar)
+        == ()
+    )
+
+
+def test_four_radars_in_every_ramp_are_chirps():
+    scenario, observation = simulate_preset("many-bursts", snr_db=40.0, sir_db=-20.0, seed=3)
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
+    rows = observation.received[None]
+    found = loud_samples(rows)
+    # Even if the first chirp of each ramp explained nothing
+    assert len(noise_like_ramps(rows, np.zeros_like(rows), found, model)) == 0
+
+
+def test_noise_in_a_part_of_some_ramps_is_noise_like_and_in_two_ramps_is_not():
+    rng = np.random.default_rng(5)
+    model = SignalModel(
+        num_ramps=8,
+        num_samples=128,
+        sample_rate_hz=1e7,
+        anti_aliasing_filter=RaisedCosineFilter(cutoff_hz=2.5e6, rolloff=0.25),
+    )
+    parts = rng.standard_normal((2, 8, 128))
+    rows = parts[0] + 1j * parts[1]
+    rows[2:6, 40:90] *= 30.0
+    found = loud_samples(rows[None])
+    nothing = np.zeros_like(rows[None])
+    assert noise_like_ramps(rows[None], nothing, found, model).tolist() == [2, 3, 4, 5]
+    rows[2:4] /= 30.0
+    found = loud_samples(rows[None])
+    assert len(noise_like_ramps(rows[None], nothing, found, model)) == 0

@@ -21,6 +21,7 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.analysis.burst_model import Burst
 from vsep.signal.atoms import DispersionStd, dense_atoms, doppler_course
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.scene import GroundTruth
 from vsep.signal.template import SignalModel
 
@@ -146,6 +147,8 @@ def _object_columns(truth: GroundTruth, model: SignalModel) -> tuple[ComplexArra
     num_ramps, num_samples = model.shape
     # Counted from the middle: the unknown phases absorb the difference, the columns stay apart.
     samples = -2j * np.pi * (np.arange(num_samples) - 0.5 * (num_samples - 1))
+    if isinstance(model.migration, RampDither):
+        samples = samples - 2j * np.pi * model.migration.samples[:, None]
     course = doppler_course(model.shape, model.migration)
     turns = -2j * np.pi * (course - 0.5 * (num_ramps - 1))
     atoms = dense_atoms(truth.beats, truth.dopplers, model.shape, model.migration)

@@ -48,13 +48,16 @@ def fit_interferer_timings(
     tuple of InterfererTiming
         Those that hold more bursts than chance would explain, and whose predicted bursts were
         found often enough; often one, or none: then there is not enough evidence. An interferer
-        that goes on behind a gap has one for each part of the frame.
+        that goes on behind a gap has one for each part of the frame. Of a victim with dithered
+        ramps none is fitted.
 
     Raises
     ------
     InputError
         If the frame is too long to be searched.
     """
+    if radar.is_dithered:
+        return ()
     timings: list[InterfererTiming] = []
     left = crossings.select(np.abs(crossings.samples) <= _FARTHEST * radar.num_samples)
     num_unfitted = 0

@@ -4,7 +4,8 @@ An ``.npz`` archive without pickles. ``received`` is complex, (ramps, samples), 
 single ramp, or (antennas, ramps, samples); the scalars ``sample_rate_hz``, ``slope_hz_per_s``,
 ``start_frequency_hz`` and ``ramp_period_s`` are needed. Optional: ``beat_sign``, -1 (the paper's
 sign, by default) or +1 for sensors whose targets lie at positive beat frequency; ``lowest_beat``
-and ``range_migration``, 1 where it is modelled, see `ChirpSequence`;
+and ``range_migration``, 1 where it is modelled, ``start_times_s`` and ``start_frequencies_hz`` of
+dithered ramps, see `ChirpSequence`;
 ``antenna_spacing_wavelengths`` of a uniform line of antennas, and how many ``num_transmitters``
 take turns; the assumed filter, ``filter_kind``
 with ``filter_cutoff_hz`` (half amplitude), ``filter_rolloff``, ``filter_order``, or
@@ -27,6 +28,7 @@ from vsep._typing import BoolArray, ComplexArray, frozen
 from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.files.archive import Archive, Source, naming, require_npz_name, source_name
+from vsep.files.dithering_keys import dithering_arrays, read_dithering
 from vsep.files.filter_keys import default_filter, filter_arrays, read_filter
 from vsep.files.frame_checks import require_antenna, require_signal, require_usable
 from vsep.files.labelled import labelled
@@ -341,6 +343,7 @@ def write_frame(path: str | Path, frame: Frame) -> None:
     }
     if radar.range_migration:
         arrays["range_migration"] = 1
+    arrays |= dithering_arrays(radar)
     if frame.num_transmitters > 1:
         arrays["num_transmitters"] = frame.num_transmitters
     if frame.antenna_spacing_wavelengths is not None:
@@ -368,8 +371,9 @@ def _missing_of(missing: BoolArray, antenna: int) -> BoolArray | None:
 
 
 def _read_radar(archive: Archive, shape: tuple[int, ...]) -> ChirpSequence:
+    values: dict[str, Any] = {key: archive.number(key) for key in SETTINGS_OF_RADAR}
     return ChirpSequence(
-        **{key: archive.number(key) for key in SETTINGS_OF_RADAR},
+        **values | read_dithering(archive),
         num_ramps=shape[0],
         num_samples=shape[1],
         lowest_beat=archive.number("lowest_beat", -0.5),

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from vsep._typing import ComplexArray
 from vsep._version import __version__
 from vsep.analysis.angles import object_angles, without_motion
 from vsep.files.frame import Frame
@@ -31,6 +32,7 @@ def result_line(
     radar: ChirpSequence,
     spacing_wavelengths: float | None = None,
     num_transmitters: int = 1,
+    received: ComplexArray | None = None,
 ) -> dict[str, Any]:
     """Describe one frame's solution by numbers, texts, lists and dictionaries.
 
@@ -46,6 +48,8 @@ def result_line(
         Of a uniform line of antennas that were separated together: objects have angles.
     num_transmitters : int
         How many take turns: of the angles their motion in between is taken off.
+    received : (P, N) or (A, P, N) complex, optional
+        What was separated, by which interference that is no chirps is named.
 
     Returns
     -------
@@ -59,10 +63,10 @@ def result_line(
     state = solution.state
     return {
         "file": file,
-        "radar": asdict(radar),
+        "radar": {name: value for name, value in asdict(radar).items() if value != ()},
         "objects": _object_entries(solution, radar, spacing_wavelengths, num_transmitters),
         "interference": [_burst_entry(every, radar) for every in _of_antennas(state.bursts)],
-        "interferers": [asdict(each) for each in recognised_waveforms(state, radar)],
+        "interferers": [asdict(each) for each in recognised_waveforms(state, radar, received)],
         "noise_precision": state.noise_precision,
         **_receiver_entry(solution, radar),
         **_choice_entry(solution),

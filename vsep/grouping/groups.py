@@ -89,7 +89,7 @@ def find_groups(
     Parameters
     ----------
     received : (P, N) or (A, P, N) complex or None
-        The frame; None looks at the estimate's objects only.
+        The frame; without it, or of dithered ramps, the estimate's objects only are looked at.
     state : SeparationState
         Of any estimator.
     radar : ChirpSequence
@@ -116,7 +116,7 @@ def find_groups(
         _group(points, state.component_snr, members, odds)
         for members, odds in point_groups(points, prior)
     ]
-    if received is not None:
+    if received is not None and not radar.is_dithered:
         residual = residual_of(received, state, radar, missing)
         groups = _with_weak_groups(groups, points, residual, false_group_rate)
     return tuple(sorted(groups, key=lambda group: group.range_m))

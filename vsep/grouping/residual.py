@@ -63,8 +63,8 @@ class Residual:
     @property
     def _interval(self) -> float:
         """Doppler frequencies that differ by it are the same, but for the migration."""
-        moving = self.radar.migration.coupling != 0.0
-        return fold_width(self.radar.migration, self.radar.num_samples) if moving else 1.0
+        moving = self.radar.motion.coupling != 0.0
+        return fold_width(self.radar.motion, self.radar.num_samples) if moving else 1.0
 
     def beats_of(self, window: Window) -> FloatArray:
         """Beats of the first and the last cell of a window."""
@@ -98,7 +98,7 @@ def residual_of(
     weights, share = state.sample_weights, state.used_share
     if weights is not None:
         share = float(np.mean(weights**2))
-    transforms = candidate_grid(signals.astype(np.complex64), radar.migration)
+    transforms = candidate_grid(signals.astype(np.complex64), radar.motion)
     dopplers, first_row = _rows(radar)
     chosen = transforms[:, first_row : first_row + len(dopplers), _columns(radar)]
     powers = np.sum(chosen.real.astype(np.float64) ** 2 + chosen.imag**2, axis=0)
@@ -119,10 +119,10 @@ def residual_of(
 def _rows(radar: ChirpSequence) -> tuple[FloatArray, int]:
     """Doppler frequencies of the first interval in `candidate_grid`, and the row of the first."""
     num_rows = 1 if radar.num_ramps == 1 else 2 * radar.num_ramps
-    if radar.migration.coupling == 0.0:
+    if radar.motion.coupling == 0.0:
         return np.arange(num_rows) / num_rows, 0
-    first = num_rows * radar.migration.folds
-    return keystone_dopplers(radar.shape, radar.migration)[first : first + num_rows], first
+    first = num_rows * radar.motion.folds
+    return keystone_dopplers(radar.shape, radar.motion)[first : first + num_rows], first
 
 
 def _columns(radar: ChirpSequence) -> IntArray:
@@ -133,7 +133,7 @@ def _columns(radar: ChirpSequence) -> IntArray:
 
 def _scale(transforms: SingleComplexArray, radar: ChirpSequence) -> float:
     """Factor of squared magnitudes that makes the transforms products with unit-norm atoms."""
-    if radar.migration.coupling != 0.0:
+    if radar.motion.coupling != 0.0:
         return 1.0
     return float(transforms[0].size) ** 2 / (radar.num_ramps * radar.num_samples)
 
@@ -153,7 +153,7 @@ def weak_lines(residual: Residual, window: Window) -> ObjectComponents:
     state, radar = residual.state, residual.radar
     num_antennas = residual.cells.num_antennas
     size = min(radar.num_ramps, 2), window.num_cells, num_antennas
-    num_rows = len(residual.dopplers) * (2 * radar.migration.folds + 1)
+    num_rows = len(residual.dopplers) * (2 * radar.motion.folds + 1)
     searched = np.zeros((num_rows, 2 * radar.num_samples), dtype=np.bool_)
     first = round(2 * radar.num_samples * radar.lowest_beat) + 2 * window.first
     columns = np.arange(first - 1, first + 2 * window.num_cells) % (2 * radar.num_samples)
@@ -168,7 +168,7 @@ def weak_lines(residual: Residual, window: Window) -> ObjectComponents:
         ),
         next_id=state.next_component_id,
         num_antennas=num_antennas,
-        migration=radar.migration,
+        migration=radar.motion,
     )
     workspace.searched = searched
     workspace.add_components(MOST_LINES)

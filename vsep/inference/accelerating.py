@@ -73,8 +73,8 @@ class AcceleratingSeparator:
         """Check that the objects stay in their range cells."""
         if not self.model.is_stationary:
             raise InputError(
-                "Acceleration is modelled for objects that stay in their range cells; with "
-                "range_migration neglected it can be."
+                "Acceleration is modelled for objects that stay in their range cells and equal "
+                "ramps; with range_migration neglected it can be."
             )
 
     @property

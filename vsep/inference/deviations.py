@@ -16,12 +16,13 @@ from vsep._typing import FloatArray
 from vsep.inference.core.receiver import PhasePrior
 from vsep.inference.core.state import SeparationState
 from vsep.inference.objects.uncertainty import dispersion_std
-from vsep.kernels.moving_atoms import STATIONARY, Migration
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.signal.atoms import DispersionStd
+from vsep.signal.dithered_atoms import Coupling
 
 
 def state_deviations(
-    state: SeparationState, shape: tuple[int, int], migration: Migration = STATIONARY
+    state: SeparationState, shape: tuple[int, int], migration: Coupling = STATIONARY
 ) -> DispersionStd:
     """Posterior standard deviations of every object's beat and Doppler frequency.
 

@@ -13,15 +13,15 @@ from vsep._validation import require_range
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.bursts.filter_correction import update_correction
 from vsep.inference.bursts.image_bursts import without_image_bursts
-from vsep.inference.bursts.sample_weights import SampleWeights, sample_weights
+from vsep.inference.bursts.sample_weights import SampleWeights, holds_clicks, sample_weights
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.sequence import is_crowded
 from vsep.inference.bursts.workspace import InterferenceWorkspace
-from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
+from vsep.inference.calmness import CALM_ITERATIONS, adds_little, calm_iterations
 from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import noise_spectrum_due
-from vsep.inference.core.progress import EventKind, IterationInfo, Termination
+from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import Schedule, schedule_by_name
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
@@ -33,7 +33,6 @@ from vsep.units import from_db
 
 KEEP_MAJORISED = 0.9  # of its threshold: what an object keeps, whose share is known roughly only
 FITTED_AFTER = 2  # quiet iterations: the bursts' channels are complete
-GROWING_SHARE = 0.03  # of the channel components: more new ones in a step, and channels still grow
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 
 
@@ -89,7 +88,7 @@ class FactorisedSeparator(ObjectSettings):
         """One main iteration of Algorithm 1: interference, lambda, objects, lambda, weights."""
         received = state.corrected(received)
         interference, searched, weights = self.prepare(received, state)
-        if interference.noise_like is not state.noise_like:
+        if interference.has_given_up:
             state = without_objects(state)  # they were fitted to that noise
         frame = WeighedFrame(received, state, weights)
         residual = frame.used - state.object_signal  # r_beta = r - Phi alpha
@@ -314,9 +313,8 @@ class FactorisedSeparator(ObjectSettings):
             search_pending=search_again and (is_quiet(info) or calm >= CALM_ITERATIONS),
             search_cache=interference.search_cache,
             noise_like=interference.noise_like,
-            quiet_iterations=state.quiet_iterations + 1
-            if self._is_quiet(interference, objects)
-            else 0,
+            quiet_iterations=(state.quiet_iterations + 1)
+            * adds_little(info, len(interference.table.owners)),
             calm_iterations=calm,
         )
         if not interference.schedule.noise_due(state.iteration) or not noise_spectrum_due(state):
@@ -333,23 +331,17 @@ class FactorisedSeparator(ObjectSettings):
             self.model,
             # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
             noise_precision=state.noise_precision if 2 * np.sum(~strong) > len(used) else None,
-            interfered=self._rows_with_gaps(table.rows[strong]),
+            interfered=self._rows_with_gaps(table.rows[strong], new_state.noise_like),
             share=share,
         )
         return without_image_bursts(state, new_state, table), info
 
-    def _rows_with_gaps(self, interfered: IntArray) -> IntArray:
-        """Return rows with bursts or missing samples."""
-        if self.missing is None:
-            return interfered
-        return np.concatenate([interfered, np.flatnonzero(self.missing.any(axis=1))])
-
-    def _is_quiet(self, interference: InterferenceWorkspace, objects: ObjectWorkspace) -> bool:
-        """Whether a step has added no object and next to no channel component."""
-        objects_added = any(event.kind is EventKind.OBJECT_ADDED for event in objects.events)
-        added = sum(event.kind is EventKind.CHANNEL_ADDED for event in interference.events)
-        growing = added > max(2.0, GROWING_SHARE * len(interference.table.owners))
-        return not objects_added and not growing
+    def _rows_with_gaps(self, interfered: IntArray, noise_like: BoolArray | None) -> IntArray:
+        """Return rows with bursts, or samples that are missing or hold no chirps."""
+        for gaps in (self.missing, noise_like):
+            if gaps is not None:
+                interfered = np.concatenate([interfered, np.flatnonzero(gaps.any(axis=1))])
+        return interfered
 
     def confirmed(
         self, received: ComplexArray, state: SeparationState, info: IterationInfo
@@ -359,7 +351,9 @@ class FactorisedSeparator(ObjectSettings):
         That is, where it would move nothing either: the objects stand still, or have been calm for
         long enough, and the filter's correction is none, or does not go on changing.
         """
-        # The next step would repeat this one: only its search can tell something new.
+        if is_quiet(info) and self._awaits_weights(received, state):
+            return replace(state, search_pending=True), replace(info, searched=False)
+        # The next step would repeat this one but for its search.
         calm = state.calm_iterations >= CALM_ITERATIONS
         moved = info.max_frequency_change > STILL_DEVIATIONS and not calm
         correcting = state.filter_correction.num_splines > 0 and (
@@ -380,10 +374,16 @@ class FactorisedSeparator(ObjectSettings):
             return state, info
         return replace(state, search_pending=False), replace(info, searched=True)
 
+    def _awaits_weights(self, received: ComplexArray, state: SeparationState) -> bool:
+        """Whether the samples are weighed later only, and some are far above the noise."""
+        schedule = schedule_by_name(self.schedule)
+        if schedule.weigh_from is None or schedule.weights_begun(state.iteration):
+            return False
+        return holds_clicks(received, state, self.missing)
+
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when quiet, and (robust schedule) a burst search agreed."""
-        schedule = schedule_by_name(self.schedule)
-        confirmed = info.searched or not schedule.search_before_convergence
+        confirmed = info.searched or not schedule_by_name(self.schedule).search_before_convergence
         settled = is_quiet(info) or state.calm_iterations >= CALM_ITERATIONS
         return settle(state, self.max_iterations, converged=confirmed and settled)
 

@@ -2,7 +2,8 @@
 
 Bursts of one slope belong to one radar. Equal chirps cross the band at times on a line over the
 ramps, hopping ones anywhere; two slopes that take turns are two profiles, or up and down chirps.
-Ramps that no chirps explain hold another waveform. What fits none of these is not recognised.
+Ramps that no chirps explain hold another waveform, see `vsep.inference.noise_waveforms`. What fits
+none of these is not recognised.
 """
 
 from collections.abc import Sequence
@@ -12,8 +13,10 @@ from typing import Final
 
 import numpy as np
 
-from vsep._typing import FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.state import BurstComponents, SeparationState
+from vsep.inference.noise_waveforms import noise_waveform
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.radar import ChirpSequence
 
 NOISE_LIKE: Final = "no-chirps"
@@ -49,7 +52,7 @@ class RecognisedWaveform:
 
 
 def recognised_waveforms(
-    state: SeparationState, radar: ChirpSequence
+    state: SeparationState, radar: ChirpSequence, received: ComplexArray | None = None
 ) -> tuple[RecognisedWaveform, ...]:
     """Say what the other radars of a frame send.
 
@@ -59,6 +62,8 @@ def recognised_waveforms(
         At the end of a run.
     radar : ChirpSequence
         The victim.
+    received : (P, N) or (A, P, N) complex, optional
+        The frame, by which interference that is no chirps is named.
 
     Returns
     -------
@@ -70,7 +75,9 @@ def recognised_waveforms(
         ramps = np.unique(np.flatnonzero(state.noise_like.any(axis=1)) % radar.num_ramps)
         others = {burst.ramp for burst in state.bursts} - set(ramps.tolist())
         share = len(ramps) / (len(ramps) + len(others))
-        name = NOISE_LIKE if share >= SURE and len(ramps) >= FEWEST else NOT_RECOGNISED
+        name = NOT_RECOGNISED
+        if share >= SURE and len(ramps) >= FEWEST:
+            name = _noise_like_name(state, radar, received) or NOISE_LIKE
         found.append(RecognisedWaveform(waveform=name, share=share, num_bursts=len(ramps)))
     bursts = _strong(state.bursts)
     if not bursts:
@@ -89,10 +96,22 @@ def recognised_waveforms(
             count = len(one) + len(other)
             found.append(RecognisedWaveform(waveform=name, share=share, num_bursts=count))
             break
-    found += [_of_one_slope(group, radar.num_samples) for group in groups]
+    found += [_of_one_slope(group, radar) for group in groups]
     if not found:
         found = [RecognisedWaveform(waveform=NOT_RECOGNISED, share=0.0, num_bursts=len(bursts))]
     return tuple(sorted(found, key=lambda each: -each.num_bursts))
+
+
+def _noise_like_name(
+    state: SeparationState, radar: ChirpSequence, received: ComplexArray | None
+) -> str | None:
+    """Name interference that is no chirps, by the first antenna."""
+    if received is None or state.noise_like is None:
+        return None
+    own = state.noise_like[: radar.num_ramps]
+    ramps = np.flatnonzero(own.any(axis=1))
+    rows = received.reshape(-1, radar.num_samples)[ramps] - state.object_signal[ramps]
+    return noise_waveform(rows, own[ramps], 1.0 / state.noise_precision, radar)
 
 
 def _set_aside(state: SeparationState) -> int:
@@ -167,10 +186,18 @@ def _of_two_slopes(
     return "up-and-down-chirps" if sent[0] * sent[1] < 0.0 else "two-profiles"
 
 
-def _of_one_slope(group: list[BurstComponents], num_samples: int) -> RecognisedWaveform:
+def _of_one_slope(group: list[BurstComponents], radar: ChirpSequence) -> RecognisedWaveform:
     """Equal chirps, where crossings lie on a line, or hopping ones."""
+    num_samples = radar.num_samples
     ramps = np.array([burst.ramp for burst in group], dtype=np.float64)
     centres = np.array([burst.centre for burst in group])
+    if isinstance(radar.migration, RampDither):
+        # Where they would be in equal ramps
+        victim = radar.slope_hz_per_s / radar.sample_rate_hz**2
+        slopes, own = np.array([burst.slope for burst in group]), ramps.astype(np.int64)
+        late = (radar.ramp_times_s - radar.ramp_period_s * np.arange(radar.num_ramps))[own]
+        higher = victim * radar.migration.samples[own]
+        centres -= (higher - (victim + slopes) * late * radar.sample_rate_hz) / slopes
     rest = _from_line(ramps, centres)
     share = float(np.mean(np.abs(rest) < ON_LINE * num_samples))
     name = "chirps"

@@ -23,6 +23,14 @@ WAVEFORMS = {
     "ofdm": "OFDM",
 }
 """What another radar can send."""
+DOPPLER_DIVISIONS = {
+    "none": "One",
+    "2/3": "Two in three Doppler bands",
+    "2/4": "Two in four Doppler bands",
+    "3/4": "Three in four Doppler bands",
+    "4/5": "Four in five Doppler bands",
+}
+"""Transmitters that send in every ramp with phase steps, see `vsep.signal.doppler_division`."""
 FILTER_PARTS: Mapping[str, frozenset[str]] = {
     "raised_cosine": frozenset({"cutoff", "rolloff"}),
     "butterworth": frozenset({"cutoff", "order"}),
@@ -169,6 +177,16 @@ SCENE_PARAMETERS = (
         span=(0.0, 100.0),
         query="object_acceleration",
         option="acceleration_mps2",
+        of_recording=False,
+    ),
+    Parameter(
+        name="doppler_division",
+        title="Transmitters",
+        help="Those that send in every ramp, each with a phase step of its own: every object is "
+        "seen at as many Doppler frequencies, a band apart.",
+        default="none",
+        choices=DOPPLER_DIVISIONS,
+        query="transmitters",
         of_recording=False,
     ),
     Parameter(

@@ -8,16 +8,14 @@ import numpy as np
 from vsep._typing import FloatArray
 from vsep.parameters import PARAMETERS
 from vsep.presets.record import SimulatedPreset
-from vsep.presets.scenes import PresetOptions, Scenario, preset
-from vsep.signal.doppler_division import DopplerDivision, divided_scene
+from vsep.presets.registry import simulated_preset
+from vsep.presets.scenes import MAX_DEG, PresetOptions, Scenario, preset
+from vsep.signal.doppler_division import ONE, divided_scene, known_division
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.impairments import impairments_of
 from vsep.signal.linear_array import AntennaScene, UniformLinearArray
 from vsep.signal.scene import Observation
 from vsep.signal.simulate import InterferenceModel, simulate_antennas
-
-MAX_DEG = 60.0
-"""To both sides of broadside: directions that are drawn, as far as the line tells them apart."""
 
 
 class ReceptionOptions(PresetOptions, total=False):
@@ -36,7 +34,6 @@ def simulate_preset_antennas(
     seed: int,
     object_angles_deg: FloatArray | None = None,
     interferer_angles_deg: FloatArray | None = None,
-    doppler_division: DopplerDivision | None = None,
     **options: Unpack[ReceptionOptions],
 ) -> tuple[Scenario, Observation]:
     """Draw the scene of a preset with directions and simulate what all antennas receive.
@@ -59,10 +56,8 @@ def simulate_preset_antennas(
         Directions of the objects; drawn by default.
     interferer_angles_deg : (I,) float, optional
         Directions of the interferers; drawn by default.
-    doppler_division : DopplerDivision, optional
-        Several transmitters: every object has a line for each, see `divided_scene`.
     **options : ReceptionOptions
-        As for `simulate_preset`.
+        As for `simulate_preset`; with a `doppler_division` see `divided_scene`.
 
     Returns
     -------
@@ -91,6 +86,9 @@ def simulate_preset_antennas(
     rng = np.random.default_rng(scene_seed)
     used = options.pop("anti_aliasing_filter", None)
     model = options.pop("interference_model", "multiplicative")
+    usual = simulated_preset(name).doppler_division
+    division = known_division(options.pop("doppler_division", usual))
+    options["doppler_division"] = ONE
     drawn = preset(name, snr_db=snr_db, sir_db=sir_db, rng=rng, **cast(PresetOptions, options))
     if used is not None:
         drawn = replace(drawn, anti_aliasing_filter=used)
@@ -107,8 +105,8 @@ def simulate_preset_antennas(
         object_angles_deg=angles[0],
         interferer_angles_deg=angles[1],
     )
-    if doppler_division is not None:
-        antenna_scene = divided_scene(antenna_scene, drawn.radar, doppler_division)
+    if division is not None:
+        antenna_scene = divided_scene(antenna_scene, drawn.radar, division)
     observation = simulate_antennas(
         drawn.radar,
         antenna_scene,

@@ -101,6 +101,8 @@ class SimulatedPreset(Preset):
     object_delay_s: float = float("nan")  #: delay of the first object, NaN where it is drawn
     family: str = ""  #: scene of studies in which presets of one family take turns
     waveform: str = PARAMETERS["interferer_waveform"].default  #: what the other radar sends
+    #: transmitters with phase steps, of `vsep.parameters.DOPPLER_DIVISIONS`
+    doppler_division: str = PARAMETERS["doppler_division"].default
     num_interferers: int = 1  #: the further ones are drawn by `vsep.presets.scenes`
     noise_scene: str = ""  #: scene of studies that is noise alone, of the size of its frames
 
@@ -112,6 +114,7 @@ class SimulatedPreset(Preset):
             "num_cars": self.num_cars,
             "object_acceleration": self.acceleration_mps2,
             "interferer_waveform": self.waveform,
+            "doppler_division": self.doppler_division,
         }
 
 

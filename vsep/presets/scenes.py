@@ -19,14 +19,18 @@ from vsep.presets.channels import with_first_delay
 from vsep.presets.places import Place, placed_objects
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.registry import simulated_preset
+from vsep.signal.doppler_division import divided_channel, known_division
 from vsep.signal.filters import AntiAliasingFilter, RaisedCosineFilter
 from vsep.signal.impairments import impairments_of
+from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.motion import CYCLE_S, accelerated, moved_paths
 from vsep.signal.radar import ChirpSequence, InterfererSequence
 from vsep.signal.scene import Interferer, Observation, Scene
 from vsep.signal.simulate import InterferenceModel, simulate
 
 _SLOPE_FACTORS = (1.2, 2.0)  # of a second interferer
+MAX_DEG = 60.0
+"""To both sides of broadside: directions that are drawn, as far as the line tells them apart."""
 _CROSSING_SHIFTS = (0.15, 0.35)  # in ramps
 _PERIOD_DIFFERENCE_S = 10e-9  # of an interferer in every ramp; that of set a in one of its ramps
 
@@ -52,6 +56,7 @@ class PresetOptions(TypedDict, total=False):
     num_objects: int | None
     num_cars: int | None
     acceleration_mps2: float | None
+    doppler_division: str
     object_delay_s: float | None
     second_interferer: bool
     phase_jitter_rad: float
@@ -104,6 +109,9 @@ def preset(
     acceleration_mps2 : float, optional
         By which every object gains or loses velocity, which is that in mid-frame then; the preset's
         by default.
+    doppler_division : str
+        One of `vsep.parameters.DOPPLER_DIVISIONS`; the preset's by default. Every object has a line
+        for each transmitter; these stand half a wavelength apart, and directions are drawn.
     object_delay_s : float, optional
         Delay of the first object, within the radar's unambiguous interval. A burst lies around
         delay zero, as far as the cut-off frequency over the victim's slope.
@@ -135,7 +143,7 @@ def preset(
         burst_shift_s=options.get("burst_shift_s", 0.0),
         num_interfered_ramps=options.get("num_interfered_ramps"),
     )
-    object_rng, channel_rng, other_rng, motion_rng, code_rng = rng.spawn(5)
+    object_rng, channel_rng, other_rng, motion_rng, code_rng, angle_rng = rng.spawn(6)
     places = options.get("places", ())
     objects = (
         placed_objects(object_rng, record.radar, places)
@@ -152,6 +160,11 @@ def preset(
         acceleration_mps2 = record.acceleration_mps2
     if acceleration_mps2:
         objects = accelerated(motion_rng, record.radar, objects, acceleration_mps2)
+    division = known_division(options.get("doppler_division", record.doppler_division))
+    if division is not None:
+        line = UniformLinearArray(num_antennas=division.num_transmitters)
+        angles_deg = angle_rng.uniform(-MAX_DEG, MAX_DEG, objects.num_paths)
+        objects = divided_channel(objects, record.radar, division, line.steering(angles_deg))
     present = options.get("interference", True)
     interferer = Interferer(
         sequence=sequence,

@@ -10,6 +10,7 @@ import numpy as np
 from vsep.presets.channels import interference_paths
 from vsep.presets.record import SimulatedPreset
 from vsep.presets.simulation_2 import PRESETS as SIMULATION_2
+from vsep.signal.dithering import parse_starts
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence, InterfererSequence
 from vsep.signal.scene import Channel
 
@@ -88,4 +89,27 @@ PHASE_CODED = replace(
     family="",
     noise_scene="",
 )
-PRESETS = (MANY_BURSTS, HOPPING_CHIRPS, PHASE_CODED)
+DITHERED = replace(
+    MANY_BURSTS,
+    name="dithered-ramps",
+    label="Dithered ramps: starts at random times and frequencies",
+    help="Twelve objects, and 32 ramps that start by up to 3 us earlier or later and up to 8 MHz "
+    "higher or lower than equal ones, as the radar knows; another radar crosses every ramp.",
+    radar=replace(
+        _RADAR,
+        start_times_s=parse_starts("start_times_s", "uniform 3e-6 1", NUM_RAMPS),
+        start_frequencies_hz=parse_starts("start_frequencies_hz", "uniform 8e6 2", NUM_RAMPS),
+    ),
+    num_interferers=1,
+)
+DIVIDED = replace(
+    MANY_BURSTS,
+    name="doppler-division",
+    label="Doppler division: two transmitters in every ramp",
+    help="Twelve objects, 32 ramps of 256 samples and two transmitters with phase steps: every "
+    "object is seen at two Doppler frequencies, a third of a cycle a ramp apart; another radar "
+    "crosses every ramp.",
+    num_interferers=1,
+    doppler_division="2/3",
+)
+PRESETS = (MANY_BURSTS, HOPPING_CHIRPS, PHASE_CODED, DITHERED, DIVIDED)

@@ -31,6 +31,7 @@ from vsep.recordings.settings import COMPLEX_2X, RAW_FORMATS, REAL, RecordingSet
 from vsep.recordings.stored_arrays import STREAM_AXES, read_stored_array
 from vsep.recordings.suggest import is_frame
 from vsep.recordings.word_kinds import is_unsigned, wrapped
+from vsep.signal.dithering import parse_starts
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import SPEED_OF_LIGHT_MPS, ChirpSequence
 
@@ -137,8 +138,9 @@ def _frame(
     if captured.is_doubtful and settings.samples == "complex":
         settings = replace(settings, samples=COMPLEX_2X)
     lowest, taken = lowest_beat(received, radar, settings)
+    starts = _starts(settings, radar.num_ramps)
     migration = settings.range_migration == "modelled"
-    if settings.range_migration == "automatic" and radar.needs_migration:
+    if not starts and settings.range_migration == "automatic" and radar.needs_migration:
         migration = visible_walker(received, radar) is not None
     spacing = settings.antenna_spacing_wavelengths
     if settings.num_transmitters == 1:
@@ -148,7 +150,7 @@ def _frame(
     division = settings.doppler_division
     frame = Frame(
         received=received[0],
-        radar=replace(radar, lowest_beat=lowest, range_migration=migration),
+        radar=replace(radar, lowest_beat=lowest, range_migration=migration, **starts),
         anti_aliasing_filter=_own_filter(path, settings, beat_sign),
         name=path,
         beat_sign=beat_sign,
@@ -159,6 +161,17 @@ def _frame(
         settings={} if division is None else {"doppler_division": division},
     )
     return frame, (*remarks, *taken)
+
+
+def _starts(settings: RecordingSettings, num_ramps: int) -> dict[str, Any]:
+    """Return the starts of dithered ramps as `ChirpSequence` takes them."""
+    given = {name: getattr(settings, name) for name in ("start_times_s", "start_frequencies_hz")}
+    if settings.num_transmitters > 1 and any(given.values()):
+        raise InputError(
+            f"num_transmitters is {settings.num_transmitters} and the ramps are dithered; dithered "
+            "ramps are modelled of one transmitter."
+        )
+    return {n: parse_starts(n, text, num_ramps) for n, text in given.items() if text is not None}
 
 
 def _remark_of_real(num_samples: int, settings: RecordingSettings) -> str:

@@ -49,6 +49,7 @@ _NUMBERS = (
     "lowest_beat",
     "antenna_spacing_wavelengths",
 )
+_LISTS = {"antennas": 1024, "start_times_s": 65536, "start_frequencies_hz": 65536}
 _TEXTS = ("format", "sign", "samples", "offset", "range_migration", "key", "axes")
 
 
@@ -75,6 +76,10 @@ class RecordingSettings:
     #: of transmitters that send in every ramp with phase steps, as ``2/3``: how many, and bands of
     #: Doppler frequency; see `vsep.signal.doppler_division`
     doppler_division: str | None = None
+    #: of dithered ramps: by how much each starts later than the period says, and higher than the
+    #: start frequency; a list, or ``uniform REACH SEED``, see `vsep.signal.dithering`
+    start_times_s: str | None = None
+    start_frequencies_hz: str | None = None
     sign: str = "positive"  #: of the beat frequency of a target in the file
     #: what the converter recorded: Complex 1x (beat frequencies from zero to the sample rate),
     #: Complex 2x (both signs) or real; of complex ones that say no more the samples tell
@@ -228,9 +233,9 @@ def parse_settings(stored: Mapping[Any, Any]) -> RecordingSettings:
 
 
 def _parsed(name: str, value: Any) -> Any:
-    if name == "antennas":
+    if name in _LISTS:
         listed = value if isinstance(value, list) else [value]
-        return ",".join(str(item) for item in listed[:1024])
+        return ",".join(str(item) for item in listed[: _LISTS[name]])
     if name in _TEXTS:
         if not isinstance(value, str):
             raise InputError(f"{name} is {_shown(value)}; a text is needed.")

@@ -9,7 +9,8 @@ import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.line_spectra import BEAT_ORDERS, DOPPLER_ORDERS, fill_lines
-from vsep.kernels.moving_atoms import STATIONARY, Migration
+from vsep.kernels.moving_atoms import STATIONARY
+from vsep.signal.dithered_atoms import Coupling, RampDither
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -118,11 +119,13 @@ def moved_atoms(factors: Factors, amplitudes: ComplexArray) -> Factors:
     )
 
 
-def doppler_course(shape: tuple[int, int], migration: Migration = STATIONARY) -> FloatArray:
+def doppler_course(shape: tuple[int, int], migration: Coupling = STATIONARY) -> FloatArray:
     """Cycles by which an atom turns per unit of Doppler frequency, (P, N); p without migration.
 
-    See `vsep.kernels.moving_atoms`.
+    See `vsep.kernels.moving_atoms` and `vsep.signal.dithered_atoms`.
     """
+    if isinstance(migration, RampDither):
+        return np.asarray(np.repeat(migration.ramps[:, None], shape[1], axis=1))
     num_ramps, num_samples = shape
     middle, samples = 0.5 * (num_ramps - 1), np.arange(num_samples, dtype=np.float64)
     along = migration.ramp_share * (samples - 0.5 * (num_samples - 1))
@@ -134,9 +137,9 @@ def dense_atoms(
     beats: FloatArray,
     dopplers: FloatArray,
     shape: tuple[int, int],
-    migration: Migration = STATIONARY,
+    migration: Coupling = STATIONARY,
 ) -> ComplexArray:
-    """Unit-norm atoms in full, (L, P, N), of objects that may move through range cells.
+    """Unit-norm atoms in full, (L, P, N), also of moving objects and dithered ramps.
 
     Examples
     --------
@@ -147,6 +150,9 @@ def dense_atoms(
     """
     course = doppler_course(shape, migration)
     cycles = beats[:, None, None] * np.arange(shape[1]) + dopplers[:, None, None] * course
+    if isinstance(migration, RampDither):
+        starts = migration.unambiguous(beats)[:, None] * migration.samples
+        cycles = cycles + starts[:, :, None]
     return np.asarray(np.exp(-2j * np.pi * cycles) / np.sqrt(shape[0] * shape[1]))
 
 

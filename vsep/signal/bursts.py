@@ -76,12 +76,12 @@ def overlapping_passages(radar: ChirpSequence, sequence: InterfererSequence) -> 
     overlaps = (offset >= -duration) & (offset <= sequence.ramp_duration_s)
     ramps, column = np.nonzero(overlaps & (index >= 0) & (index < sequence.num_ramps))
     offsets = offset[ramps, column]
-    carrier = sequence.start_frequency_hz - radar.start_frequency_hz
+    carriers = sequence.start_frequency_hz - radar.ramp_frequencies_hz[ramps]
     return Passages(
         ramps=ramps,
         interferer_ramps=index[ramps, column],
         offsets_s=offsets,
-        start_frequencies_hz=carrier + sequence.slope_hz_per_s * offsets,
+        start_frequencies_hz=carriers + sequence.slope_hz_per_s * offsets,
         slope_hz_per_s=sequence.slope_hz_per_s - radar.slope_hz_per_s,
     )
 

@@ -9,11 +9,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._typing import FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError, shown
+from vsep.parameters import PARAMETERS
 from vsep.signal.linear_array import AntennaScene, UniformLinearArray
 from vsep.signal.radar import ChirpSequence
+from vsep.signal.scene import Channel
+
+ONE = PARAMETERS["doppler_division"].default
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -71,6 +75,40 @@ def parse_doppler_division(text: str) -> DopplerDivision:
     return DopplerDivision(num_transmitters=transmitters, num_bands=bands)
 
 
+def known_division(text: str) -> DopplerDivision | None:
+    """Return what a choice of `vsep.parameters.DOPPLER_DIVISIONS` says; None of one transmitter."""
+    return None if text == ONE else parse_doppler_division(text)
+
+
+def divided_channel(
+    channel: Channel, radar: ChirpSequence, waveform: DopplerDivision, steering: ComplexArray
+) -> Channel:
+    """Return a channel with a line for every object and transmitter.
+
+    Parameters
+    ----------
+    channel : Channel
+        The objects, of the first transmitter.
+    radar : ChirpSequence
+        The victim.
+    waveform : DopplerDivision
+        The transmitters.
+    steering : (L, T) complex
+        Weights of the transmitters to that of the first.
+    """
+    count = waveform.num_transmitters
+    offsets_hz = np.repeat(waveform.offsets / radar.ramp_period_s, channel.num_paths)
+    rates = channel.doppler_rates_hz_per_s
+    return replace(
+        channel,
+        delays_s=np.tile(channel.delays_s, count),
+        dopplers_hz=np.tile(channel.dopplers_hz, count) + offsets_hz,
+        weights=(channel.weights[:, None] * steering).T.ravel(),
+        groups=None if channel.groups is None else np.tile(channel.groups, count),
+        doppler_rates_hz_per_s=None if rates is None else np.tile(rates, count),
+    )
+
+
 def divided_scene(
     antenna_scene: AntennaScene, radar: ChirpSequence, waveform: DopplerDivision
 ) -> AntennaScene:
@@ -94,22 +132,9 @@ def divided_scene(
         num_antennas=waveform.num_transmitters, spacing_wavelengths=spacing
     )
     steering = transmitters.steering(antenna_scene.object_angles_deg)
-    count = waveform.num_transmitters
-    offsets_hz = np.repeat(waveform.offsets / radar.ramp_period_s, objects.num_paths)
-    lines = replace(
-        objects,
-        delays_s=np.tile(objects.delays_s, count),
-        dopplers_hz=np.tile(objects.dopplers_hz, count) + offsets_hz,
-        weights=(objects.weights[:, None] * steering).T.ravel(),
-        groups=None if objects.groups is None else np.tile(objects.groups, count),
-        doppler_rates_hz_per_s=(
-            None
-            if objects.doppler_rates_hz_per_s is None
-            else np.tile(objects.doppler_rates_hz_per_s, count)
-        ),
-    )
+    lines = divided_channel(objects, radar, waveform, steering)
     return replace(
         antenna_scene,
         scene=replace(antenna_scene.scene, objects=lines),
-        object_angles_deg=np.tile(antenna_scene.object_angles_deg, count),
+        object_angles_deg=np.tile(antenna_scene.object_angles_deg, waveform.num_transmitters),
     )

@@ -13,7 +13,9 @@ import numpy as np
 
 from vsep._typing import FloatArray
 from vsep._validation import require_range
+from vsep.errors import InputError
 from vsep.kernels.moving_atoms import STATIONARY, Migration
+from vsep.signal.dithered_atoms import Coupling, RampDither
 
 SPEED_OF_LIGHT_MPS = 299_792_458.0
 FASTEST_MPS: Final = 70.0
@@ -45,6 +47,9 @@ class ChirpSequence:
         that sample one side of the band only (beat frequencies from 0 to the sample rate) set 0.
     range_migration : bool
         Whether objects are modelled as moving through range cells within a frame, see `migration`.
+    start_times_s, start_frequencies_hz : tuple of (P,) float
+        Dithering: by how much every ramp starts later than at ``T_p p``, and higher than at f_0.
+        Empty where none does. Not together with `range_migration`.
 
     Raises
     ------
@@ -60,6 +65,8 @@ class ChirpSequence:
     num_ramps: int
     lowest_beat: float = -0.5
     range_migration: bool = False
+    start_times_s: tuple[float, ...] = ()
+    start_frequencies_hz: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check every value against what a radar can have."""
@@ -70,6 +77,24 @@ class ChirpSequence:
         require_range("num_samples", self.num_samples, 8, 65536)
         require_range("num_ramps", self.num_ramps, 1, 65536)
         require_range("lowest_beat", self.lowest_beat, -1.0, 0.0, "cycles per sample")
+        self._check_dithering()
+
+    def _check_dithering(self) -> None:
+        limits = {"start_times_s": (self.ramp_period_s, "s"), "start_frequencies_hz": (1e12, "Hz")}
+        for name, (limit, unit) in limits.items():
+            offsets = getattr(self, name)
+            object.__setattr__(self, name, tuple(float(each) for each in offsets))
+            if len(offsets) not in (0, self.num_ramps):
+                raise InputError(
+                    f"{name} holds {len(offsets)} values; it must hold one for each of the "
+                    f"{self.num_ramps} ramps, or none."
+                )
+            for each in offsets:
+                require_range(name, each, -limit, limit, unit)
+        if self.is_dithered and self.range_migration:
+            raise InputError(
+                "range_migration is on and the ramps are dithered; it must be off for these."
+            )
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -83,8 +108,20 @@ class ChirpSequence:
 
     @property
     def ramp_times_s(self) -> FloatArray:
-        """(P,) start times T_p p of the ramps."""
-        return np.arange(self.num_ramps, dtype=np.float64) * self.ramp_period_s
+        """(P,) start times of the ramps, T_p p and what they are dithered by."""
+        times = np.arange(self.num_ramps, dtype=np.float64) * self.ramp_period_s
+        return times + np.array(self.start_times_s) if self.start_times_s else times
+
+    @property
+    def ramp_frequencies_hz(self) -> FloatArray:
+        """(P,) start frequencies of the ramps, f_0 and what they are dithered by."""
+        offsets = np.array(self.start_frequencies_hz or np.zeros(self.num_ramps))
+        return np.asarray(self.start_frequency_hz + offsets)
+
+    @property
+    def is_dithered(self) -> bool:
+        """Whether some ramp starts at another time or frequency than the sequence says."""
+        return any(self.start_times_s) or any(self.start_frequencies_hz)
 
     @property
     def one_cell_mps(self) -> float:
@@ -99,8 +136,23 @@ class ChirpSequence:
         return self.num_ramps > 1 and NEGLIGIBLE_CELLS * self.one_cell_mps <= FASTEST_MPS
 
     @property
-    def migration(self) -> Migration:
-        """How delay and Doppler frequency of a moving object are coupled.
+    def migration(self) -> Coupling:
+        """How delay and Doppler frequency of an object are coupled within a frame.
+
+        By its motion or, where ramps are dithered, by their starts.
+        """
+        if not self.is_dithered:
+            return self.motion
+        none, samples_per_hz = (0.0,) * self.num_ramps, self.sample_rate_hz / self.slope_hz_per_s
+        return RampDither(
+            start_ramps=tuple(t / self.ramp_period_s for t in self.start_times_s) or none,
+            start_samples=tuple(f * samples_per_hz for f in self.start_frequencies_hz) or none,
+            lowest_beat=self.lowest_beat,
+        )
+
+    @property
+    def motion(self) -> Migration:
+        """How motion couples delay and Doppler frequency.
 
         With the delay ``tau + nu t / f_0`` the phase ``(f_0 + k n T_s)`` times the delay grows by
         ``nu (p T_p + n T_s) (1 + mu n)``, ``mu = k T_s / f_0``. There is no coupling where

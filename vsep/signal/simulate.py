@@ -9,10 +9,10 @@ import numpy as np
 from vsep._typing import ComplexArray, FloatArray, frozen
 from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
-from vsep.kernels.moving_atoms import moving_signals
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.bursts import convolved_bursts, multiplicative_bursts, true_bursts
 from vsep.signal.chirped_atoms import chirped_factors
+from vsep.signal.dithered_atoms import coupled_signals
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.impairments import ReceiverImpairments, TrueReceiver, impaired
 from vsep.signal.linear_array import AntennaScene
@@ -245,8 +245,8 @@ def _curvatures(radar: ChirpSequence, channel: Channel) -> FloatArray | None:
         return None
     if radar.migration.coupling != 0.0:
         raise InputError(
-            "Objects accelerate and range_migration is on; accelerating objects are simulated in "
-            "their range cells only."
+            "Objects accelerate, and range_migration is on or ramps are dithered; accelerating "
+            "objects are simulated in their range cells and with equal ramps only."
         )
     return frozen(0.5 * rates * radar.ramp_period_s**2)
 
@@ -262,7 +262,7 @@ def _object_signals(
     migration = radar.migration
     if migration.coupling != 0.0:
         points = np.stack([beats, dopplers], axis=1)
-        signals = moving_signals(points, weights.copy(), migration, *radar.shape)
+        signals = coupled_signals(points, weights, migration, *radar.shape)
         return signals.reshape(-1, *radar.shape)
     along = line_factors(dopplers, radar.num_ramps)
     if curvatures is not None:

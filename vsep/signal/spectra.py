@@ -16,6 +16,7 @@ from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.kernels.moving_atoms import STATIONARY, Migration
 from vsep.signal.atoms import doppler_course
+from vsep.signal.dithered_atoms import Coupling, RampDither
 from vsep.signal.keystone import keystone_dopplers, keystone_transform
 
 Window: TypeAlias = Literal["hann", "rectangular"]
@@ -93,7 +94,7 @@ def range_doppler_map(
     window: Window = "hann",
     *,
     lowest_beat: float = -0.5,
-    migration: Migration = STATIONARY,
+    migration: Coupling = STATIONARY,
     doppler: float | None = None,
 ) -> RangeDopplerMap:
     """Compute the power over Doppler and beat frequency, both axes windowed and zero-padded.
@@ -104,8 +105,9 @@ def range_doppler_map(
         A frame. A single ramp has a single Doppler bin, at zero.
     zero_padding, window, lowest_beat
         As for `delay_spectrum`; the Doppler axis runs from -1/2.
-    migration : Migration
-        That of the radar, which is compensated; none by default.
+    migration : Coupling
+        That of the radar, which is compensated; none by default. Of dithered ramps the map is the
+        transform over their true starts.
     doppler : float, optional
         Doppler frequency in cycles per ramp, of any size, along which it is compensated: an object
         of this velocity is one peak, at its beat frequency at mid-frame and its Doppler frequency
@@ -118,6 +120,8 @@ def range_doppler_map(
         If the signal is not two-dimensional or an argument is out of its range.
     """
     array = _checked(signal, (2,))
+    if isinstance(migration, RampDither):
+        return _dithered_map(array, zero_padding, window, lowest_beat, migration)
     if migration.coupling != 0.0:
         if doppler is None:
             return _keystone_map(array, zero_padding, window, lowest_beat, migration)
@@ -184,6 +188,22 @@ def _keystone_map(
     bins, order = _bins(int(zero_padding) * num_samples, lowest_beat)
     power = np.abs(products[:, order]).astype(np.float64) ** 2
     return RangeDopplerMap(keystone_dopplers(signal.shape, first, int(zero_padding)), bins, power)
+
+
+def _dithered_map(
+    signal: ComplexArray,
+    zero_padding: int,
+    window: Window,
+    lowest_beat: float,
+    dither: RampDither,
+) -> RangeDopplerMap:
+    beats, delays = _line_spectrum(signal, zero_padding, window, lowest_beat)
+    dopplers = _bins(int(zero_padding) * len(signal), -0.5)[0]
+    weights = window_weights(len(signal), window)
+    delays *= np.exp(2j * np.pi * dither.samples[:, None] * dither.unambiguous(beats))
+    turns = np.exp(2j * np.pi * dopplers[:, None] * dither.ramps)
+    spectrum = (turns * (weights * (np.sqrt(len(signal)) / weights.sum()))) @ delays
+    return RangeDopplerMap(dopplers, beats, np.abs(spectrum) ** 2)
 
 
 def hann_window(num_samples: int) -> FloatArray:

@@ -12,8 +12,9 @@ import numpy as np
 from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError
-from vsep.kernels.moving_atoms import STATIONARY, Migration
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.kernels.templates import burst_courses, template_jets
+from vsep.signal.dithered_atoms import Coupling
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 
@@ -36,8 +37,9 @@ class SignalModel:
         A, receive antennas of one transmitter. They see the same objects and bursts with weights of
         their own and equally strong noise. Inside an estimator the frame (A, P, N) is one of A P
         rows (A P, N), antenna after antenna.
-    migration : Migration
-        How objects move through range cells within the frame; by default they stay.
+    migration : Coupling
+        How objects move through range cells within the frame, or how its ramps are dithered; by
+        default neither.
 
     Examples
     --------
@@ -53,7 +55,7 @@ class SignalModel:
     sample_rate_hz: float
     anti_aliasing_filter: AntiAliasingFilter
     num_antennas: int = 1
-    migration: Migration = STATIONARY
+    migration: Coupling = STATIONARY
 
     def __post_init__(self) -> None:
         """Check the size and the sampling rate."""
@@ -78,7 +80,7 @@ class SignalModel:
 
     @property
     def is_stationary(self) -> bool:
-        """Whether objects stay in their range cells."""
+        """Whether objects stay in their range cells, and ramps are equal."""
         return self.migration.coupling == 0.0
 
     @property

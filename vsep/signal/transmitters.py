@@ -120,15 +120,21 @@ def noise_like_signal(
     num_bins = fft.next_fast_len(len(time) + guard)
     response = anti_aliasing_filter.response(fft.fftfreq(num_bins, 1.0 / rate_hz))
     envelope = _envelope(radar, interferer, passages, bandwidth_hz, rate_hz)
+    starts_hz = radar.ramp_frequencies_hz
     for index, ramp in enumerate(passages.ramps):
         age = time + passages.offsets_s[index]
+        # The ramp starts that much higher than the first one that is interfered.
+        late_hz = starts_hz[ramp] - starts_hz[passages.ramps[0]]
         if interferer.waveform == "stepped":
             line_hz = passages.start_frequencies_hz[index] + passages.slope_hz_per_s * time
         else:
-            line_hz = radar.slope_hz_per_s * (_crossing_s(passages) - time)
+            line_hz = radar.slope_hz_per_s * (_crossing_s(passages) - time) - late_hz
         near = np.clip(3.0 * (1.0 - np.abs(line_hz) / reach_hz), 0.0, 1.0)
         near *= (age >= 0.0) & (age <= interferer.sequence.ramp_duration_s)
         mixed = near * np.exp(-1j * np.pi * radar.slope_hz_per_s * time**2)
+        if radar.start_frequencies_hz:
+            offset_hz = starts_hz[ramp] - radar.start_frequency_hz
+            mixed *= np.exp(-2j * np.pi * offset_hz * time)
         mixed *= _through_channel(interferer, envelope, age, radar.start_frequency_hz)
         filtered = fft.ifft(fft.fft(mixed, num_bins) * response)
         signal[ramp] += filtered[guard : len(time) : oversampling]
@@ -179,7 +185,8 @@ def _envelope(
         table = _phase_code(bandwidth_hz, rate_hz, rng)
     else:
         table = _ofdm(bandwidth_hz, rate_hz, rng)
-    carrier_hz = radar.slope_hz_per_s * _crossing_s(passages)
+    first_hz = float(radar.ramp_frequencies_hz[passages.ramps[0]]) - radar.start_frequency_hz
+    carrier_hz = radar.slope_hz_per_s * _crossing_s(passages) + first_hz
 
     def coded(age: FloatArray) -> ComplexArray:
         place = np.rint(age * rate_hz).astype(np.int64) % len(table)

@@ -6,7 +6,7 @@ from typing import Any
 
 from vsep.errors import InputError
 from vsep.files.frame import Frame
-from vsep.files.results import result_line
+from vsep.files.results import groups_entry, result_line
 from vsep.tracking.sequence import SequenceSeparator, SequenceState, TrackedFrame
 from vsep.tracking.tracks import Track
 from vsep.units import to_db
@@ -24,17 +24,33 @@ def tracked_line(result: TrackedFrame) -> dict[str, Any]:
     -------
     dict
         As of `vsep.files.results.result_line`, and ``frame``, its number; ``start``, what it was
-        separated from; ``tracks``; its ``seconds`` are those of the whole frame.
+        separated from; ``tracks``; ``groups`` where any are evident, each with its ``tracks`` and
+        ``track``, the oldest of these; its ``seconds`` are those of the whole frame.
     """
     frame = result.frame
-    line = result_line(frame.name, result.solution, frame.radar, frame.antenna_spacing_wavelengths)
+    spacing, received = frame.antenna_spacing_wavelengths, frame.received
+    line = result_line(frame.name, result.solution, frame.radar, spacing, received=received)
     ids = result.solution.objects.component_ids.tolist()
-    return line | {
-        "frame": result.number,
-        "start": result.start,
-        "tracks": [_track_entry(track, ids) for track in result.tracks],
-        "seconds": round(result.seconds, 6),
-    }
+    return (
+        line
+        | _groups_entry(result)
+        | {
+            "frame": result.number,
+            "start": result.start,
+            "tracks": [_track_entry(track, ids) for track in result.tracks],
+            "seconds": round(result.seconds, 6),
+        }
+    )
+
+
+def _groups_entry(result: TrackedFrame) -> dict[str, Any]:
+    """Return extended objects with the tracks of their lines."""
+    groups = result.groups
+    entry = groups_entry(groups)
+    for group, described in zip(groups, entry.get("groups", ()), strict=True):
+        tracks = result.tracks_of(group)
+        described |= {"tracks": list(tracks), "track": tracks[0] if tracks else None}
+    return entry
 
 
 def _track_entry(track: Track, component_ids: list[int]) -> dict[str, Any]:

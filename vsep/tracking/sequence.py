@@ -15,6 +15,7 @@ from vsep._typing import ComplexArray
 from vsep._validation import require_range
 from vsep.errors import InputError, shown
 from vsep.files.frame import Frame
+from vsep.grouping.groups import ObjectGroup, find_groups
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.factorised import FactorisedSeparator
@@ -101,6 +102,17 @@ class TrackedFrame:
     def confirmed_tracks(self) -> tuple[Track, ...]:
         """Tracks that enough frames have shown."""
         return tuple(track for track in self.tracks if track.is_confirmed)
+
+    @property
+    def groups(self) -> tuple[ObjectGroup, ...]:
+        """Extended objects among the frame's objects; see `tracks_of` for what follows each."""
+        return find_groups(None, self.state, self.frame.radar)
+
+    def tracks_of(self, group: ObjectGroup) -> tuple[int, ...]:
+        """Numbers of the tracks of a group's lines, the oldest first: that one is the group's."""
+        ids = set(self.solution.objects.component_ids[group.members].tolist())
+        shown = (track for track in self.tracks if not track.missed)
+        return tuple(sorted(track.track_id for track in shown if track.component_id in ids))
 
 
 class SequenceSeparator:

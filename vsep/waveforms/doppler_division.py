@@ -75,10 +75,13 @@ def join_lines(
     Raises
     ------
     InputError
-        If the radar models range migration.
+        If the radar models range migration, or its ramps are dithered.
     """
     if radar.migration.coupling != 0.0:
-        raise InputError("Lines are joined where range_migration is off; of this radar it is on.")
+        raise InputError(
+            "Lines are joined where range_migration is off and ramps are equal; of this radar it "
+            "is on, or they are dithered."
+        )
     joining = _Joining(received, state, radar, waveform)
     free = np.ones(state.objects.num_components, dtype=np.bool_)
     lines = []

@@ -266,7 +266,7 @@ def separate_frame(
     except (InputError, MemoryError) as error:
         return {"file": path, "error": error_text(path, error)}
     spacing = frame.antenna_spacing_wavelengths
-    line = result_line(path, solution, frame.radar, spacing, frame.num_transmitters)
+    line = result_line(path, solution, frame.radar, spacing, frame.num_transmitters, received)
     line |= layers
     if timings is not None:
         line["interferer_timings"] = len(timings)

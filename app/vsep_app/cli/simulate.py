@@ -18,11 +18,11 @@ from vsep.presets.scenes import Scenario, simulate_preset
 from vsep.presets.settings import chosen_filter, simulator_options
 from vsep.presets.street import MOST_FRAMES, street_frame
 from vsep.presets.street_settings import STREET, STREET_OPTIONS, STREET_SETTINGS, street_options
+from vsep.signal.doppler_division import ONE
 from vsep.signal.linear_array import UniformLinearArray
 from vsep.signal.motion import CYCLE_S
 from vsep.signal.scene import Observation
 from vsep.tracking.sources import frame_of_street
-from vsep_app.cli.line_layers import add_division_option
 from vsep_app.cli.progress import counted
 from vsep_app.cli.scene_options import ASSUMED, SCENE_OPTIONS, add_scene_options, scene_values
 from vsep_app.cli.shared_options import (
@@ -50,7 +50,6 @@ _ARRAY_OPTIONS = (
     "antenna_spacing_wavelengths",
     "object_angles_deg",
     "interferer_angle_deg",
-    "doppler_division",
 )
 _FILTER = tuple(each.name for each in FILTER_PARAMETERS if each.name.startswith("filter_"))
 _SETTINGS = {"an array": frozenset(_ARRAY_OPTIONS), "one antenna": frozenset[str]()}
@@ -99,11 +98,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--interferer-angle-deg",
         "direction of every interferer (default: drawn likewise)",
         nargs="+",
-    )
-    add_division_option(
-        group,
-        "T transmitters that send in every ramp: every object is seen at T Doppler frequencies, "
-        "1/K cycle a ramp apart (default: one transmitter)",
     )
 
 
@@ -156,8 +150,9 @@ def _preset_maker(options: argparse.Namespace) -> Callable[[int, str], Frame]:
         for name, value in levels.items()
         if not (options.no_interference and PARAMETERS[name].of_bursts)
     }
-    if options.doppler_division is not None:
-        settings["doppler_division"] = str(options.doppler_division)
+    division = (usual | values)["doppler_division"]
+    if division != ONE:
+        settings["doppler_division"] = division
     array = _array(options)
     keywords = simulator_options(levels)
     if given(options, _FILTER):
@@ -208,7 +203,6 @@ def _simulated(
         array,
         object_angles_deg=_as_array(options.object_angles_deg),
         interferer_angles_deg=_as_array(options.interferer_angle_deg),
-        doppler_division=options.doppler_division,
         **keywords,
     )
 

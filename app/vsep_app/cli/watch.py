@@ -195,7 +195,8 @@ def _separated_frame(
     estimator = make_estimator(options.estimator, model, missing=missing, **said)
     solution = run_estimator(estimator, received)
     figures = interference_figures(frame, solution.state)
-    line = result_line(path, solution, frame.radar, frame.antenna_spacing_wavelengths)
+    spacing = frame.antenna_spacing_wavelengths
+    line = result_line(path, solution, frame.radar, spacing, received=received)
     more = {"frame": settings.frame, "figures": figures.line(), "remarks": list(remarks)}
     return Separated(line | more, figures)
 

@@ -27,6 +27,7 @@ from vsep.presets.registry import PRESETS
 from vsep.presets.scenes import simulate_preset
 from vsep.presets.settings import chosen_filter, simulator_options
 from vsep.signal.clutter import remove_static_clutter
+from vsep.signal.doppler_division import ONE, DopplerDivision, known_division
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import Observation
@@ -164,8 +165,14 @@ def static_picture_of(
             together=frame.num_antennas,
             spacing_wavelengths=frame.antenna_spacing_wavelengths,
             num_transmitters=frame.num_transmitters,
+            division=division_of(frame),
         ),
     )
+
+
+def division_of(frame: Frame) -> DopplerDivision | None:
+    """Return the transmitters that send in every ramp of a frame, where it has several."""
+    return known_division(frame.settings.get("doppler_division", ONE))
 
 
 def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0) -> MadeScene:
@@ -189,6 +196,7 @@ def make_scene(plan: Plan, loaded: Frame | None = None, *, frame_number: int = 0
             radar=preset.radar,
             truth=observation.truth,
             name=preset.label,
+            settings={"doppler_division": plan.doppler_division},
         )
     assumed_filter = _assumed_filter(plan, true_filter, measured)
     if plan.same_slope == SET_ASIDE:

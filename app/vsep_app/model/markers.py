@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._typing import FloatArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.grouping.groups import ObjectGroup
 from vsep.inference.core.progress import ComponentEvent, EventKind, Step
 from vsep.inference.core.state import SeparationState
 from vsep.signal.template import CHANNEL_GRID_FACTOR
 from vsep.units import to_db
+from vsep.waveforms.doppler_division import join_lines
 from vsep_app.model.static_picture import StaticPicture
 
 ADDED, PRUNED = EventKind.OBJECT_ADDED, EventKind.OBJECT_PRUNED
@@ -40,6 +41,37 @@ class GroupMarks:
     spreads_mps: FloatArray
     snr_db: FloatArray
     lines: tuple[str, ...]  #: The lines of each in words, the nearest first.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TargetMarks:
+    """Objects that several transmitters see as a line each."""
+
+    #: (L,) float: Distance and own velocity, SNR of the strongest line.
+    ranges_m: FloatArray
+    velocities_mps: FloatArray
+    snr_db: FloatArray
+    lines: tuple[str, ...]  #: Identities of the lines of each, transmitter by transmitter.
+
+
+def target_marks(
+    static_picture: StaticPicture, received: ComplexArray, state: SeparationState
+) -> TargetMarks | None:
+    """Join the lines of an estimate; None where one transmitter sends at a time."""
+    division, radar = static_picture.antenna.division, static_picture.radar
+    if division is None or radar.migration.coupling != 0.0:
+        return None
+    joined = join_lines(received, state, radar, division)
+    ids, snr = state.objects.component_ids, np.append(state.component_snr, 0.0)
+    return TargetMarks(
+        ranges_m=radar.range_from_beat(joined.beats),
+        velocities_mps=radar.velocity_from_doppler(joined.dopplers),
+        snr_db=to_db(snr[joined.lines].max(axis=1, initial=1e-20)),
+        lines=tuple(
+            ", ".join("weak" if line < 0 else str(ids[line]) for line in lines)
+            for lines in joined.lines.tolist()
+        ),
+    )
 
 
 def group_marks(groups: Sequence[ObjectGroup]) -> GroupMarks:

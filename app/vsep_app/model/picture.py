@@ -76,6 +76,7 @@ class Picture(RunPicture):
     added: markers.Markers
     pruned: markers.Markers
     groups: markers.GroupMarks  #: Extended objects; none before the run has ended.
+    targets: markers.TargetMarks | None  #: Joined lines of several transmitters, likewise.
     #: Interference-channel components of the ramp at their equivalent range.
     channel: markers.Markers
     crossing: Crossing  #: Courses of chirps over the ramps, or in the ramp's spectrogram.
@@ -156,6 +157,7 @@ def make_picture(
         added=markers.added_marks(static_picture, state, steps, FLASH_ITERATIONS),
         pruned=markers.pruned_marks(static_picture, steps, FADE_ITERATIONS),
         groups=markers.group_marks(_groups(static_picture, whole, termination)),
+        targets=_targets(static_picture, state, termination),
         channel=markers.channel_marks(static_picture, state, ramp),
         crossing=crossing_of(static_picture, state, ramp=ramp, mode=crossing_mode),
         score=score,
@@ -186,6 +188,15 @@ def _groups(
     together = static_picture.antenna.together > 1
     received = None if together else static_picture.observation.received
     return find_groups(received, state, static_picture.radar)
+
+
+def _targets(
+    static_picture: StaticPicture, state: SeparationState, termination: Termination
+) -> markers.TargetMarks | None:
+    """Return the joined lines of a run that has ended, of the antenna shown."""
+    if termination is Termination.RUNNING:
+        return None
+    return markers.target_marks(static_picture, static_picture.observation.received, state)
 
 
 def _ramp_signals(static_picture: StaticPicture, state: SeparationState, ramp: int) -> ComplexArray:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.inference.core.state import SeparationState
+from vsep.signal.doppler_division import DopplerDivision
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth, Observation
 from vsep.signal.spectra import delay_spectrum, range_doppler_map
@@ -47,6 +48,7 @@ class ShownAntenna:
     #: Between neighbours of a uniform line of antennas; None: not known, no angles.
     spacing_wavelengths: float | None = None
     num_transmitters: int = 1  #: Transmitters that take turns.
+    division: DopplerDivision | None = None  #: Transmitters that send in every ramp.
 
 
 THE_ONLY_ANTENNA = ShownAntenna()

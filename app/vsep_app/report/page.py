@@ -16,7 +16,7 @@ from vsep_app.views.ramps import RampStrip
 from vsep_app.views.range_doppler import RangeDopplerView
 from vsep_app.views.signals import DelayView, FastTimeView
 from vsep_app.views.style import Axis
-from vsep_app.views.tables import groups_html, log_html, table_html
+from vsep_app.views.tables import layers_html, log_html, table_html
 
 
 class ReportViews:
@@ -66,7 +66,7 @@ def page_variables(run: ReportRun, picture: Picture) -> dict[str, Any]:
         "heading": f"vsep: {picture.static_picture.title}",
         "outcome": outcome(picture),
         "levels": picture.static_picture.levels_text,
-        "table": table_html(picture.table, moving=several) + groups_html(picture.groups),
+        "table": table_html(picture.table, moving=several) + layers_html(picture),
         "log": log_html(picture.log),
         "settings": list(listed_settings(run).items()),
         "provenance": for_html(provenance(run)),

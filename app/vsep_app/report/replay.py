@@ -24,7 +24,7 @@ from vsep_app.model.picture import Picture
 from vsep_app.report.page import ReportViews, found, page_variables
 from vsep_app.report.run import ReportRun
 from vsep_app.report.variations import VariedSetting
-from vsep_app.views.tables import groups_html, table_html
+from vsep_app.views.tables import layers_html, table_html
 
 MAX_VIEWS = 232
 """Iterations times ramps, of all runs: what keeps Simulation II below 1 MB."""
@@ -135,7 +135,7 @@ def _recorded(
             # A clean slate: a view draws the map as received once a scene only.
             views.update(picture)
             seen.append([_version(player, n, replays) for n, player in enumerate(players)])
-        table = table_html(picture.table, moving=several) + groups_html(picture.groups)
+        table = table_html(picture.table, moving=several) + layers_html(picture)
         shown.append(
             {
                 "versions": seen,

@@ -26,6 +26,7 @@ from vsep.inference.registry import ESTIMATORS
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.scene import Observation
 from vsep_app.jobs.tasks import (
+    division_of,
     is_simulated,
     is_together,
     make_scene,
@@ -34,7 +35,7 @@ from vsep_app.jobs.tasks import (
 )
 from vsep_app.model.picture import Picture, make_picture
 from vsep_app.model.settings import LOADED_FRAME
-from vsep_app.model.static_picture import StaticPicture, make_static_picture
+from vsep_app.model.static_picture import ShownAntenna, StaticPicture, make_static_picture
 from vsep_app.model.trial_link import open_trial
 from vsep_app.report.spec import ReportSpec, spec_data
 
@@ -120,7 +121,8 @@ def of_steps(spec: ReportSpec, steps: tuple[Step, ...]) -> ReportRun:
         interference_threshold_db=spec.interference_threshold_db,
     )
     observation = Observation(received=frame.received, truth=frame.truth)
-    alone = make_static_picture(frame.radar, observation, title=frame.name)
+    antenna = ShownAntenna(division=division_of(frame))
+    alone = make_static_picture(frame.radar, observation, title=frame.name, antenna=antenna)
     return ReportRun(
         spec=spec,
         frame=frame,
@@ -155,6 +157,7 @@ def provenance(run: ReportRun) -> dict[str, Any]:
         run.frame.radar,
         antenna.spacing_wavelengths,
         antenna.num_transmitters,
+        run.frame.received,
     )
     del result["seconds"]  # not a function of the spec
     cleaned = run.seen.cleaned(run.frame.received)

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
-from vsep_app.model.markers import GroupMarks
+from vsep_app.model.markers import GroupMarks, TargetMarks
+from vsep_app.model.picture import Picture
 from vsep_app.model.text import LogLine, TableRow, quiet_text
 
 MISSING = "\u2013"
@@ -93,6 +94,29 @@ def groups_html(groups: GroupMarks) -> str:
         f'<h3>Extended objects</h3><table class="components groups" tabindex="0" '
         f'aria-label="Extended objects"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
     )
+
+
+def targets_html(targets: TargetMarks | None) -> str:
+    """Return the table of objects of several transmitters; nothing where there are none."""
+    if targets is None or not targets.lines:
+        return ""
+    names = "range [m]", "velocity [m/s]", "strongest [dB]", "lines by transmitter"
+    head = "".join(f"<th>{name}</th>" for name in names)
+    columns = targets.ranges_m, targets.velocities_mps, targets.snr_db
+    body = "".join(
+        row_html([*(value_text(float(value), 2) for value in values), escape(lines)])
+        for *values, lines in zip(*columns, targets.lines, strict=True)
+    )
+    return (
+        f'<h3>Objects of all transmitters</h3><table class="components targets" tabindex="0" '
+        f'aria-label="Objects of all transmitters"><thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table>"
+    )
+
+
+def layers_html(picture: Picture) -> str:
+    """Return the tables below that of the objects: extended ones, those of all transmitters."""
+    return groups_html(picture.groups) + targets_html(picture.targets)
 
 
 def _row(row: TableRow, shown: Sequence[Quantity], *, known: bool) -> str:

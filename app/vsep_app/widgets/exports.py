@@ -12,7 +12,7 @@ import panel_material_ui as pmu
 from vsep.files.results import as_json
 from vsep_app.model.picture import Picture
 from vsep_app.model.text import LogLine, TableRow
-from vsep_app.views.tables import groups_html, log_html, table_html
+from vsep_app.views.tables import layers_html, log_html, table_html
 from vsep_app.widgets.download import Download
 from vsep_app.widgets.layout import html_pane, panel
 
@@ -31,7 +31,7 @@ class RunTables:
         self.picture = picture
         several = picture.static_picture.radar.num_ramps > 1
         objects = table_html(picture.table, moving=several)
-        self.table.object = objects + groups_html(picture.groups)
+        self.table.object = objects + layers_html(picture)
         self.log.object = log_html(picture.log)
 
     def panels(self, title: str, *, log_weight: float) -> list[Any]:

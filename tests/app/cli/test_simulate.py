@@ -121,6 +121,7 @@ def test_every_setting_of_the_page_is_an_option_and_gives_the_frame_of_the_page(
         "seed": 5,
         "num_cars": 1,
         "object_acceleration": 5.0,
+        "doppler_division": "2/3",
         "phase_jitter": 3.0,
         "phase_noise": 2.0,
         "phase_noise_bandwidth": 50.0,
@@ -150,8 +151,9 @@ def test_every_setting_of_the_page_is_an_option_and_gives_the_frame_of_the_page(
     assert frame.assumed_filter == of_page.assumed_filter
     assert frame.assumed_filter == vsep.RaisedCosineFilter(cutoff_hz=1.2e6, rolloff=0.5)
     assert frame.truth is not None
-    assert list(frame.truth.groups[:13]) == [-1] * 13
-    assert set(frame.truth.groups[13:]) == {0}
+    groups = frame.truth.groups.reshape(2, -1)[0]  # of the lines of the first transmitter
+    assert list(groups[:13]) == [-1] * 13
+    assert set(groups[13:]) == {0}
     ramps = [burst.ramp for burst in frame.truth.bursts]
     assert len(ramps) > len(set(ramps))  # two in a ramp
     told = {

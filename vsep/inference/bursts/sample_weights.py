@@ -19,6 +19,7 @@ import numpy as np
 from scipy import ndimage
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vsep.inference.core.state import SeparationState
 
 AVERAGED = 5  # samples over which powers are averaged
 LOUD = 10.0  # times the noise: burst power from which kappa is measured
@@ -112,6 +113,15 @@ def sample_weights(
         return None
     values = np.ones(power.shape) if values is None else values
     return SampleWeights(values if unexplained is None else np.where(unexplained, 0.0, values))
+
+
+def holds_clicks(received: ComplexArray, state: SeparationState, missing: BoolArray | None) -> bool:
+    """Whether single samples, beside those that are not used, are far above the noise."""
+    explained = state.object_signal + state.interference_signal
+    for samples in (missing, state.noise_like):
+        if samples is not None:
+            received = np.where(samples, explained, received)
+    return sample_weights(received, explained, np.zeros_like(explained), fitted=False) is not None
 
 
 def _under_bursts(

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import fft, ndimage
+from scipy import fft
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.inference.bursts.chirp_refinement import place_chirps
@@ -17,8 +17,8 @@ from vsep.inference.bursts.expected_bursts import (
     expected_scores,
     expected_threshold,
 )
+from vsep.inference.bursts.giving_up import NoiseLike, given_up
 from vsep.inference.bursts.long_chirps import lone_tones, with_long_chirps
-from vsep.inference.bursts.sequence import MANY_BURSTS
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.progress import EventKind
 from vsep.inference.core.row_energies import row_energies, squared_norms, sum_of_antennas
@@ -29,10 +29,6 @@ from vsep.inference.objects.sbl import activation_ratio, converged_precision
 from vsep.units import from_db
 
 START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
-MOST_PER_SAMPLE = 0.075  # bursts by the samples that they last for; chirps are fewer
-BADLY = 0.01  # of a row's energy: what chirps leave at most, with one component each
-LOUD = 1e-4  # of a row's peak power: what is noise-like for certain, and two samples beside it
-SUPPORT = 1e-3  # of a row's peak power: where bursts are
 CLEARLY_BETTER = 1.05  # score by which a searched chirp must beat the modelled one to replace it
 EXPLAINED = 0.5  # of the energy over the noise: what a chirp of a known slope must explain
 SURE = 0.5  # share of a modelled chirp's score that a search reaches for sure, grid or not
@@ -87,9 +83,13 @@ class BurstSearch:
         noise_residual = self.residual - self.work.signal  # r_beta - U Psi beta
         changed = self._check_bursts(noise_residual)
         self._start_bursts(self.residual - self.work.signal if changed else noise_residual, changed)
+        others = NoiseLike(self.work, self.residual, self.threshold)
+        if not self.keeps_every_template:
+            others.grow()
+            others.give_up_at_once()
         if self.work.crowded and not before:
             self._start_over()
-        self._drop_noise_like()
+        others.give_up_many_bursts()
         if self.expected is not None:
             self._start_expected(self.expected)
 
@@ -108,46 +108,6 @@ class BurstSearch:
             if len(work.table) == count:
                 return
             work.refine_bursts(self.residual, self.noise_precision)
-
-    def _left(self) -> FloatArray:
-        """(R,) share of the energy of the rows that their bursts leave."""
-        received = np.maximum(squared_norms(self.residual), 1e-300)
-        return np.asarray(squared_norms(self.residual - self.work.signal) / received)
-
-    def _drop_noise_like(self) -> None:
-        """Give up ramps that bursts fit badly, however many: what is there is no chirps.
-
-        Chirps are few parameters for many samples, and fit them.
-        """
-        work = self.work
-        many = work.bursts_per_row >= MANY_BURSTS
-        if not many.any():
-            return
-        power = work.signal.real**2 + work.signal.imag**2
-        lasting = np.sum(power > SUPPORT * power.max(axis=1, keepdims=True), axis=1)
-        many &= work.bursts_per_row > MOST_PER_SAMPLE * lasting
-        rows = np.flatnonzero(many & (self._left() > BADLY))
-        if len(rows) == 0:
-            return
-        loud = np.zeros(work.model.rows_shape, dtype=np.bool_)
-        loud[rows] = ndimage.binary_dilation(
-            power[rows] > LOUD * power[rows].max(axis=1, keepdims=True),
-            np.ones((1, 5), dtype=np.bool_),
-        )
-        work.noise_like = loud if work.noise_like is None else work.noise_like | loud
-        gone = np.flatnonzero(np.isin(work.table.rows[: work.num_shared], self._given_up()))
-        for ramp in work.table.rows[gone].tolist():
-            work.record(EventKind.CHIRP_DROPPED, ramp, 0.0, self.threshold)
-        work.remove_bursts(gone)
-        work.synthesize()
-
-    def _given_up(self) -> IntArray:
-        """Ramps whose interference is no chirps."""
-        work = self.work
-        if work.noise_like is None:
-            return np.zeros(0, dtype=np.int64)
-        rows = np.flatnonzero(work.noise_like.any(axis=1))
-        return np.unique(rows % work.model.num_ramps)
 
     def _by_antenna(self, rows: ComplexArray) -> ComplexArray:
         """(T, N) rows of one antenna, or (A, T, N) of several."""
@@ -254,7 +214,7 @@ class BurstSearch:
             needed = np.maximum(least, self.threshold / self.noise_precision)
             # Cauchy-Schwarz: sqrt(score) changes by ||change|| at most
             candidates &= last.limits_of(noise_residual) >= needed
-        candidates[[*changed, *self._given_up()]] = False
+        candidates[[*changed, *given_up(work)]] = False
         ramps = candidates.nonzero()[0]
         if len(ramps) == 0:
             return

@@ -67,6 +67,8 @@ class InterferenceWorkspace:
     ----------
     assumed, model : SignalModel
         With the assumed and with the corrected filter.
+    has_given_up : bool
+        Whether further ramps were found to hold interference that is no chirps.
     table : BurstTable
         The bursts and their columns.
     known_slopes : (K,) float or None
@@ -84,6 +86,7 @@ class InterferenceWorkspace:
         noise_like: BoolArray | None = None,
     ) -> None:
         self.assumed, self.noise_like = model, noise_like
+        self.has_given_up = False
         self.search_cache = search_cache
         self.known_slopes: FloatArray | None = None
         self._take_correction(correction)

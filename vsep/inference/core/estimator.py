@@ -94,11 +94,11 @@ def require_one_antenna(model: SignalModel, name: str) -> None:
 
 
 def require_stationary(model: SignalModel, name: str) -> None:
-    """Raise `InputError` where an estimator is asked to model range migration."""
+    """Raise `InputError` where an estimator is asked to model range migration or dithering."""
     if not model.is_stationary:
         raise InputError(
-            f"The {name} estimator does not model range migration; factorised, object-only and "
-            "masked do. With range_migration neglected it can be used."
+            f"The {name} estimator does not model range migration or dithered ramps; factorised, "
+            "object-only and masked do. With range_migration neglected it can be used."
         )
 
 

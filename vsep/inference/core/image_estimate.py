@@ -11,8 +11,9 @@ import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.inference.core.state import ObjectComponents
-from vsep.kernels.moving_atoms import STATIONARY, Migration, moving_products
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.signal.atoms import line_factors
+from vsep.signal.dithered_atoms import Coupling, conjugate_products
 
 EVIDENCE = 20.0  # what a factor must explain, exponential with mean one of each object without any
 TOLERATED = 30.0  # misfit of an object, likewise
@@ -55,7 +56,7 @@ def image_factors(
     residual: ComplexArray,
     last: ComplexArray,
     noise_precision: float,
-    migration: Migration = STATIONARY,
+    migration: Coupling = STATIONARY,
 ) -> ComplexArray:
     """Image factor of every antenna (A,), zero where it is not evident.
 
@@ -71,7 +72,7 @@ def image_factors(
         What has been taken off the frame already.
     noise_precision : float
         lambda.
-    migration : Migration
+    migration : Coupling
         Of the objects' atoms.
     """
     strongest = np.argsort(powers)[-ASKED:]
@@ -83,10 +84,9 @@ def image_factors(
         along = residual @ beat.T  # (A, P, K)
         products = weights * np.einsum("apk,kp->ak", along, doppler)
     else:
-        # The conjugate of an atom is that of the negative frequencies.
-        points = -np.stack([objects.beats[strongest], objects.dopplers[strongest]], axis=1)
-        rows = residual.reshape(-1, num_samples).copy()
-        products = weights * moving_products(points, migration, num_ramps, rows).T
+        points = np.stack([objects.beats[strongest], objects.dopplers[strongest]], axis=1)
+        rows = residual.reshape(-1, num_samples)
+        products = weights * conjugate_products(points, migration, num_ramps, rows).T
     precisions = noise_precision * np.abs(weights) ** 2
     told = noise_precision * products / np.maximum(precisions, 1e-300) + last[:, None]
     return np.array([_agreed(*each) for each in zip(told, precisions, strict=True)])

@@ -20,8 +20,8 @@ from vsep.inference.core.image_estimate import image_factors, is_evident, possib
 from vsep.inference.core.phase_estimate import PhaseEstimate, PhaseProducts
 from vsep.inference.core.receiver import PhasePrior, ReceiverErrors, no_errors
 from vsep.inference.core.state import ObjectComponents, SeparationState
-from vsep.kernels.moving_atoms import moving_signals
 from vsep.signal.atoms import line_factors, synthesize
+from vsep.signal.dithered_atoms import coupled_signals
 from vsep.signal.template import SignalModel
 from vsep.units import wrap_frequency
 
@@ -154,7 +154,7 @@ class _Evidence:
         weights = objects.amplitudes[which].reshape(np.count_nonzero(which), -1)
         if not self.model.is_stationary:
             points = np.stack([objects.beats[which], objects.dopplers[which]], axis=1)
-            made = moving_signals(points, weights.copy(), migration, *self.model.shape)
+            made = coupled_signals(points, weights, migration, *self.model.shape)
             return made.reshape(self.shape)
         beat = line_factors(objects.beats[which], self.shape[2])
         doppler = line_factors(objects.dopplers[which], self.shape[1])

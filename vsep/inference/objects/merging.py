@@ -17,8 +17,8 @@ from vsep.inference.core.progress import EventKind
 from vsep.inference.core.state import SeparationState
 from vsep.inference.objects.refinement import PlacedComponents, joint_step, place_components
 from vsep.inference.objects.workspace import ObjectWorkspace
-from vsep.kernels.moving_atoms import moving_jets
 from vsep.signal.atoms import gram, gram_between, moved_atoms
+from vsep.signal.dithered_atoms import coupled_jets
 
 STILL_DEVIATIONS: Final = 0.1  # objects that move less stand still
 LATE, PERIOD = 20, 5  # iterations: runs that do not settle are looked at from here on
@@ -196,7 +196,7 @@ def _grams(
         factors = placed.factors[0][members], placed.factors[1][members]
         slopes = moved_atoms(factors, np.ones(len(members), dtype=np.complex128))
         return gram(*factors), gram_between(factors, slopes), gram(*slopes)
-    jets = moving_jets(placed.points[members], placed.migration, num_ramps, num_samples, 6)
+    jets = coupled_jets(placed.points[members], placed.migration, num_ramps, num_samples, 6)
     own, by_beat, by_doppler, *second = jets
     # The jets are derivatives by the first atom, those by the second have the other sign.
     crossed = -np.concatenate([by_beat, by_doppler], axis=1)

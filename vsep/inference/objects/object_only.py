@@ -16,11 +16,13 @@ from vsep.inference.core.schedule import ROBUST
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
+from vsep.inference.objects.dithered import DitheredWorkspace
 from vsep.inference.objects.merging import merge_unresolved, merging_due
 from vsep.inference.objects.nearby import pays_together, updated_nearby
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
 from vsep.kernels.moving_atoms import STATIONARY
 from vsep.parameters import PARAMETERS
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
@@ -58,7 +60,7 @@ class ObjectSettings:
         """Check the settings."""
         choices = PARAMETERS["range_migration"].choices or {}
         require_choice("range_migration", self.range_migration, tuple(choices))
-        if self.range_migration == "neglected":
+        if self.range_migration == "neglected" and not isinstance(self.model.migration, RampDither):
             object.__setattr__(self, "model", replace(self.model, migration=STATIONARY))
         for name, unit in (("false_alarm_rate", "per frame"), ("max_iterations", "")):
             PARAMETERS[name].require(getattr(self, name), name, unit)
@@ -236,7 +238,8 @@ def update_objects(
         found = updated_nearby(residual, state, model, threshold, max_additions)
         if found is not None:
             return found
-    workspace = ObjectWorkspace(
+    dithered = isinstance(model.migration, RampDither)
+    workspace = (DitheredWorkspace if dithered else ObjectWorkspace)(
         state.objects,
         residual,
         state.noise_precision,
@@ -247,7 +250,7 @@ def update_objects(
     )
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
     workspace.update_components(jointly=jointly)  # for all l: (70), Algorithm 4
-    if jointly and merging_due(workspace, state):
+    if jointly and not dithered and merging_due(workspace, state):
         merge_unresolved(workspace)
     return workspace
 

@@ -10,11 +10,17 @@ from vsep.inference.objects.measurement_vectors import MultipleVectorActiveSet
 from vsep.inference.objects.sbl import ActiveSet
 from vsep.kernels import joint_slopes as slopes
 from vsep.kernels.line_spectra import Columns
-from vsep.kernels.moving_atoms import STATIONARY, Migration
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.kernels.newton_ascent import MAX_STEP_CELLS, NO_GAIN
-from vsep.kernels.object_posterior import place_columns, place_moving_columns
+from vsep.kernels.object_posterior import (
+    ObjectPosterior,
+    columns_posterior,
+    place_columns,
+    place_moving_columns,
+)
 from vsep.kernels.posterior import Posterior
 from vsep.signal.atoms import Factors, line_factors
+from vsep.signal.dithered_atoms import Coupling, RampDither, coupled_jets, coupled_products
 
 LARGE = 2**20  # objects times samples: with fewer, one more is placed as fast with all the others
 
@@ -30,7 +36,7 @@ class PlacedComponents:
     points: FloatArray
     factors: Factors
     active: ActiveSet
-    migration: Migration = STATIONARY
+    migration: Coupling = STATIONARY
 
     @property
     def background(self) -> Factors:
@@ -49,7 +55,7 @@ class PlacedComponents:
             weights,
             active.noise_precision,
             self.points,
-            self.migration,
+            STATIONARY if isinstance(self.migration, RampDither) else self.migration,
         )
 
 
@@ -59,7 +65,7 @@ def place_components(
     residual: ComplexArray,
     noise_precision: float,
     background: Factors,
-    migration: Migration = STATIONARY,
+    migration: Coupling = STATIONARY,
 ) -> PlacedComponents:
     """Posterior of all columns with the objects at the given points.
 
@@ -86,6 +92,8 @@ def place_components(
     # C from (59), alpha from (58)
     if migration.coupling == 0.0:
         placed = place_columns(points, background, precisions, residual, noise_precision)
+    elif isinstance(migration, RampDither):
+        placed = _place_dithered_columns(points, precisions, residual, noise_precision, migration)
     else:
         num_ramps = background[1].shape[1]
         placed = place_moving_columns(
@@ -127,6 +135,25 @@ def with_component(
     factors = np.concatenate([beats, beat]), np.concatenate([dopplers, doppler])
     grown = active.inserted(count, correlations, projection, 1.0, precision)
     return PlacedComponents(points, factors, grown, placed.migration)
+
+
+def _place_dithered_columns(
+    points: FloatArray,
+    precisions: FloatArray,
+    residual: ComplexArray,
+    noise_precision: float,
+    dither: RampDither,
+) -> ObjectPosterior:
+    """Posterior (58)-(59) of objects that dithered ramps see; as `place_moving_columns`."""
+    num_ramps, num_samples = len(dither.start_ramps), residual.shape[1]
+    return columns_posterior(
+        np.zeros((len(points), num_samples), dtype=np.complex128),
+        np.zeros((len(points), num_ramps), dtype=np.complex128),
+        coupled_jets(points, dither, num_ramps, num_samples, 1)[0],
+        np.ascontiguousarray(coupled_products(points, dither, num_ramps, residual)),
+        precisions,
+        noise_precision,
+    )
 
 
 def joint_slopes(placed: PlacedComponents, residual: ComplexArray) -> tuple[FloatArray, FloatArray]:

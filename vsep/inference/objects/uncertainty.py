@@ -14,8 +14,9 @@ from scipy.linalg.lapack import dpotrf, dpotri
 from vsep._typing import ComplexArray, FloatArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.state import ObjectComponents
-from vsep.kernels.moving_atoms import STATIONARY, Migration, moving_jets
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.signal.atoms import DispersionStd, half_line_jets, half_lines
+from vsep.signal.dithered_atoms import Coupling, coupled_jets
 
 LEAST_PIVOT = 1e-10  # of a frequency's information: what the others leave of it
 
@@ -27,7 +28,7 @@ def fisher_information(
     precisions: FloatArray,
     noise_precision: float,
     shape: tuple[int, int],
-    migration: Migration = STATIONARY,
+    migration: Coupling = STATIONARY,
 ) -> FloatArray:
     """Fisher information of (beats, dopplers) with unknown complex weights.
 
@@ -70,7 +71,7 @@ def fisher_information(
         jets: FloatArray | ComplexArray = half_line_jets(*halves, shape)
     else:
         points = np.stack([beats, dopplers], axis=1)
-        jets = moving_jets(points, migration, *shape, 6)
+        jets = coupled_jets(points, migration, *shape, 6)
     axes = 1 if shape[0] == 1 and migration.coupling == 0.0 else 2
     value, *first = jets[: axes + 1]
     second = np.block([[jets[3], jets[4]], [jets[4], jets[5]]])
@@ -91,7 +92,7 @@ def dispersion_std(
     noise_precision: float,
     shape: tuple[int, int],
     relative_noise: NoiseSpectrum | None = None,
-    migration: Migration = STATIONARY,
+    migration: Coupling = STATIONARY,
 ) -> DispersionStd:
     """Posterior standard deviations of every object's beat and Doppler frequency.
 

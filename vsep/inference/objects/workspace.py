@@ -22,9 +22,6 @@ from vsep.kernels.doppler_intervals import unfold_lines
 from vsep.kernels.moving_atoms import (
     STATIONARY,
     Migration,
-    moving_jets,
-    moving_products,
-    moving_signals,
 )
 from vsep.kernels.newton_ascent import update_lines
 from vsep.kernels.object_posterior import (
@@ -34,6 +31,7 @@ from vsep.kernels.object_posterior import (
     subtract_columns,
 )
 from vsep.signal.atoms import Factors
+from vsep.signal.dithered_atoms import Coupling, coupled_jets, coupled_products, coupled_signals
 from vsep.signal.keystone import SingleComplexArray, keystone_transform
 from vsep.signal.template import SignalModel
 from vsep.units import to_db, wrap_frequency
@@ -125,7 +123,7 @@ class ObjectWorkspace:
         next_id: int,
         background: Background | None = None,
         num_antennas: int = 1,
-        migration: Migration = STATIONARY,
+        migration: Coupling = STATIONARY,
     ) -> None:
         # Writable copies: for read-only arrays the kernels would be compiled a second time.
         self.residual = residual.copy()
@@ -175,7 +173,7 @@ class ObjectWorkspace:
                 signal = object_signals(*self.factors, weights)  # Phi alpha
             else:
                 migration = self.placed.migration
-                signal = moving_signals(self.points, weights, migration, *self._shape)
+                signal = coupled_signals(self.points, weights, migration, *self._shape)
             self._summed = self.placed, signal
         return signal
 
@@ -193,7 +191,7 @@ class ObjectWorkspace:
         """(L, A) inner products of the components with signals (A P, N)."""
         if self.is_stationary:
             return separable_projections(signals, *self.factors)
-        return moving_products(self.points, self.placed.migration, self._shape[0], signals.copy())
+        return coupled_products(self.points, self.placed.migration, self._shape[0], signals)
 
     def add_components(self, max_additions: int) -> None:
         """Add up to `max_additions` new components, the strongest candidate first.
@@ -223,7 +221,7 @@ class ObjectWorkspace:
         else:
             left = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
         num_samples = left.shape[2]
-        transforms = candidate_grid(left, self.placed.migration)
+        transforms = candidate_grid(left, columns.migration)
         if self.searched is not None:
             transforms = transforms * self.searched
         levels = np.ones(1)
@@ -371,7 +369,7 @@ def objects_trace(components: ObjectComponents, model: SignalModel) -> float:
     if model.is_stationary:
         trace = lines_trace(points, components.covariance.copy(), *model.shape)
     else:
-        gram = moving_jets(points.T.copy(), model.migration, *model.shape, 1)[0]
+        gram = coupled_jets(points.T.copy(), model.migration, *model.shape, 1)[0]
         trace = float(np.vdot(gram, components.covariance).real)
     return model.num_antennas * trace
 
