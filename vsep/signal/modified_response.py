@@ -14,7 +14,7 @@ arrays of the broadcast shape and raise `InputError` if a slope difference is ze
 """
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.special import wofz
@@ -23,6 +23,9 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep.errors import InputError
 from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms
 from vsep.kernels.splines import bspline_terms, spline_terms
+
+if TYPE_CHECKING:
+    from vsep.signal.smooth_response import SmoothResponse
 
 
 class ResponseJet(NamedTuple):
@@ -43,6 +46,11 @@ class ModifiedResponse(ABC):
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ResponseJet:
         """Return the modified response with its first two derivatives by the frequency."""
+
+    @property
+    def smooth(self) -> "SmoothResponse | None":
+        """The response as a smooth one of finite support, where it is given by samples."""
+        return None
 
     def modified_response(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
