@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.bursts.filter_correction import update_correction
@@ -22,7 +22,7 @@ from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import noise_spectrum_due
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
-from vsep.inference.core.schedule import Schedule, schedule_by_name
+from vsep.inference.core.schedule import Schedule, schedule_by_name, schedule_for
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.inference.objects.object_only import MAX_STEP, ObjectSettings, update_objects
@@ -33,7 +33,6 @@ from vsep.units import from_db
 
 KEEP_MAJORISED = 0.9  # of its threshold: what an object keeps, whose share is known roughly only
 FITTED_AFTER = 2  # quiet iterations: the bursts' channels are complete
-GROWING_SHARE = 0.03  # of the channel components: more new ones in a step, and channels still grow
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 
 
@@ -83,6 +82,12 @@ class FactorisedSeparator(ObjectSettings):
             name = "interference_threshold_db"
             require_range(name, self.interference_threshold_db, 0.0, 100.0, "dB")
 
+    def init(self, received: ComplexArray) -> SeparationState:
+        """As `ObjectSettings.init`; to the paper's schedule a receiver has no errors."""
+        state = ObjectSettings.init(self, received)
+        estimates = schedule_for(self.schedule, self.model).noise_spectrum
+        return state if estimates else replace(state, receiver=None)
+
     def step(
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
@@ -101,7 +106,7 @@ class FactorisedSeparator(ObjectSettings):
                 update_correction(interference, residual, precision, early=early)
 
         # tr(Phi C Phi^H) + tr(U Psi C Psi^H U^H)
-        traces = self._object_trace(state) + interference.trace
+        traces = objects_trace(state.objects, self.model) + interference.trace
         bursts = interference.signal  # U Psi beta
         noise_precision = frame.noise_precision(state.object_signal, bursts, traces)  # (65)
         share = 1.0
@@ -157,7 +162,7 @@ class FactorisedSeparator(ObjectSettings):
             max_additions,
             relative_noise,
             1.0 if share == 1.0 else KEEP_MAJORISED,
-            jointly=schedule_by_name(self.schedule).joint_object_step,
+            jointly=schedule_for(self.schedule, self.model).joint_object_step,
         )
 
     def _relative_steps(self, missing: BoolArray) -> FloatArray:
@@ -188,10 +193,6 @@ class FactorisedSeparator(ObjectSettings):
         weights = interference.revised_weights(self.sample_weights(received, state), self.missing)
         return interference, searched, weights
 
-    def _object_trace(self, state: SeparationState) -> float:
-        """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
-        return objects_trace(state.objects, self.model)
-
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
         """Return the noise precision that bursts see, lambda itself in white noise."""
         relative = state.relative_noise
@@ -202,7 +203,7 @@ class FactorisedSeparator(ObjectSettings):
 
     def interference_workspace(self, state: SeparationState) -> InterferenceWorkspace:
         """Working copy of the interference estimate, with this separator's thresholds."""
-        schedule = schedule_by_name(self.schedule)
+        schedule = schedule_for(self.schedule, self.model)
         threshold_db = self.interference_threshold_db
         if threshold_db is None:
             threshold_db = schedule.interference_threshold_db
@@ -249,7 +250,7 @@ class FactorisedSeparator(ObjectSettings):
     def _weights_of_fit(
         self, received: ComplexArray, state: SeparationState
     ) -> SampleWeights | None:
-        if not schedule_by_name(self.schedule).weights_due(state.iteration):
+        if not schedule_for(self.schedule, self.model).weights_due(state.iteration):
             return None if state.sample_weights is None else SampleWeights(state.sample_weights)
         return sample_weights(
             received,
@@ -269,11 +270,11 @@ class FactorisedSeparator(ObjectSettings):
         """Whether the next step estimates the filter's correction: a first one with a search."""
         # Without a correction the test is made where a search renews the bursts anyway.
         wanted = searched or state.filter_correction.num_splines > 0
-        return wanted and schedule_by_name(self.schedule).correction_due(state.iteration)
+        return wanted and schedule_for(self.schedule, self.model).correction_due(state.iteration)
 
     def search_due(self, state: SeparationState) -> bool:
         """Whether the next step searches every ramp for bursts."""
-        due = schedule_by_name(self.schedule).search_due(state.iteration)
+        due = schedule_for(self.schedule, self.model).search_due(state.iteration)
         return due or state.search_pending
 
     def conclude(
@@ -299,7 +300,9 @@ class FactorisedSeparator(ObjectSettings):
             separability_ratio_db=separability_ratio_db(objects, signal),
         )
         # Deviation: a run may only end after a search that found nothing new.
-        search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
+        search_again = (
+            schedule_for(self.schedule, self.model).search_before_convergence and not searched
+        )
         calm = calm_iterations(interference.schedule, state, info, components, self.model)
         new_state = replace(
             state,
@@ -325,6 +328,7 @@ class FactorisedSeparator(ObjectSettings):
         strong = interference.strong_bursts(noise_precision)
         noise_residual, table = used - object_signal - signal, interference.table
         np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
+        gaps = None if self.missing is None else np.flatnonzero(self.missing.any(axis=1))
         new_state, info = with_environment(
             state,
             new_state,
@@ -333,23 +337,15 @@ class FactorisedSeparator(ObjectSettings):
             self.model,
             # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
             noise_precision=state.noise_precision if 2 * np.sum(~strong) > len(used) else None,
-            interfered=self._rows_with_gaps(table.rows[strong]),
+            interfered=table.rows[strong] if gaps is None else np.append(table.rows[strong], gaps),
             share=share,
         )
         return without_image_bursts(state, new_state, table), info
 
-    def _rows_with_gaps(self, interfered: IntArray) -> IntArray:
-        """Return rows with bursts or missing samples."""
-        if self.missing is None:
-            return interfered
-        return np.concatenate([interfered, np.flatnonzero(self.missing.any(axis=1))])
-
     def _is_quiet(self, interference: InterferenceWorkspace, objects: ObjectWorkspace) -> bool:
         """Whether a step has added no object and next to no channel component."""
         objects_added = any(event.kind is EventKind.OBJECT_ADDED for event in objects.events)
-        added = sum(event.kind is EventKind.CHANNEL_ADDED for event in interference.events)
-        growing = added > max(2.0, GROWING_SHARE * len(interference.table.owners))
-        return not objects_added and not growing
+        return not objects_added and not interference.channels_grow
 
     def confirmed(
         self, received: ComplexArray, state: SeparationState, info: IterationInfo
@@ -382,7 +378,7 @@ class FactorisedSeparator(ObjectSettings):
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when quiet, and (robust schedule) a burst search agreed."""
-        schedule = schedule_by_name(self.schedule)
+        schedule = schedule_for(self.schedule, self.model)
         confirmed = info.searched or not schedule.search_before_convergence
         settled = is_quiet(info) or state.calm_iterations >= CALM_ITERATIONS
         return settle(state, self.max_iterations, converged=confirmed and settled)

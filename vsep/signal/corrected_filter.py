@@ -16,10 +16,10 @@ from vsep.signal.filters import AntiAliasingFilter, FilterKind
 from vsep.signal.measured_filter import MeasuredFilter
 from vsep.signal.modified_response import (
     ModifiedResponse,
-    ResponseJet,
     bspline_responses,
     spline_jet,
 )
+from vsep.signal.response_jet import ResponseJet
 from vsep.signal.smooth_response import MAX_GRID, Jet, SmoothResponse
 from vsep.signal.template import SignalModel
 
@@ -68,7 +68,7 @@ class CorrectedFilter(ModifiedResponse):
         return knots_hz(self.cutoff_hz)[used], jumps[used] / (SPACING * self.cutoff_hz) ** 3
 
     @cached_property
-    def smooth(self) -> SmoothResponse | None:  # type: ignore[override]
+    def smooth(self) -> SmoothResponse | None:
         """Both parts together where the assumed one is sampled, too."""
         if not isinstance(self.assumed, MeasuredFilter):
             return None

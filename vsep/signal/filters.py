@@ -16,7 +16,8 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.signal.measured_filter import MeasuredFilter
-from vsep.signal.modified_response import ModifiedResponse, ResponseJet, pole_jet, raised_cosine_jet
+from vsep.signal.modified_response import ModifiedResponse, pole_jet, raised_cosine_jet
+from vsep.signal.response_jet import ResponseJet
 from vsep.signal.smooth_response import SmoothResponse
 
 __all__ = [

@@ -100,8 +100,8 @@ def _of_one_window(
     cycles = modes // window
     for cycle in range(int(cycles[0]), int(cycles[-1]) + 1):
         some = np.flatnonzero(cycles == cycle)
-        first = int(modes[some[0]]) % window
-        folded[..., first : first + len(some)] += spectra[..., some[0] : some[-1] + 1]
+        place = int(modes[some[0]]) % window
+        folded[..., place : place + len(some)] += spectra[..., some[0] : some[-1] + 1]
     signals = fft.ifft(folded, axis=-1, norm="forward", overwrite_x=True)
     n = np.arange(num_samples)
     inside = np.abs(n + start / slope) < 0.5 * window

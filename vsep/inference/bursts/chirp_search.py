@@ -116,7 +116,7 @@ def _chirps_around_centre(
         parameters = -slopes[:, 0] * centre, slopes[:, 0], centre
         bursts = sampled_bursts(smooth, parameters, rate, len(offsets), derivatives=False)
         if bursts is not None:
-            return bursts[0]
+            return np.asarray(bursts[0])
     envelope = model.anti_aliasing_filter.modified_response(
         slopes * offsets * rate, slopes * rate**2
     )

@@ -210,7 +210,7 @@ class SplineModel:
 
 
 def reached_samples(ramp: RampBursts, assumed: SignalModel) -> slice:
-    """Samples of a ramp that a spline of the correction can reach; all where G is closed form.
+    """Return the samples of a ramp that a spline can reach; all where G is a closed form.
 
     Beyond the splines' band their responses fall within a few widths sqrt|Delta k| of the kernel.
     """
