@@ -33,6 +33,7 @@ from vsep.units import from_db
 
 KEEP_MAJORISED = 0.9  # of its threshold: what an object keeps, whose share is known roughly only
 FITTED_AFTER = 2  # quiet iterations: the bursts' channels are complete
+BESIDE_TRANSIENT = 4  # objects added in an iteration: else clutter is taken for chirps in all ramps
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 
 
@@ -118,7 +119,9 @@ class FactorisedSeparator(ObjectSettings):
             objects = self._updated_objects(  # Algorithm 3
                 frame.for_objects(state.object_signal, bursts),  # r_alpha
                 replace(state, noise_precision=noise_precision),
-                interference.object_additions(state.iteration),
+                max(
+                    interference.object_additions(state.iteration), BESIDE_TRANSIENT * state.settles
+                ),
                 share,
             )
         residual = frame.for_bursts(objects.signal, bursts)  # r_beta

@@ -46,6 +46,7 @@ SAME_BEAT, CROWDED, CROWD = (
     3,
 )  # cells, ratio of powers, objects of a stronger one's beat
 ABOVE_SKIRT = 20.0  # times the level that phases make: a stronger object is none of their making
+LAST_TRANSIENT = 14  # iteration; then it and resting objects trade what makes no difference
 SETTLED = 0.02  # of the noise that an error explains, by the expected energy of one parameter
 
 
@@ -194,8 +195,8 @@ class _Evidence:
     def _transients(self) -> ComplexArray | None:
         """Transient of every antenna: what the objects leave of what is equal in all ramps."""
         last = self.last.transients
-        if last is None:
-            return None
+        if last is None or self.iteration > LAST_TRANSIENT:
+            return last
         mean = self._turned(self.residual).mean(axis=1)
         factors = self.last.image_factors[:, None]
         return transient_of(last + mean + factors * mean.conj())

@@ -34,9 +34,9 @@ class Schedule:
         search and after it: what the fit of a burst has not reached yet looks like more bursts.
     channel_additions : int
         Channel components added per ramp and iteration at most.
-    early_object_additions, late_object_additions : int
-        Object components added per iteration at most before `weigh_from` and from there on; early
-        an object too many is hard to tell from a burst that is not modelled yet.
+    late_object_additions : int
+        Object components added per iteration at most once `weigh_from` is reached; before, one: an
+        object too many is hard to tell from a burst that is not modelled yet.
     early_search : tuple of int
         Iterations in which every ramp is searched for a single chirp; what disagrees with the
         search is dropped or restarted.
@@ -96,12 +96,10 @@ class Schedule:
     noise_spectrum: bool = False
     ends_when_calm: bool = False
     refines_growing: bool = False
-    early_object_additions: int = 1
 
     def object_additions(self, iteration: int) -> int:
         """Object components that may be added in this iteration (counted from 0)."""
-        late = self.weights_begun(iteration)
-        return self.late_object_additions if late else self.early_object_additions
+        return self.late_object_additions if self.weights_begun(iteration) else 1
 
     def weakest_burst_share(self, iteration: int) -> float:
         """Share of a ramp's strongest burst that a further one must have (counted from 0)."""
@@ -173,13 +171,7 @@ ROBUST: Final = Schedule(
 
 # A measured response errs by some hundredths of a burst, which is many nats: bursts fitted as well
 # as that are not moved for hundredths of a nat, and not looked for in every other iteration.
-MEASURED: Final = replace(
-    ROBUST,
-    early_search=(0, 2, 4, 12),
-    early_object_additions=4,
-    least_gain=0.3,
-    refines_growing=True,
-)
+MEASURED: Final = replace(ROBUST, early_search=(0, 2, 4, 12), least_gain=0.3, refines_growing=True)
 
 PAPER: Final = Schedule(
     name="paper",
