@@ -135,7 +135,9 @@ def car_row(index, signals, mask, response):
     own = calibrate([antenna[None]], RATE).estimate.response.filter_of(0)
     by_own, _ = separated(moving, own)
     hit = mask.any(axis=1)
-    rest = np.abs(moving - state.object_signal - state.interference_signal) ** 2
+    # without the errors of the receiver that are evident
+    left = state.corrected(moving) - state.object_signal - state.interference_signal
+    rest = np.abs(left) ** 2
     beside = masked_lines(moving, grown(mask))
     stray = ~matched(lines_of(state), lines_of(beside))
     in_clean = car_of(moving, np.flatnonzero(~hit))
