@@ -9,6 +9,9 @@ import csv
 import json
 import os
 import sys
+import time
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +36,7 @@ INTERFERED, CLEAN = "radarlab_20180608-195044.npz", "radarlab_20180613-190347.np
 SLOPE = -19.312e12  # by the settings of both radars, in the paper's sign
 RATE = 20e6
 CAR = (42, 73)  # Doppler and range bin
+SETTLED = 96  # samples after which the receivers have settled
 RADAR = ChirpSequence(
     start_frequency_hz=77e9,
     slope_hz_per_s=29.306e12,
@@ -65,8 +69,9 @@ def car_sir_db(received):
     return float(10.0 * np.log10(392.0 * power[CAR] / around.sum()))
 
 
-def model_with(anti_aliasing_filter):
-    return SignalModel.of_radar(RADAR, anti_aliasing_filter)
+def model_with(anti_aliasing_filter, num_samples=RADAR.num_samples):
+    radar = replace(RADAR, num_samples=num_samples)
+    return SignalModel.of_radar(radar, anti_aliasing_filter)
 
 
 def lines_of(state):
@@ -74,9 +79,9 @@ def lines_of(state):
     return np.stack([state.objects.beats, state.objects.dopplers], axis=1)
 
 
-def matched(lines, others, cells=1.0):
+def matched(lines, others, cells=1.0, shape=RADAR.shape):
     """Which of `lines` have one of `others` within `cells` resolution cells in both axes."""
-    apart = np.abs((lines[:, None] - others[None] + 0.5) % 1.0 - 0.5) * RADAR.shape[::-1]
+    apart = np.abs((lines[:, None] - others[None] + 0.5) % 1.0 - 0.5) * shape[::-1]
     return np.any(np.all(apart <= cells, axis=2), axis=1)
 
 
@@ -101,15 +106,15 @@ def car_of(moving, ramps=None):
     return float(RADAR.range_from_beat(place[0])), float(RADAR.velocity_from_doppler(place[1]))
 
 
-def separated(antenna, response, *, max_iterations=30):
-    """State of the separator on the moving part of one antenna of the interfered recording."""
-    moving = antenna - static_clutter(antenna)
-    model = model_with(response)
-    return run(FactorisedSeparator(model=model, max_iterations=max_iterations), moving).state
+def separated(frame, response):
+    """State of the separator after one antenna, and the processor seconds that it took."""
+    start = time.process_time()
+    state = run(FactorisedSeparator(model=model_with(response)), frame).state
+    return state, time.process_time() - start
 
 
 def masked_lines(moving, mask, max_iterations=60):
-    model = model_with(NoFilter())
+    model = model_with(NoFilter(), moving.shape[1])
     return run(MaskedSeparator(model=model, mask=mask, max_iterations=max_iterations), moving).state
 
 
@@ -125,9 +130,14 @@ def car_row(index, signals, mask, response):
     """One antenna of the interfered recording: everything that is asked of it."""
     antenna = signals[index]
     moving = antenna - static_clutter(antenna)
-    state = separated(antenna, response.filter_of(index))
+    state, seconds = separated(moving, response.filter_of(index))
+    kept, seconds_kept = separated(antenna, response.filter_of(index))
+    own = calibrate([antenna[None]], RATE).estimate.response.filter_of(0)
+    by_own, _ = separated(moving, own)
     hit = mask.any(axis=1)
-    rest = np.abs(moving - state.object_signal - state.interference_signal) ** 2
+    # without the errors of the receiver that are evident
+    left = state.corrected(moving) - state.object_signal - state.interference_signal
+    rest = np.abs(left) ** 2
     beside = masked_lines(moving, grown(mask))
     stray = ~matched(lines_of(state), lines_of(beside))
     in_clean = car_of(moving, np.flatnonzero(~hit))
@@ -137,6 +147,9 @@ def car_row(index, signals, mask, response):
         "sir_received_db": car_sir_db(antenna),
         "sir_zeroed_db": car_sir_db(np.where(mask, 0.0, antenna)),
         "sir_separated_db": car_sir_db(antenna - state.interference_signal),
+        "sir_cleaned_db": car_sir_db(state.cleaned(moving)),
+        "sir_cleaned_own_response_db": car_sir_db(by_own.cleaned(moving)),
+        "sir_cleaned_clutter_kept_db": car_sir_db(kept.cleaned(antenna)),
         "range_m": range_m,
         "velocity_mps": velocity_mps,
         "range_of_clean_part_m": in_clean[0],
@@ -148,6 +161,10 @@ def car_row(index, signals, mask, response):
         "objects_not_in_masked": int(stray.sum()),
         "bursts": len(state.bursts),
         "iterations": state.iteration,
+        "processor_seconds": seconds,
+        "objects_clutter_kept": kept.objects.num_components,
+        "iterations_clutter_kept": kept.iteration,
+        "processor_seconds_clutter_kept": seconds_kept,
     }
 
 
@@ -175,27 +192,39 @@ def interferer(slope_difference):
 
 
 def sweep_rows(slope_differences, sirs_db, *, max_iterations=30):
-    """Clean recording plus bursts: detections of every method against the clean frame's own."""
+    """Clean recording plus bursts: detections of every method against the clean frames' own.
+
+    Sums over the four antennas, each a frame of its own. Without the samples in which the receiver
+    settles: what it leaves in them is no object.
+    """
     interfered, _ = recording(INTERFERED)
     clean, _ = recording(CLEAN)
     halves = [
-        calibrate([interfered[:1, rows]], RATE, SLOPE).estimate.response.filter_of(0)
+        calibrate([interfered[:, rows]], RATE, SLOPE).estimate.response
         for rows in (slice(0, 64), slice(64, 128))
     ]
-    moving = (clean - static_clutter(clean))[0]
-    objects = run(
-        ObjectOnlySeparator(model=model_with(NoFilter()), max_iterations=60), moving
-    ).state
+    moving = clean - static_clutter(clean)
+    settled = moving[..., SETTLED:]
+    model = model_with(NoFilter(), settled.shape[-1])
+    objects = [
+        run(ObjectOnlySeparator(model=model, max_iterations=60), own).state for own in settled
+    ]
     for slope_difference in slope_differences:
         for sir_db in sirs_db:
-            observation = add_interference(
-                RADAR,
-                moving,
-                [interferer(slope_difference)],
-                sir_db=sir_db,
-                anti_aliasing_filter=halves[1],
-            )
-            yield sweep_point(observation, objects, halves[0], max_iterations) | {
+            points = []
+            for index, own in enumerate(moving):
+                observation = add_interference(
+                    RADAR,
+                    own,
+                    [interferer(slope_difference)],
+                    sir_db=sir_db,
+                    anti_aliasing_filter=halves[1].filter_of(index),
+                )
+                response = halves[0].filter_of(index)
+                points.append(sweep_point(observation, objects[index], response, max_iterations))
+            row = {name: sum(point[name] for point in points) for name in points[0]}
+            yield row | {
+                "mask_share": row["mask_share"] / len(points),
                 "slope_difference_mhz_per_us": slope_difference / 1e12,
                 "sir_db": sir_db,
             }
@@ -203,23 +232,23 @@ def sweep_rows(slope_differences, sirs_db, *, max_iterations=30):
 
 def sweep_point(observation, objects, response, max_iterations):
     """Misses and strays of three methods at one point."""
-    frame, truth = observation.received, observation.truth
+    frame = observation.received[:, SETTLED:]
     noise = 1.0 / objects.noise_precision
-    mask = np.abs(truth.interference_signal) ** 2 > noise
+    mask = np.abs(observation.truth.interference_signal[:, SETTLED:]) ** 2 > noise
+    model = partial(model_with, num_samples=frame.shape[1])
     settings = {"max_iterations": max_iterations}
     states = {
-        "separation": run(FactorisedSeparator(model=model_with(response), **settings), frame).state
+        "separation": run(FactorisedSeparator(model=model(response), **settings), frame).state
     }
     zeroed = np.asarray(mitigate(make_mitigation("zeroing"), frame, mask).cleaned)
-    states["zeroing"] = run(
-        ObjectOnlySeparator(model=model_with(NoFilter()), **settings), zeroed
-    ).state
+    states["zeroing"] = run(ObjectOnlySeparator(model=model(NoFilter()), **settings), zeroed).state
     states["masked"] = masked_lines(frame, mask, max_iterations)
     row = {"mask_share": float(mask.mean()), "objects_clean": objects.objects.num_components}
     for name, state in states.items():
         found, own = lines_of(state), lines_of(objects)
-        row[f"{name}_missed"] = int(np.sum(~matched(own, found))) if len(found) else len(own)
-        row[f"{name}_stray"] = int(np.sum(~matched(found, own)))
+        near = partial(matched, shape=frame.shape)
+        row[f"{name}_missed"] = int(np.sum(~near(own, found))) if len(found) else len(own)
+        row[f"{name}_stray"] = int(np.sum(~near(found, own)))
     return row
 
 
@@ -238,7 +267,7 @@ def main(folder):
     rows = [car_row(index, signals, mask, response) for index in range(len(signals))]
     write_rows(Path(folder) / "recording-20180608.csv", rows)
     sys.stdout.write(json.dumps(rows, indent=1) + "\n")
-    sweep = sweep_rows((20e12, 5e12, 2e12, 1e12, 0.5e12), (-40.0, -20.0, 0.0))
+    sweep = sweep_rows((20e12, 5e12, 1e12, 0.5e12), (-40.0, -20.0, 0.0))
     write_rows(Path(folder) / "recording-20180613-bursts.csv", sweep)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from vsep._typing import BoolArray, FloatArray
 from vsep.inference.core.estimator import SETTLING_EVENTS
-from vsep.inference.core.progress import EventKind, IterationInfo
+from vsep.inference.core.progress import IterationInfo
 from vsep.inference.core.schedule import Schedule
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.objects.uncertainty import dispersion_std
@@ -22,14 +22,6 @@ CALM_DEVIATIONS: Final = 0.1  # by which an object moves at most
 CALM_WITHIN_A_CELL: Final = 1.0
 LATE: Final = 20  # iterations
 CALM_NOISE: Final = 3e-3  # relative change of lambda at most
-GROWING_SHARE: Final = 0.03  # of the channel components: with more new ones channels still grow
-
-
-def adds_little(info: IterationInfo, num_columns: int) -> bool:
-    """Whether a step that left so many channel components has added few of them and no object."""
-    kinds = [event.kind for event in info.events]
-    growing = kinds.count(EventKind.CHANNEL_ADDED) > max(2.0, GROWING_SHARE * num_columns)
-    return EventKind.OBJECT_ADDED not in kinds and not growing
 
 
 def calm_iterations(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.inference.bursts.expected_bursts import ExpectedBursts
 from vsep.inference.bursts.filter_correction import update_correction
@@ -17,22 +17,23 @@ from vsep.inference.bursts.sample_weights import SampleWeights, holds_clicks, sa
 from vsep.inference.bursts.search import BurstSearch
 from vsep.inference.bursts.sequence import is_crowded
 from vsep.inference.bursts.workspace import InterferenceWorkspace
-from vsep.inference.calmness import CALM_ITERATIONS, adds_little, calm_iterations
+from vsep.inference.calmness import CALM_ITERATIONS, calm_iterations
 from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import noise_spectrum_due
-from vsep.inference.core.progress import IterationInfo, Termination
-from vsep.inference.core.schedule import Schedule, schedule_by_name
+from vsep.inference.core.progress import EventKind, IterationInfo, Termination
+from vsep.inference.core.schedule import Schedule, schedule_by_name, schedule_for
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.inference.objects.object_only import MAX_STEP, ObjectSettings, update_objects
 from vsep.inference.objects.workspace import ObjectWorkspace, objects_trace, without_objects
 from vsep.inference.separation_diagnostics import separability_ratio_db, separation_bound
-from vsep.inference.weighed_frame import WeighedFrame
+from vsep.inference.weighed_frame import WeighedFrame, rows_with_gaps
 from vsep.units import from_db
 
 KEEP_MAJORISED = 0.9  # of its threshold: what an object keeps, whose share is known roughly only
 FITTED_AFTER = 2  # quiet iterations: the bursts' channels are complete
+BY_TRANSIENT = 4  # objects added in an iteration: else clutter is taken for chirps in all ramps
 STILL_DEVIATIONS = 0.003  # an object that moved by less promises too little to be moved again
 
 
@@ -82,6 +83,16 @@ class FactorisedSeparator(ObjectSettings):
             name = "interference_threshold_db"
             require_range(name, self.interference_threshold_db, 0.0, 100.0, "dB")
 
+    @property
+    def _order(self) -> Schedule:
+        """The schedule, for the frames of this model."""
+        return schedule_for(self.schedule, self.model)
+
+    def init(self, received: ComplexArray) -> SeparationState:
+        """As `ObjectSettings.init`; to the paper's schedule a receiver has no errors."""
+        state = ObjectSettings.init(self, received)
+        return state if self._order.noise_spectrum else replace(state, receiver=None)
+
     def step(
         self, received: ComplexArray, state: SeparationState
     ) -> tuple[SeparationState, IterationInfo]:
@@ -100,7 +111,7 @@ class FactorisedSeparator(ObjectSettings):
                 update_correction(interference, residual, precision, early=early)
 
         # tr(Phi C Phi^H) + tr(U Psi C Psi^H U^H)
-        traces = self._object_trace(state) + interference.trace
+        traces = objects_trace(state.objects, self.model) + interference.trace
         bursts = interference.signal  # U Psi beta
         noise_precision = frame.noise_precision(state.object_signal, bursts, traces)  # (65)
         share = 1.0
@@ -112,7 +123,7 @@ class FactorisedSeparator(ObjectSettings):
             objects = self._updated_objects(  # Algorithm 3
                 frame.for_objects(state.object_signal, bursts),  # r_alpha
                 replace(state, noise_precision=noise_precision),
-                interference.object_additions(state.iteration),
+                max(interference.object_additions(state.iteration), BY_TRANSIENT * state.settles),
                 share,
             )
         residual = frame.for_bursts(objects.signal, bursts)  # r_beta
@@ -148,15 +159,15 @@ class FactorisedSeparator(ObjectSettings):
             steps = step if self.missing is None else step * self._relative_steps(self.missing)
             residual = state.object_signal + steps * (residual - state.object_signal)
             state = replace(state, noise_precision=state.noise_precision / step)
-        schedule, keep = schedule_by_name(self.schedule), 1.0 if share == 1.0 else KEEP_MAJORISED
+        keep = 1.0 if share == 1.0 else KEEP_MAJORISED
         return update_objects(
             residual,
             state,
             self.model,
             self.object_threshold(relative_noise, keep),
             max_additions,
-            jointly=schedule.joint_object_step,
-            nearby=schedule.objects_nearby,
+            jointly=self._order.joint_object_step,
+            nearby=self._order.objects_nearby,
         )
 
     def _relative_steps(self, missing: BoolArray) -> FloatArray:
@@ -187,10 +198,6 @@ class FactorisedSeparator(ObjectSettings):
         weights = interference.revised_weights(self.sample_weights(received, state), self.missing)
         return interference, searched, weights
 
-    def _object_trace(self, state: SeparationState) -> float:
-        """tr(Phi C Phi^H) of the state the step starts from, at all antennas."""
-        return objects_trace(state.objects, self.model)
-
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
         """Return the noise precision that bursts see, lambda itself in white noise."""
         relative = state.relative_noise
@@ -201,13 +208,12 @@ class FactorisedSeparator(ObjectSettings):
 
     def interference_workspace(self, state: SeparationState) -> InterferenceWorkspace:
         """Working copy of the interference estimate, with this separator's thresholds."""
-        schedule = schedule_by_name(self.schedule)
         threshold_db = self.interference_threshold_db
         if threshold_db is None:
-            threshold_db = schedule.interference_threshold_db
+            threshold_db = self._order.interference_threshold_db
         return InterferenceWorkspace(
             self.model,
-            schedule,
+            self._order,
             float(from_db(threshold_db)),
             state.bursts,
             state.filter_correction,
@@ -248,7 +254,7 @@ class FactorisedSeparator(ObjectSettings):
     def _weights_of_fit(
         self, received: ComplexArray, state: SeparationState
     ) -> SampleWeights | None:
-        if not schedule_by_name(self.schedule).weights_due(state.iteration):
+        if not self._order.weights_due(state.iteration):
             return None if state.sample_weights is None else SampleWeights(state.sample_weights)
         return sample_weights(
             received,
@@ -268,11 +274,11 @@ class FactorisedSeparator(ObjectSettings):
         """Whether the next step estimates the filter's correction: a first one with a search."""
         # Without a correction the test is made where a search renews the bursts anyway.
         wanted = searched or state.filter_correction.num_splines > 0
-        return wanted and schedule_by_name(self.schedule).correction_due(state.iteration)
+        return wanted and self._order.correction_due(state.iteration)
 
     def search_due(self, state: SeparationState) -> bool:
         """Whether the next step searches every ramp for bursts."""
-        due = schedule_by_name(self.schedule).search_due(state.iteration)
+        due = self._order.search_due(state.iteration)
         return due or state.search_pending
 
     def conclude(
@@ -298,7 +304,9 @@ class FactorisedSeparator(ObjectSettings):
             separability_ratio_db=separability_ratio_db(objects, signal),
         )
         # Deviation: a run may only end after a search that found nothing new.
-        search_again = schedule_by_name(self.schedule).search_before_convergence and not searched
+        search_again = self._order.search_before_convergence and not searched
+        has_objects_added = any(event.kind is EventKind.OBJECT_ADDED for event in objects.events)
+        is_still = not has_objects_added and not interference.channels_grow
         calm = calm_iterations(interference.schedule, state, info, components, self.model)
         new_state = replace(
             state,
@@ -313,8 +321,7 @@ class FactorisedSeparator(ObjectSettings):
             search_pending=search_again and (is_quiet(info) or calm >= CALM_ITERATIONS),
             search_cache=interference.search_cache,
             noise_like=interference.noise_like,
-            quiet_iterations=(state.quiet_iterations + 1)
-            * adds_little(info, len(interference.table.owners)),
+            quiet_iterations=state.quiet_iterations + 1 if is_still else 0,
             calm_iterations=calm,
         )
         if not interference.schedule.noise_due(state.iteration) or not noise_spectrum_due(state):
@@ -331,17 +338,10 @@ class FactorisedSeparator(ObjectSettings):
             self.model,
             # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
             noise_precision=state.noise_precision if 2 * np.sum(~strong) > len(used) else None,
-            interfered=self._rows_with_gaps(table.rows[strong], new_state.noise_like),
+            interfered=rows_with_gaps(table.rows[strong], self.missing, new_state.noise_like),
             share=share,
         )
         return without_image_bursts(state, new_state, table), info
-
-    def _rows_with_gaps(self, interfered: IntArray, noise_like: BoolArray | None) -> IntArray:
-        """Return rows with bursts, or samples that are missing or hold no chirps."""
-        for gaps in (self.missing, noise_like):
-            if gaps is not None:
-                interfered = np.concatenate([interfered, np.flatnonzero(gaps.any(axis=1))])
-        return interfered
 
     def confirmed(
         self, received: ComplexArray, state: SeparationState, info: IterationInfo
@@ -376,14 +376,13 @@ class FactorisedSeparator(ObjectSettings):
 
     def _awaits_weights(self, received: ComplexArray, state: SeparationState) -> bool:
         """Whether the samples are weighed later only, and some are far above the noise."""
-        schedule = schedule_by_name(self.schedule)
-        if schedule.weigh_from is None or schedule.weights_begun(state.iteration):
-            return False
-        return holds_clicks(received, state, self.missing)
+        later = self._order.weigh_from is not None
+        later = later and not self._order.weights_begun(state.iteration)
+        return later and holds_clicks(received, state, self.missing)
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
         """Converged when quiet, and (robust schedule) a burst search agreed."""
-        confirmed = info.searched or not schedule_by_name(self.schedule).search_before_convergence
+        confirmed = info.searched or not self._order.search_before_convergence
         settled = is_quiet(info) or state.calm_iterations >= CALM_ITERATIONS
         return settle(state, self.max_iterations, converged=confirmed and settled)
 

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from vsep._typing import ComplexArray
+from vsep._typing import BoolArray, ComplexArray, IntArray
 from vsep.inference.bursts.sample_weights import SampleWeights
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.state import SeparationState
@@ -91,3 +91,9 @@ class WeighedFrame:
         if self.weights is None:
             return 1.0 if lost < NEGLIGIBLE_SHARE else max(1.0 - lost, LEAST_SHARE)
         return max(self.weights.share - lost, LEAST_SHARE)
+
+
+def rows_with_gaps(interfered: IntArray, *gaps: BoolArray | None) -> IntArray:
+    """Return rows with bursts, and those (P, N) of samples that are missing or hold no chirps."""
+    rows = [np.flatnonzero(each.any(axis=1)) for each in gaps if each is not None]
+    return np.concatenate([interfered, *rows])

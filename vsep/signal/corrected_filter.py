@@ -16,10 +16,10 @@ from vsep.signal.filters import AntiAliasingFilter, FilterKind
 from vsep.signal.measured_filter import MeasuredFilter
 from vsep.signal.modified_response import (
     ModifiedResponse,
-    ResponseJet,
     bspline_responses,
     spline_jet,
 )
+from vsep.signal.response_jet import ResponseJet
 from vsep.signal.smooth_response import MAX_GRID, Jet, SmoothResponse
 from vsep.signal.template import SignalModel
 
@@ -68,13 +68,13 @@ class CorrectedFilter(ModifiedResponse):
         return knots_hz(self.cutoff_hz)[used], jumps[used] / (SPACING * self.cutoff_hz) ** 3
 
     @cached_property
-    def _smooth(self) -> SmoothResponse | None:
+    def smooth(self) -> SmoothResponse | None:
         """Both parts together where the assumed one is sampled, too."""
         if not isinstance(self.assumed, MeasuredFilter):
             return None
-        own, reach = self.assumed.smooth, REACH * self.cutoff_hz
+        own, (first, *_, last) = self.assumed.smooth, self._jumps[0].tolist()
         step = min(own.step_hz, STEP * SPACING * self.cutoff_hz)
-        low, high = min(own.low_hz, -reach), max(own.high_hz, reach)
+        low, high = min(own.low_hz, first), max(own.high_hz, last)
         return SmoothResponse(
             self._sampled_jet, low, high, max(step, 2.0 * (high - low) / MAX_GRID)
         )
@@ -101,8 +101,8 @@ class CorrectedFilter(ModifiedResponse):
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ResponseJet:
         """Gbar with derivatives by f; `InputError` for a slope difference of zero."""
-        if self._smooth is not None:
-            return self._smooth.modified_response_jet(frequency_hz, slope_difference_hz_per_s)
+        if self.smooth is not None:
+            return self.smooth.modified_response_jet(frequency_hz, slope_difference_hz_per_s)
         assumed = self.assumed.modified_response_jet(frequency_hz, slope_difference_hz_per_s)
         knots, jumps = self._jumps
         spline = spline_jet(frequency_hz, slope_difference_hz_per_s, knots, jumps)

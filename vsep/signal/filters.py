@@ -16,7 +16,9 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.signal.measured_filter import MeasuredFilter
-from vsep.signal.modified_response import ModifiedResponse, ResponseJet, pole_jet, raised_cosine_jet
+from vsep.signal.modified_response import ModifiedResponse, pole_jet, raised_cosine_jet
+from vsep.signal.response_jet import ResponseJet
+from vsep.signal.smooth_response import SmoothResponse
 
 __all__ = [
     "AntiAliasingFilter",
@@ -56,6 +58,10 @@ class AntiAliasingFilter(Protocol):
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ResponseJet:
         """Return the modified response with its first two derivatives by the frequency."""
+
+    @property
+    def smooth(self) -> SmoothResponse | None:
+        """The response as a smooth one of finite support, where it is given by samples."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -14,7 +14,8 @@ import numpy as np
 from vsep._typing import ComplexArray, FloatArray, frozen
 from vsep.errors import InputError
 from vsep.signal.cubic_spline import CubicSpline
-from vsep.signal.modified_response import ModifiedResponse, ResponseJet
+from vsep.signal.modified_response import ModifiedResponse
+from vsep.signal.response_jet import ResponseJet
 from vsep.signal.smooth_response import MAX_GRID, SmoothResponse
 
 _FADE_SHARE = 0.125

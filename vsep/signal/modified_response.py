@@ -14,23 +14,15 @@ arrays of the broadcast shape and raise `InputError` if a slope difference is ze
 """
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import wofz
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.errors import InputError
 from vsep.kernels.fresnel import SMOOTH, raised_cosine_terms
 from vsep.kernels.splines import bspline_terms, spline_terms
-
-
-class ResponseJet(NamedTuple):
-    """Modified response with its first two derivatives by the frequency."""
-
-    value: ComplexArray  #: gbar
-    first: ComplexArray  #: dGbar/df in 1/Hz
-    second: ComplexArray  #: d^2 Gbar/df^2 in 1/Hz^2; dGbar/d(Delta k) is ``-0.25j / pi`` times this
+from vsep.signal.response_jet import ResponseJet, nonparallel
+from vsep.signal.smooth_response import SmoothResponse
 
 
 class ModifiedResponse(ABC):
@@ -43,6 +35,11 @@ class ModifiedResponse(ABC):
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
     ) -> ResponseJet:
         """Return the modified response with its first two derivatives by the frequency."""
+
+    @property
+    def smooth(self) -> SmoothResponse | None:
+        """The response as a smooth one of finite support, where it is given by samples."""
+        return None
 
     def modified_response(
         self, frequency_hz: FloatArray, slope_difference_hz_per_s: FloatArray | float
@@ -108,16 +105,6 @@ def pole_jet(
         jet[1] += residue * first
         jet[2] += residue * second
     return ResponseJet(jet[0], -2j * np.pi * jet[1], -4.0 * np.pi**2 * jet[2])
-
-
-def nonparallel(slope_hz_per_s: FloatArray | float) -> FloatArray:
-    """Return the slope differences as an array, or raise `InputError` if one of them is zero."""
-    slope = np.asarray(slope_hz_per_s, dtype=np.float64)
-    if not slope.all():
-        raise InputError(
-            "The slope difference is 0 Hz/s; it must not be zero, parallel chirps have no burst."
-        )
-    return slope
 
 
 def spline_jet(

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.fft import ifft, next_fast_len
 
 from vsep._typing import ComplexArray, FloatArray, IntArray, frozen
-from vsep.signal.modified_response import ResponseJet, nonparallel
+from vsep.signal.response_jet import ResponseJet, nonparallel
 
 # Nearly parallel chirps would need more points than this; Gbar = G - (j Delta k / 4 pi) G'' then
 # holds to second order in Delta k.

@@ -17,6 +17,7 @@ from vsep.kernels.templates import burst_courses, template_jets
 from vsep.signal.dithered_atoms import Coupling
 from vsep.signal.filters import AntiAliasingFilter
 from vsep.signal.radar import ChirpSequence
+from vsep.signal.sampled_bursts import sampled_bursts
 
 CHANNEL_GRID_FACTOR = 2  # the paper's grid has K = 2N bins
 
@@ -185,6 +186,15 @@ class SignalModel:
     ) -> tuple[ComplexArray, ComplexArray]:
         """`template_jet` of several bursts, (B,) arrays."""
         rate = self.sample_rate_hz
+        if self.anti_aliasing_filter.smooth is not None:
+            bursts = sampled_bursts(
+                self.anti_aliasing_filter.smooth,
+                (start_frequency, slope, reference),
+                rate,
+                self.num_samples,
+            )
+            if bursts is not None:
+                return bursts[0], np.ascontiguousarray(bursts[1:].swapaxes(0, 1))
         courses_hz, steepness = burst_courses(start_frequency, slope, rate, self.num_samples)
         jet = self.anti_aliasing_filter.modified_response_jet(courses_hz, steepness)
         return template_jets((start_frequency, slope, reference), rate, *jet)

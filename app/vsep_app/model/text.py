@@ -148,6 +148,8 @@ def receiver_text(state: SeparationState, radar: ChirpSequence) -> str:
         every = value if isinstance(value, list) else [value]
         shown = ", ".join(f"{one / record.scale:.3g}" for one in every)
         parts.append(f"{record.title} {shown} {record.unit or record.convention}".rstrip())
+    if "settling_s" in figures:
+        parts.append(f"settling in every ramp, {1e6 * max(figures['settling_s']):.3g} µs")
     return "oscillator and receiver: " + "; ".join(parts)
 
 

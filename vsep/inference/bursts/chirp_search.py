@@ -16,6 +16,7 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray, frozen
 from vsep.inference.core.row_energies import sum_of_antennas
 from vsep.kernels.scores import ChirpGrid, best_chirps, correlation_spectra
 from vsep.signal.keystone import SingleComplexArray
+from vsep.signal.sampled_bursts import sampled_bursts
 from vsep.signal.template import SignalModel
 
 MIN_BURST = 6.0  # samples; shorter ones are clicks without a shape
@@ -126,6 +127,13 @@ def _chirps_around_centre(
 ) -> ComplexArray:
     """(S, M) what bursts of slopes (S, 1) look like at sample offsets from their centre."""
     rate = model.sample_rate_hz
+    smooth = model.anti_aliasing_filter.smooth
+    if smooth is not None:
+        centre = np.full(len(slopes), -float(offsets[0]))
+        parameters = -slopes[:, 0] * centre, slopes[:, 0], centre
+        bursts = sampled_bursts(smooth, parameters, rate, len(offsets), derivatives=False)
+        if bursts is not None:
+            return np.asarray(bursts[0])
     envelope = model.anti_aliasing_filter.modified_response(
         slopes * offsets * rate, slopes * rate**2
     )

@@ -25,7 +25,7 @@ from vsep.inference.core.state import NO_CORRECTION, FilterCorrection
 from vsep.inference.objects.sbl import ActiveSet, activation_ratio, converged_precision
 from vsep.kernels.fresnel import SMOOTH
 from vsep.kernels.spline_ratios import SplineGrid, first_ratios
-from vsep.signal.corrected_filter import NUM_SPLINES, knots_hz, modified_splines
+from vsep.signal.corrected_filter import NUM_SPLINES, REACH, knots_hz, modified_splines
 from vsep.signal.template import SignalModel
 from vsep.units import from_db
 
@@ -36,6 +36,7 @@ PRUNE_THRESHOLD: Final = 1.6
 # Largest prior deviation of a coefficient, in peaks of the assumed response. Without a limit the
 # spline grows and the channel weights shrink for ever: their product is all that the frame shows.
 MAX_DEVIATION: Final = 0.5
+KERNEL_WIDTHS: Final = 4.0  # beyond the splines' band, in which their responses fall
 UNSEEN: Final = 1e-9  # share of a spline's energy that the channels must leave for it to be seen
 
 
@@ -142,8 +143,9 @@ class SplineModel:
 
     Attributes
     ----------
-    columns : (R, N, NUM_SPLINES) complex
-        Derivatives of the R ramps by the coefficients.
+    columns : (M, NUM_SPLINES) complex
+        Derivatives of the ramps by the coefficients, one ramp after the other, at the samples that
+        a spline can reach.
     crossed : list of (K, NUM_SPLINES) complex
         Inner products of the channel columns of each ramp with those.
     energies : (R, NUM_SPLINES) float
@@ -153,83 +155,124 @@ class SplineModel:
     def __init__(
         self, work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
     ) -> None:
-        self.ramps = list(work.ramps.values())
-        self.residual = residual[[ramp.ramp for ramp in self.ramps]]
+        ramps = list(work.ramps.values())
+        reached = [reached_samples(ramp, work.assumed) for ramp in ramps]
+        self.residual = np.concatenate(
+            [residual[ramp.ramp, some] for ramp, some in zip(ramps, reached, strict=True)]
+        )
         self.noise_precision = noise_precision
         self.coefficients = work.correction.coefficients
-        self.columns = spline_columns(self.ramps, work.grid, work.assumed)  # A
+        own = spline_columns(ramps, work.grid, work.assumed)  # A
+        self.columns = np.concatenate(own)
+        self.bounds = np.cumsum([0, *map(len, own)]).tolist()
         self.channels = [  # X^H
-            (ramp.templates[ramp.owners] * work.grid.atoms(ramp.bins)).conj() for ramp in self.ramps
+            (ramp.templates[ramp.owners, some] * work.grid.atoms(ramp.bins)[:, some]).conj()
+            for ramp, some in zip(ramps, reached, strict=True)
         ]
         # X^H A
-        self.crossed = [each @ own for each, own in zip(self.channels, self.columns, strict=True)]
+        self.crossed = [each @ own for each, own in zip(self.channels, own, strict=True)]
         self.regressions = [  # lambda C X^H A
             noise_precision * (ramp.covariance @ crossed)
-            for ramp, crossed in zip(self.ramps, self.crossed, strict=True)
+            for ramp, crossed in zip(ramps, self.crossed, strict=True)
         ]
         explained = [
             np.einsum("ks,ks->s", crossed.conj(), regression).real
             for crossed, regression in zip(self.crossed, self.regressions, strict=True)
         ]
         # Squares of real and imaginary parts: a conjugate of all columns costs more than the sum.
-        parts = self.columns.view(np.float64)
-        own = np.einsum("rnp,rnp->rp", parts, parts).reshape(-1, NUM_SPLINES, 2).sum(axis=2)
-        seen = own - np.array(explained)
+        squares = [np.einsum("np,np->p", *2 * [each.view(np.float64)]) for each in own]
+        energies = np.array(squares).reshape(-1, NUM_SPLINES, 2).sum(axis=2)
+        seen = energies - np.array(explained)
         # What the channels explain to rounding cannot be told from them.
-        self.energies: FloatArray = np.where(seen <= UNSEEN * own, 0.0, seen)
+        self.energies: FloatArray = np.where(seen <= UNSEEN * energies, 0.0, seen)
 
     def moments(self) -> tuple[ComplexArray, ComplexArray]:
         """Gram matrix (NUM_SPLINES, NUM_SPLINES) and projections (NUM_SPLINES,) of the splines.
 
         The projections are those of the residual with the present correction added back.
         """
-        target = self.residual + self.columns @ self.coefficients  # residual of the assumed filter
-        stacked = self.columns.reshape(-1, NUM_SPLINES)
-        adjoint = stacked.conj().T
-        gram, projections = adjoint @ stacked, adjoint @ target.ravel()
-        for channel, crossed, regression, row in zip(
-            self.channels, self.crossed, self.regressions, target, strict=True
+        # residual of the assumed filter
+        target = self.residual + self.columns @ self.coefficients
+        adjoint = self.columns.conj().T
+        gram, projections = adjoint @ self.columns, adjoint @ target
+        for channel, crossed, regression, first, last in zip(
+            self.channels,
+            self.crossed,
+            self.regressions,
+            self.bounds[:-1],
+            self.bounds[1:],
+            strict=True,
         ):
             gram -= regression.conj().T @ crossed  # channels marginalised
-            projections -= regression.conj().T @ (channel @ row)  # likewise
+            projections -= regression.conj().T @ (channel @ target[first:last])  # likewise
         np.fill_diagonal(gram, self.energies.sum(axis=0))
         return gram, projections
 
 
+def reached_samples(ramp: RampBursts, assumed: SignalModel) -> slice:
+    """Return the samples of a ramp that a spline can reach; all where G is a closed form.
+
+    Beyond the splines' band their responses fall within a few widths sqrt|Delta k| of the kernel.
+    """
+    anti_aliasing_filter = assumed.anti_aliasing_filter
+    if anti_aliasing_filter.smooth is None:
+        return slice(0, assumed.num_samples)
+    slope = np.abs(ramp.chirps.slope)
+    half_band = REACH * anti_aliasing_filter.cutoff_hz / assumed.sample_rate_hz
+    reach = (half_band + KERNEL_WIDTHS * np.sqrt(slope)) / slope
+    centres = -ramp.chirps.start_frequency / ramp.chirps.slope
+    first = int(np.clip(np.min(centres - reach), 0, assumed.num_samples - 1))
+    last = int(np.clip(np.max(centres + reach), first + 1, assumed.num_samples))
+    return slice(first, last)
+
+
 def spline_columns(
     ramps: Sequence[RampBursts], grid: ChannelGrid, assumed: SignalModel
-) -> ComplexArray:
-    """(R, N, NUM_SPLINES) derivatives of the bursts of R ramps by the splines' coefficients.
+) -> list[ComplexArray]:
+    """(M, NUM_SPLINES) derivatives of the bursts of each ramp by the splines' coefficients.
 
     Parameters
     ----------
     ramps : sequence of RampBursts
-        The bursts and their channels.
+        The bursts and their channels; a ramp's M samples are `reached_samples`.
     grid : ChannelGrid
         The channel grid.
     assumed : SignalModel
         Sampling and assumed filter.
     """
-    n = np.arange(assumed.num_samples)
     rate = assumed.sample_rate_hz
-    count = sum(len(ramp.chirps) for ramp in ramps)
-    start = np.concatenate([ramp.chirps.start_frequency for ramp in ramps])[:, None]
-    slope = np.concatenate([ramp.chirps.slope for ramp in ramps])[:, None]
-    channels = np.array([line for ramp in ramps for line in _channel_lines(ramp, grid)])
+    reached = [reached_samples(ramp, assumed) for ramp in ramps]
+    counts = [len(ramp.chirps) for ramp in ramps]
+    lengths = np.repeat([some.stop - some.start for some in reached], counts)
+    n = np.concatenate(
+        [
+            np.arange(some.start, some.stop)
+            for some, count in zip(reached, counts, strict=True)
+            for _ in range(count)
+        ]
+    )
+    start, slope = (
+        np.repeat(np.concatenate([getattr(ramp.chirps, name) for ramp in ramps]), lengths)
+        for name in ("start_frequency", "slope")
+    )
+    channels = np.concatenate(
+        [
+            line[some]
+            for ramp, some in zip(ramps, reached, strict=True)
+            for line in _channel_lines(ramp, grid)
+        ]
+    )
     course_hz: FloatArray = np.asarray((start + slope * n) * rate, dtype=np.float64)
     cutoff_hz = assumed.anti_aliasing_filter.cutoff_hz
     # what a chirp makes of every spline along its course
     envelopes = modified_splines(course_hz, slope * rate**2, cutoff_hz)
-    envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, :, None]
-    if count == len(ramps):
-        return envelopes
-    counts = np.array([len(ramp.chirps) for ramp in ramps])
-    first = np.cumsum(counts) - counts
-    columns = envelopes[first]
-    for number in range(1, counts.max()):  # bursts of one ramp add up; most have one
-        more = np.flatnonzero(counts > number)
-        columns[more] += envelopes[first[more] + number]
-    return np.asarray(columns)
+    envelopes *= (np.exp(2j * np.pi * (start * n + 0.5 * slope * n**2)) * channels)[:, None]
+    bursts = np.split(envelopes, np.cumsum(lengths)[:-1])
+    # Bursts of one ramp add up.
+    return [
+        sum(bursts[last - count + 1 : last], bursts[last - count])
+        for last, count in zip(np.cumsum(counts).tolist(), counts, strict=True)
+    ]
 
 
 def _channel_lines(ramp: RampBursts, grid: ChannelGrid) -> list[ComplexArray]:

@@ -37,6 +37,7 @@ from vsep.signal.corrected_filter import corrected_model
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
+GROWING_SHARE = 0.03  # of the channel components: more new ones in a step, and channels still grow
 CLEARLY_MORE = 4.0  # than the threshold of a ramp's first component: what no fit to noise reaches
 
 
@@ -171,12 +172,9 @@ class InterferenceWorkspace:
         table, (signals, total) = self.table, self._summed
         if signals is table.signals:
             return total
-        # Bursts of one ramp add up.
         total = np.zeros(self.model.rows_shape, dtype=np.complex128)
-        if len(table.interfered) == len(table):
-            total[table.rows] = table.signals
-        else:
-            np.add.at(total, table.rows, table.signals)
+        for places in table.in_rounds():
+            total[table.rows[places]] += table.signals[places]
         self._summed = table.signals, total
         return total
 
@@ -212,13 +210,20 @@ class InterferenceWorkspace:
         if not self.schedule.recompute_amplitudes:  # beta from (61), the paper's place for it
             self.recompute(residual, noise_precision)
         self.drop_empty()
-        self.refine_bursts(residual, noise_precision)  # theta from (71)
+        if self.channels_grow or not self.schedule.refines_growing:
+            self.refine_bursts(residual, noise_precision)  # theta from (71)
         # Deviation: beta at the new theta before r_alpha is formed; without it the residuals of the
         # first iterations are 15 to 30 times larger.
         if self.schedule.recompute_amplitudes:
             self.recompute(residual, noise_precision)
         else:
             self._synthesize_moved()
+
+    @property
+    def channels_grow(self) -> bool:
+        """Whether this step has added more than a few channel components."""
+        added = sum(event.kind is EventKind.CHANNEL_ADDED for event in self.events)
+        return added > max(2.0, GROWING_SHARE * len(self.table.owners))
 
     def drop_empty(self) -> None:
         """Drop bursts that lost all their components; the paper's schedule keeps the template."""

@@ -5,6 +5,9 @@ the own oscillator has turned, ``y = exp(j theta) s``. Sources are fitted to
 
     s = exp(-j theta) (r - d - epsilon conj(r - d)) / (1 - |epsilon|^2).
 
+The offset d is a constant and, where the receiver settles in every ramp, a transient, see
+`vsep.inference.core.settling`.
+
 The phase theta(n, p) is common to objects and bursts. Of the mean over a ramp the bursts tell
 nothing, and lose nothing when it is taken off: their channel has a phase of its own in every ramp.
 A mean and a linear trend of theta over all ramps, and a trend along all ramps, are what weights,
@@ -102,6 +105,8 @@ class ReceiverErrors:
         every ramp.
     explained : float
         Share of the noise that the phases explain: lambda is that of the rest.
+    transients : (A, N) complex or None
+        What the settling of every receiver adds to d over a ramp; None where none is evident.
 
     Examples
     --------
@@ -119,11 +124,14 @@ class ReceiverErrors:
     image_factors: ComplexArray
     offsets: ComplexArray
     explained: float = 0.0
+    transients: ComplexArray | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
         for name in ("phases", "image_factors", "offsets"):
             object.__setattr__(self, name, frozen(np.array(getattr(self, name))))
+        if self.transients is not None:
+            object.__setattr__(self, "transients", frozen(np.array(self.transients)))
 
     @property
     def turns(self) -> bool:
@@ -136,6 +144,8 @@ class ReceiverErrors:
         frame = received.reshape(-1, num_ramps, num_samples)
         if np.any(self.offsets):
             frame = frame - self.offsets[:, None, None]
+        if self.transients is not None:
+            frame = frame - self.transients[:, None]
         if np.any(self.image_factors):
             factors = self.image_factors[:, None, None]
             frame = (frame - factors * frame.conj()) / (1.0 - np.abs(factors) ** 2)
@@ -194,12 +204,20 @@ class ReceiverErrors:
         if np.any(self.offsets):
             size = np.abs(self.offsets) * np.sqrt(noise_precision)
             found["dc_offset"] = [_short(float(offset)) for offset in size]
+        if self.transients is not None:
+            lasts = [int(np.flatnonzero(own).max(initial=-1)) + 1 for own in self.transients]
+            found["settling_s"] = [_short(last / sample_rate_hz) for last in lasts]
         return found
 
     def of_antenna(self, antenna: int) -> "ReceiverErrors":
         """Return the errors at one of several antennas."""
         one = slice(antenna, antenna + 1)
-        return replace(self, image_factors=self.image_factors[one], offsets=self.offsets[one])
+        return replace(
+            self,
+            image_factors=self.image_factors[one],
+            offsets=self.offsets[one],
+            transients=None if self.transients is None else self.transients[one],
+        )
 
 
 def _short(value: float) -> float:

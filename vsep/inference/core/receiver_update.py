@@ -4,7 +4,8 @@ With the objects' signal x(n, p) of a step and the residual e(n, p) of the corre
 
 - the phases are those of `vsep.inference.core.phase_estimate`;
 - the image factors are those of `vsep.inference.core.image_estimate`;
-- the offset is the mean of e, of variance 1/(lambda P N).
+- the offset is the mean of e, of variance 1/(lambda P N);
+- the transient is renewed, see `vsep.inference.core.settling`, where a run has begun with one.
 
 Each counts only where it is evident. The phases are what the strongest object says for the most
 part; where the others are strong enough to be asked they must agree, or it is something of this
@@ -19,6 +20,7 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.inference.core.image_estimate import image_factors, is_evident, possible_images
 from vsep.inference.core.phase_estimate import PhaseEstimate, PhaseProducts
 from vsep.inference.core.receiver import PhasePrior, ReceiverErrors, no_errors
+from vsep.inference.core.settling import transient_of
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.signal.atoms import line_factors, synthesize
 from vsep.signal.dithered_atoms import coupled_signals
@@ -44,6 +46,7 @@ SAME_BEAT, CROWDED, CROWD = (
     3,
 )  # cells, ratio of powers, objects of a stronger one's beat
 ABOVE_SKIRT = 20.0  # times the level that phases make: a stronger object is none of their making
+LAST_TRANSIENT = 14  # iteration; then it and resting objects trade what makes no difference
 SETTLED = 0.02  # of the noise that an error explains, by the expected energy of one parameter
 
 
@@ -84,7 +87,7 @@ def next_receiver_errors(
     if model.num_ramps < FEWEST_RAMPS:
         return None
     if float(objects.powers.max()) * model.num_antennas * noise_precision < EARLIEST_SNR:
-        return None
+        return last if last is not None and last.transients is not None else None
     return _Evidence(state, objects, object_signal, noise_residual, noise_precision, model).errors()
 
 
@@ -117,7 +120,8 @@ class _Evidence:
         offsets, factors = self.last.offsets, self.last.image_factors
         if turning is not None or self.thoroughly:
             offsets, factors = self._offsets(), self._image_factors()
-        if turning is None and not (factors.any() or offsets.any()):
+        transients = self._transients()
+        if turning is None and transients is None and not (factors.any() or offsets.any()):
             return None
         none = no_errors(self.shape[1], self.shape[0])
         found = ReceiverErrors(
@@ -127,6 +131,7 @@ class _Evidence:
             offsets=offsets,
             # a real parameter explains half of the noise of a sample
             explained=0.0 if turning is None else 0.5 * turning.num_effective / self.signal.size,
+            transients=transients,
         )
         return self.last if self.found and self._settled(found) else found
 
@@ -137,7 +142,13 @@ class _Evidence:
         imaged = energy * float(np.mean(np.abs(found.image_factors - last.image_factors) ** 2))
         size = self.signal[0].size
         shifted = size * float(np.sum(np.abs(found.offsets - last.offsets) ** 2))
-        explained = self.noise_precision * np.array([turned / self.shape[1], imaged, shifted])
+        settling = 0.0
+        if found.transients is not None and last.transients is not None:
+            change = np.abs(found.transients - last.transients) ** 2
+            settling = self.shape[1] * float(change.sum()) / (1 + np.count_nonzero(change))
+        explained = self.noise_precision * np.array(
+            [turned / self.shape[1], imaged, shifted, settling]
+        )
         same = found.phases.shape == last.phases.shape and found.turns == last.turns
         return same and bool(np.all(explained < SETTLED))
 
@@ -180,6 +191,15 @@ class _Evidence:
             return self.last.offsets
         mean = self._turned(self._without(at_zero)[1]).mean(axis=(1, 2))
         return np.asarray(self.last.offsets + mean + self.last.image_factors * mean.conj())
+
+    def _transients(self) -> ComplexArray | None:
+        """Transient of every antenna: what the objects leave of what is equal in all ramps."""
+        last = self.last.transients
+        if last is None or self.iteration > LAST_TRANSIENT:
+            return last
+        mean = self._turned(self.residual).mean(axis=1)
+        factors = self.last.image_factors[:, None]
+        return transient_of(last + mean + factors * mean.conj())
 
     def _turned(self, signal: ComplexArray) -> ComplexArray:
         """Return a signal as it is behind the mixer."""

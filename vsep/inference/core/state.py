@@ -277,6 +277,11 @@ class SeparationState:
         """Share of the noise that no phase of the oscillator has been fitted to."""
         return 1.0 if self.receiver is None else 1.0 - self.receiver.explained
 
+    @property
+    def settles(self) -> bool:
+        """Whether a receiver's settling in every ramp is taken off the frame."""
+        return self.receiver is not None and self.receiver.transients is not None
+
     def cleaned(self, received: ComplexArray) -> ComplexArray:
         """Return the frame without interference and errors of the receiver.
 

@@ -13,6 +13,7 @@ from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.progress import IterationInfo, Termination
 from vsep.inference.core.schedule import ROBUST
+from vsep.inference.core.settling import initial_errors
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
@@ -115,7 +116,9 @@ class ObjectSettings:
             If the frame has another shape, is all zero, or holds a value that is not finite.
         """
         received = self.model.check(received)
-        present = received if self.missing is None else received[~self.missing]
+        receiver = initial_errors(received, self.model, self.missing)
+        corrected = received if receiver is None else receiver.corrected(received)
+        present = corrected if self.missing is None else corrected[~self.missing]
         energy = float(np.sum(np.abs(present) ** 2))
         if energy == 0.0:
             raise InputError("received is zero at every sample that is not missing.")
@@ -129,6 +132,7 @@ class ObjectSettings:
             object_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
             interference_signal=np.zeros(self.model.rows_shape, dtype=np.complex128),
             next_component_id=0,
+            receiver=receiver,
         )
 
 
