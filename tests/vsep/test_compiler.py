@@ -142,6 +142,14 @@ def test_code_beside_the_sources_is_read_where_it_cannot_be_written(package):
     assert called(package, read_only + CALL + HITS, writable=["TMPDIR"]) == (["2.0", "1"], [])
 
 
+READY = "import sys; print('numba.np.arraymath' in sys.modules)"
+
+
+def test_kept_code_is_loaded_without_the_compiler(package):
+    assert called(package, CALL + READY)[0] == ["2.0", "True"]
+    assert called(package, CALL + READY)[0] == ["2.0", "False"]
+
+
 OF_NUMBA = """
 from numba import njit
 

@@ -7,6 +7,8 @@ All that is changed of Numba's cache, with the report it belongs to;
   that became part of it has changed.
 - `_TemporaryFolder`, `_ReadOnly`: issue 5566 (open). Where no folder can be written, declaring a
   function is an error, and code beside the sources is not read where it could not be written.
+- `_Cache`: no report of its own. Numba loads what it knows of every function before it looks for
+  kept code, which takes longer than the code.
 - `keep_code`: sets the cache of a dispatcher, as `njit(cache=True)` does with Numba's own.
 """
 
@@ -23,8 +25,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from numba.core import caching as numba_caching
+from numba.core import externals as numba_externals
+from numba.core import runtime as numba_runtime
 
 caching: Any = numba_caching  # typed in part
+externals: Any = numba_externals
+runtime: Any = numba_runtime
 
 MARK: Final = "sources.sha256"  # in the cache: what its machine code was made from
 
@@ -125,7 +131,16 @@ class _ShippedCode(_CodeCache):
     _locator_classes = (_ReadOnly,)
 
 
-class _ShippedCache(caching.FunctionCache):  # type: ignore[misc]
+class _Cache(caching.FunctionCache):  # type: ignore[misc]
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return kept code without making the compiler ready: that takes as long as all else."""
+        runtime.rtsys.initialize(target_context)
+        externals.c_math_functions.install(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+
+
+class _ShippedCache(_Cache):
     _impl_class = _ShippedCode
 
 
@@ -133,7 +148,7 @@ def _nothing(sig: Any, target_context: Any) -> None:
     del sig, target_context
 
 
-class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
+class _KernelCache(_Cache):
     """What can be written, and behind it what stands beside the sources.
 
     Parameters
