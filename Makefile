@@ -15,26 +15,27 @@ export OMP_NUM_THREADS ?= 1
 WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test test-fast test-all test-app bench docs clean
+.PHONY: demo test test-fast test-all test-app rules bench docs clean
 
 demo: $(VENV)/.program
 	$(BIN)/vsep serve --show
 
-test: $(VENV)/.checks
+# Rules and types need no kernels: both at once, the first time.
+test: $(VENV)/.installed
+	$(MAKE) --jobs 2 rules $(VENV)/.checks
+	$(PYTEST) -m "not slow"
+
+rules: $(VENV)/.installed
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
-	$(PYTEST) -m "not slow"
 
 test-fast: $(VENV)/.checks
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(PYTEST) -m "not (slow or ui or scenario or benchmark)"
 
-test-all: $(VENV)/.checks
-	$(BIN)/ruff format --check
-	$(BIN)/ruff check
-	$(BIN)/mypy
+test-all: $(VENV)/.checks rules
 	$(PYTEST)
 
 # The pages with the older releases of Panel and Bokeh, without a browser.
@@ -57,8 +58,11 @@ $(VENV)/.program: pyproject.toml | $(VENV)/bin/pip
 	$(BIN)/python -m vsep_app.jobs.warmup
 	touch $@
 
-$(VENV)/.checks: pyproject.toml | $(VENV)/bin/pip
+$(VENV)/.installed: pyproject.toml | $(VENV)/bin/pip
 	$(BIN)/pip install --quiet --no-compile --editable '.[dev]'
+	touch $@
+
+$(VENV)/.checks: $(VENV)/.installed
 	$(BIN)/python -m vsep_app.jobs.warmup
 	touch $@ $(VENV)/.program
 

@@ -40,7 +40,7 @@ def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(tmp_path)
     kernels = tmp_path / "vsep" / "kernels"
     kernels.mkdir(parents=True)
     (tmp_path / "vsep" / "__init__.py").touch()
-    for name in ("__init__.py", "compiler.py", "code_cache.py"):
+    for name in ("__init__.py", "compiler.py", "code_cache.py", "clock.py", "linking.py"):
         shutil.copy(Path(compiler.__file__).with_name(name), kernels / name)
     (kernels / "caller.py").write_text(CALLER)
     (kernels / "callee.py").write_text(CALLEE.format(1.0))
@@ -69,7 +69,7 @@ def package(tmp_path):
     kernels = tmp_path / "vsep" / "kernels"
     kernels.mkdir(parents=True)
     (tmp_path / "vsep" / "__init__.py").touch()
-    for name in ("__init__.py", "compiler.py", "code_cache.py"):
+    for name in ("__init__.py", "compiler.py", "code_cache.py", "clock.py", "linking.py"):
         shutil.copy(Path(compiler.__file__).with_name(name), kernels / name)
     (kernels / "caller.py").write_text(CALLER)
     (kernels / "callee.py").write_text(CALLEE.format(1.0))
@@ -142,6 +142,14 @@ def test_code_beside_the_sources_is_read_where_it_cannot_be_written(package):
     assert called(package, read_only + CALL + HITS, writable=["TMPDIR"]) == (["2.0", "1"], [])
 
 
+READY = "import sys; print('numba.np.arraymath' in sys.modules)"
+
+
+def test_kept_code_is_loaded_without_the_compiler(package):
+    assert called(package, CALL + READY)[0] == ["2.0", "True"]
+    assert called(package, CALL + READY)[0] == ["2.0", "False"]
+
+
 OF_NUMBA = """
 from numba import njit
 
@@ -169,14 +177,3 @@ def test_numba_does_not_see_that_a_callee_has_changed(tmp_path):
     assert numbas_own(tmp_path, program) == ["2.0"]
     callee.write_text(OF_NUMBA.format(name="callee", value="3.0"))
     assert numbas_own(tmp_path, program) == ["2.0"]
-
-
-def test_numba_holds_the_intermediate_code_of_what_it_loads(tmp_path):
-    """The day it does no longer, `fold_intermediate_code` is not needed."""
-    (tmp_path / "numba_held.py").write_text(OF_NUMBA.format(name="held", value="1.0"))
-    program = (
-        "from numba_held import held; held(); (result,) = held.overloads.values();"
-        "print(bool(held.stats.cache_hits), result.library._shared_module is not None)"
-    )
-    numbas_own(tmp_path, program)
-    assert numbas_own(tmp_path, program) == ["True", "True"]

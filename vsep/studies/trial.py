@@ -4,7 +4,6 @@
 machine can run it. What goes wrong inside becomes a row with its reason.
 """
 
-import time
 from dataclasses import asdict, replace
 from typing import Any, Final, TypeAlias
 
@@ -26,6 +25,7 @@ from vsep.inference.core.progress import Solution
 from vsep.inference.core.run import run
 from vsep.inference.core.state import SeparationState
 from vsep.inference.deviations import state_deviations
+from vsep.kernels.clock import computing_s
 from vsep.mitigation.masks.detectors import detect_interference
 from vsep.mitigation.method import mitigate
 from vsep.signal.scene import Observation
@@ -127,14 +127,14 @@ def failed_rows(trial: Trial, reason: str) -> list[Row]:
 def separate(trial: Trial, method: str, drawn: TrialScenario) -> tuple[Observation, Solution]:
     """Run one method of a trial; return the frame its estimator saw and what that made of it."""
     observation = drawn.clean if method == NO_INTERFERENCE else drawn.interfered
-    start = time.perf_counter()
+    start = computing_s()
     mask = _mask_of(drawn, MASKED_BY_DETECTOR.get(method, trial.point.mask))
     repair = repair_of(method, trial.handed)
     if repair is not None:
         cleaned = mitigate(repair.make(), observation.received, mask).cleaned
         received = np.asarray(cleaned, dtype=np.complex128)
         observation = Observation(received=received, truth=observation.truth)
-    seconds = time.perf_counter() - start
+    seconds = computing_s() - start
     estimator = trial_estimator(
         method,
         drawn.model,

@@ -4,7 +4,6 @@
 an estimator is from iteration to iteration. A state holds one frame, whatever came before.
 """
 
-import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,6 +18,7 @@ from vsep.grouping.groups import ObjectGroup, find_groups
 from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.factorised import FactorisedSeparator
+from vsep.kernels.clock import computing_s
 from vsep.signal.filters import NoFilter
 from vsep.signal.motion import CYCLE_S
 from vsep.signal.radar import ChirpSequence
@@ -169,7 +169,7 @@ class SequenceSeparator:
         InputError
             If the frame cannot be used.
         """
-        began = time.perf_counter()
+        began = computing_s()
         received = frame.received if frame.antennas is None else frame.antennas
         model = SignalModel.of_radar(frame.radar, frame.assumed_filter, frame.num_antennas)
         separator = FactorisedSeparator(
@@ -209,7 +209,7 @@ class SequenceSeparator:
             solution=outcome.solution,
             start=outcome.start,
             tracks=tracks,
-            seconds=time.perf_counter() - began,
+            seconds=computing_s() - began,
         )
         return after, result
 

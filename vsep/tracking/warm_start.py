@@ -6,7 +6,6 @@ searched in what the objects leave, which is free of them, and a short schedule 
 prediction does not fit is separated like the first frame.
 """
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final, Literal
@@ -21,6 +20,7 @@ from vsep.inference.core.schedule import ROBUST, Schedule
 from vsep.inference.core.state import BurstComponents, ObjectComponents, SeparationState
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator, ObjectSettings
+from vsep.kernels.clock import computing_s
 from vsep.signal.radar import ChirpSequence
 from vsep.tracking.bursts import fitted_bursts
 from vsep.tracking.clean_frame import separate_clean
@@ -96,14 +96,14 @@ def separate_warm(
     InputError
         If the frame cannot be used.
     """
-    began = time.perf_counter()
+    began = computing_s()
     rows = separator.model.check(received)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         predicted = predicted_state(last, radar, elapsed_s, before)
         outcome = _from_prediction(separator, rows, predicted, last.bursts)
     if outcome is None:
         outcome = separate_cold(separator, rows, last)
-    return replace(outcome, seconds=time.perf_counter() - began)
+    return replace(outcome, seconds=computing_s() - began)
 
 
 def _from_prediction(
@@ -153,11 +153,11 @@ def separate_cold(
     separator: FactorisedSeparator, received: ComplexArray, last: SeparationState | None = None
 ) -> FrameSolution:
     """Separate a frame from nothing; identities of objects go on from those of another state."""
-    began = time.perf_counter()
+    began = computing_s()
     state = separator.init(received)
     if last is not None:
         state = replace(state, next_component_id=last.next_component_id)
-    return FrameSolution(run(separator, received, state), "cold", time.perf_counter() - began)
+    return FrameSolution(run(separator, received, state), "cold", computing_s() - began)
 
 
 def _object_only(separator: FactorisedSeparator) -> ObjectOnlySeparator:

@@ -1,7 +1,8 @@
 """The inner loops are translated to machine code on their first use; get that over with.
 
-``python -m vsep_app.jobs.warmup`` does it after an installation, in one to three minutes. The
-result is kept on disk: afterwards the same takes a fraction of a second.
+``python -m vsep_app.jobs.warmup`` does it after an installation, in a minute or two. The result is
+kept on disk: afterwards the same takes a fraction of a second. Without it, what is called is
+compiled on its first use, which no measured time counts.
 """
 
 from concurrent.futures import Future
@@ -51,7 +52,10 @@ def compile_side_by_side() -> None:
 
 
 def separate_one_frame() -> None:
-    """Load what a process needs to separate, a second or so; its next frame is quick."""
+    """Load what a process needs to separate, a second or so; its next frame is quick.
+
+    After an installation that much is compiled, and nothing that other estimators or maps need.
+    """
     scenario, observation = _frame()
     model = SignalModel.of_radar(scenario.radar, _WRONG_FILTER)
     _separate("factorised", model, observation.received)

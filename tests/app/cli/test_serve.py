@@ -27,14 +27,14 @@ def test_serve_refuses_a_folder_that_is_none(refused: Refused, prefix: str) -> N
 def test_serve_refuses_names_that_are_none(
     refused: Refused, monkeypatch: pytest.MonkeyPatch, option: str, value: str
 ) -> None:
-    monkeypatch.setattr("vsep_app.cli.serve.compile_everything", lambda: None)
+    monkeypatch.setattr("vsep_app.cli.serve.separate_one_frame", lambda: None)
     assert value in refused("serve", option, value)
 
 
 def test_who_gets_in_is_what_the_options_say(monkeypatch: pytest.MonkeyPatch) -> None:
     """And the address is that of the room only with `--classroom`."""
     told: dict[str, Any] = {}
-    monkeypatch.setattr("vsep_app.cli.serve.compile_everything", lambda: None)
+    monkeypatch.setattr("vsep_app.cli.serve.separate_one_frame", lambda: None)
     monkeypatch.setattr("vsep_app.server.main.serve", lambda **options: told.update(options))
     monkeypatch.setenv("VSEP_TOKEN", "a-token-of-the-test")
     options = ["--classroom", "--no-token", "--prefix", "a/b", "--allow-websocket-origin", "x:1"]

@@ -1,7 +1,6 @@
 """The one loop: iterate an estimator, or run it to its end."""
 
 import math
-import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -11,6 +10,7 @@ from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import IterationInfo, Solution, Step, Termination
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import stopwatch, summed, with_rest
+from vsep.kernels.clock import computing_s
 
 
 def iterate(
@@ -54,7 +54,7 @@ def guarded_step(estimator: Estimator, received: ComplexArray, state: Separation
 
     On breakdown the step carries the last good state.
     """
-    start = time.perf_counter()
+    start = computing_s()
     try:
         with stopwatch() as parts, np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             new_state, info = estimator.step(received, state)
@@ -62,7 +62,7 @@ def guarded_step(estimator: Estimator, received: ComplexArray, state: Separation
         sound = math.isfinite(new_state.noise_precision) and math.isfinite(info.elbo)
     except np.linalg.LinAlgError:
         sound = False
-    seconds = time.perf_counter() - start
+    seconds = computing_s() - start
     if not sound:
         return Step(
             state=state, info=_no_info(), termination=Termination.NONFINITE, seconds=seconds
