@@ -79,7 +79,7 @@ def make_server(
     registry = SessionRegistry(rules or ServerLimits(), experiments=guided, loop=loop.asyncio_loop)
     pages = [*PAGES.values(), EMBED, *([] if registry.lesson is None else [LEAD])]
     applications = build_applications(
-        {page.route: registry.builder(page.load()) for page in pages},
+        {page.route: registry.builder(page) for page in pages},
         title={page.route: page.title for page in pages},
     )
     door = Admission(registry)

@@ -8,11 +8,10 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep_app.model.score import Score
-from vsep_app.teaching.experiment import EXPERIMENT_KEY, Experiment
+from vsep_app.teaching.experiment import Experiment
 from vsep_app.teaching.question import number_of
 from vsep_app.widgets.fields import field
 from vsep_app.widgets.layout import heading, html_pane
-from vsep_app.widgets.location import set_query
 
 PREDICT_PREFIX = "predict "
 EXPERIMENT_PREFIX = "experiment "
@@ -91,7 +90,7 @@ class Guide:
         self.verdict = html_pane("teaching", sizing_mode="stretch_width", margin=(0, 16))
         self.number.param.watch(self._take_number, "value")
         self._buttons = pn.Row(margin=(0, 16))
-        self.choice.param.watch(self._chosen, "value")
+        self.choice.param.watch(lambda _: self._begin(), "value")
         self.ask.on_click(lambda _: self._show_answer(not self.answer.visible))
         self.again.on_click(lambda _: self._begin())
         self._show()
@@ -116,10 +115,6 @@ class Guide:
         one = self.experiment
         predicts = one is not None and one.page == self._here and bool(one.staging.predictions)
         return predicts and self._predicted is None and not self._is_over
-
-    def write_address(self) -> None:
-        """Put the experiment into the address of the page."""
-        set_query(EXPERIMENT_KEY, self.choice.value or None)
 
     def press(self, name: str) -> bool:
         """Do what a click on a card or a prediction means; whether it was one."""
@@ -163,10 +158,6 @@ class Guide:
             return
         right = self._answered(experiment, number, None)
         self.verdict.object = f'<p role="status">{_VERDICTS[right]}</p>'
-
-    def _chosen(self, _: Any) -> None:
-        self.write_address()
-        self._begin()
 
     def _begin(self) -> None:
         self._predicted, self._score, self._is_over = None, None, False
