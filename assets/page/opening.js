@@ -50,10 +50,13 @@
   let component = Bokeh.Models.get("panel.models.esm.ReactComponent").prototype.default_view.prototype
   while (!Object.hasOwn(component, "compute_layout")) component = Object.getPrototypeOf(component)
   at_the_root(component, (view) => !view.is_managed)
-  // What is hidden behind another tab needs no layout; it gets one when it is shown.
+  // What is hidden needs no layout; it gets one when it is shown. But until all is mounted Bokeh
+  // takes what was never laid out for unfinished.
   const parts = Object.getOwnPropertyDescriptor(LayoutDOMView.prototype, "layoutable_views").get
   Object.defineProperty(LayoutDOMView.prototype, "layoutable_views", {
-    get() { return this.model.visible ? parts.call(this) : [] },
+    get() {
+      return this.model.visible || !this.model.document?.is_idle ? parts.call(this) : []
+    },
   })
   // Of what is shown or hidden every part notes where all below it are, though that follows with the
   // next layout.

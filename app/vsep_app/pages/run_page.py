@@ -12,7 +12,7 @@ from bokeh.models import ColumnDataSource, CustomJS
 from vsep.errors import InputError
 from vsep.files.frame import Frame
 from vsep_app.jobs.run_loop import FrameLoop, PictureSink, PictureT, PlanT, PreparedT, RunCallbacks
-from vsep_app.jobs.run_session import RunSession, StepT
+from vsep_app.jobs.run_session import Phase, RunSession, StepT
 from vsep_app.jobs.tasks import READ_UPLOAD
 from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.model.url import QUERY_NAMES, parse_iteration, parse_query
@@ -97,8 +97,11 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
             self.loop.wake()
 
     def show_again(self) -> None:
-        """Go on with the run."""
-        self.loop.wake()
+        """Go on with the run, unless it stands where it was drawn last."""
+        picture: Any = self.picture
+        drawn = None if picture is None else (picture.run_number, picture.iteration)
+        if self.session.phase is Phase.RUNNING or drawn != self._shown():
+            self.loop.wake()
 
     def _view(self) -> tuple[Any, ...]:
         """Return how the user wants to see the run."""

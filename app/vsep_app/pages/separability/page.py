@@ -32,7 +32,7 @@ from vsep_app.pages.separability.session import (
     Snapshot,
     shared_map_cache,
 )
-from vsep_app.pages.separability.url import read_map_spec, write_map_spec
+from vsep_app.pages.separability.url import read_map_spec, with_start, write_map_spec
 from vsep_app.views.style import Axis, empty_figure
 from vsep_app.widgets.fields import tool_button, tool_field
 from vsep_app.widgets.layout import (
@@ -62,7 +62,7 @@ class SeparabilityPage(PageBase):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self.spec, layer, self._errors = read_map_spec(context.query)
+        self.spec, layer, self._errors = read_map_spec(with_start(context.query))
         self.form = SeparabilityForm(self.spec, self._changed)
         self.session = SeparabilitySession(self.spec, shared_map_cache())
         self.view = MapView(Axis(), Axis())
