@@ -123,7 +123,7 @@ if (!window.vsep_keys) {
   })
   window.addEventListener("popstate", () => {
     const page = location.pathname.split("/").pop() || "./"
-    press(`page ${page}${location.search || "?"}`)
+    went.data = {page: [page], search: [location.search], number: [went.data.number[0] + 1]}
   })
   window.addEventListener("keydown", (event) => {
     if (taken(event)) event.preventDefault()

@@ -47,6 +47,7 @@ def test_only_what_the_page_knows_is_pressed() -> None:
         "predict 1",
         "iteration -1",
         "predict 99",
+        "page compare",
         "page compare?seed=3",
         "page compare\n",
         "page ../etc/passwd",
@@ -54,4 +55,7 @@ def test_only_what_the_page_knows_is_pressed() -> None:
         "__init__",
     ):
         keys.pressed.data = {"name": [name], "number": [len(pressed)]}
-    assert pressed == ["toggle", "iteration 12", "predict 1", "page compare?seed=3"]
+    assert pressed == ["toggle", "iteration 12", "predict 1", "page compare"]
+    keys.went.data = {"page": ["compare"], "search": ["?seed=3"], "number": [1]}
+    keys.went.data = {"page": ["../etc"], "search": [""], "number": [2]}
+    assert pressed[3:] == ["page compare", "page compare?seed=3"]

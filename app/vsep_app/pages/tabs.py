@@ -109,6 +109,11 @@ class Tabs(PageBase):
                 tab.page.close()
 
     @property
+    def current(self) -> PageBase | None:
+        """Page of the tab that is seen, None while there is none."""
+        return self._tabs[self.address].page
+
+    @property
     def seen(self) -> View:
         """What is seen, as an address."""
         query = read_query(self._tabs[self.address].location)
@@ -128,21 +133,19 @@ class Tabs(PageBase):
 
     def glance(self) -> Glance | None:
         """Return the tab that is seen in small."""
-        page = self._tabs[self.address].page
-        return None if page is None else page.glance()
+        return None if self.current is None else self.current.glance()
 
     def press(self, name: str) -> None:
         """Do what a key or a click stands for: another tab, or something of the one that is seen.
 
         A link names a tab alone, the browser's history a query, too.
         """
-        page = self._tabs[self.address].page
         if name.startswith(PAGE_PREFIX):
             address, has_query, query = name.removeprefix(PAGE_PREFIX).partition("?")
             if address in PAGES:
                 self._show(address, dict(parse_qsl(query)) if has_query else None)
-        elif page is not None:
-            page.press(name)
+        elif self.current is not None:
+            self.current.press(name)
 
     def _show(self, address: str, query: Mapping[str, str] | None) -> None:
         """Show a tab; without a query with its own, and the settings of the tab before it."""

@@ -16,8 +16,7 @@ NAMES = (
 ITERATION_PREFIX = "iteration "
 PAGE_PREFIX = "page "
 _CLICKED = re.compile(
-    r"iteration \d{1,6}|predict \d|experiment [a-z0-9-]{1,64}"
-    r"|page (?:[a-z]{1,32}|\./)(?:\?.{0,8000})?"
+    r"iteration \d{1,6}|predict \d|experiment [a-z0-9-]{1,64}|page (?:[a-z]{1,32}|\./)"
 )
 
 
@@ -35,7 +34,9 @@ class Keys:
         self.pressed = ColumnDataSource({"name": [""], "number": [0]}, name="pressed")
         self.pressed.on_change("data", self._taken)
         self._shown = ColumnDataSource({"number": [0]}, name="shown", syncable=False)
-        self._sources = {"pressed": self.pressed, "shown": self._shown}
+        self.went = ColumnDataSource({"page": [""], "search": [""], "number": [0]}, name="went")
+        self.went.on_change("data", self._taken_back)
+        self._sources = {"pressed": self.pressed, "went": self.went, "shown": self._shown}
         code = path("page/keys.js").read_text(encoding="utf-8")
         self._listen = CustomJS(args=self._sources, code=code)
         self._shown.js_on_change("data", self._listen)
@@ -49,6 +50,7 @@ class Keys:
     def close(self) -> None:
         """Listen no more: Panel keeps what a button's click refers to."""
         self.pressed.remove_on_change("data", self._taken)
+        self.went.remove_on_change("data", self._taken_back)
 
     def tell(self, title: str, *, has_scene: bool) -> None:
         """Say what is seen now: its title, and whether it has a run that keys can drive."""
@@ -60,3 +62,9 @@ class Keys:
         name = str(new["name"][0])
         if name in NAMES or _CLICKED.fullmatch(name):
             self._press(name)
+
+    def _taken_back(self, attr: str, old: Any, new: Any) -> None:
+        del attr, old
+        name, search = f"{PAGE_PREFIX}{new['page'][0]}", str(new["search"][0])
+        if _CLICKED.fullmatch(name):
+            self._press(f"{name}?{search.removeprefix('?')}")
