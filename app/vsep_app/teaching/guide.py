@@ -84,9 +84,8 @@ class Guide:
             description="Start again: set all controls as the experiment wants them.",
             **_BUTTON,
         )
-        self.number = field(
-            pmu.TextInput, "Answer", "Your answer: a number.", max_length=24, visible=False
-        )
+        self.number = field(pmu.TextInput, "Answer", "Your answer: a number.", max_length=24)
+        self._asked = pn.Column(margin=0, sizing_mode="stretch_width")
         self.verdict = html_pane("teaching", sizing_mode="stretch_width", margin=(0, 16))
         self.number.param.watch(self._take_number, "value")
         self._buttons = pn.Row(margin=(0, 16))
@@ -97,7 +96,7 @@ class Guide:
 
     def layout(self) -> list[Any]:
         """Return the guide from top to bottom."""
-        rows = self.texts, self.number, self.verdict, self.controls, self._buttons, self.answer
+        rows = self.texts, self._asked, self.verdict, self.controls, self._buttons, self.answer
         return [heading("Guided experiment"), self.choice, *rows]
 
     def open(self, experiment: Experiment | None) -> None:
@@ -174,7 +173,8 @@ class Guide:
         knows = is_here and not self.awaits_prediction
         self.texts.visible = experiment is not None
         asked = experiment.ask if experiment is not None and is_here else None
-        self.number.visible = asked is not None
+        if bool(len(self._asked)) != (asked is not None):
+            self._asked[:] = [] if asked is None else [self.number]
         if asked is not None:
             unit = f" [{asked.unit}]" if asked.unit else ""
             self.number.label = f"Your answer{unit}"

@@ -22,8 +22,9 @@ def test_a_tab_opens_in_this_document_and_the_history_leads_back(tab, app_url):
         page.wait_for_function(TITLE, arg=PAGES[address].title, timeout=PATIENCE_MS)
         for mark in marks:
             page.wait_for_url(re.compile(mark), timeout=PATIENCE_MS)
-        (here,) = page.locator("nav a[aria-current]").all_inner_texts()
-        assert here == PAGES[address].name
+        here = page.locator("nav a[aria-current]")
+        here.wait_for(timeout=PATIENCE_MS)
+        assert here.inner_text() == PAGES[address].name
 
     page.get_by_role("link", name="Compare").click()
     shows("compare", r"/compare\?", "seed=3", "methods=")
