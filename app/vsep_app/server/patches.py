@@ -16,7 +16,8 @@ what is changed        upstream
 `leave_busy_state`     no report: param watches a reference whose place a value has taken
 `release_notifications` no report: Panel keeps the notifications of a page that has gone
 `page/opening.js`      no report: BokehJS writes a style sheet again that has not changed, and lays
-                       out the whole page as often as any component asks for it
+                       out the whole page, with what is hidden, as often as any component asks for
+                       it; Panel adds an entry to the history with every change of the address
 =====================  ==========================================================================
 """
 
