@@ -48,6 +48,8 @@ class Tab:
         """Show its places or hide them."""
         for place in (self.header, self.sidebar, self.main):
             place.visible = wanted
+        # On narrow screens the style sheet has a word on that, too.
+        self.main.styles = {} if wanted else {"display": "none"}
 
 
 class Tabs(PageBase):
