@@ -1,4 +1,5 @@
-// Keys of the live page. Runs with every picture; the first one begins to listen.
+// Keys, links and history of a document. Runs whenever another tab is shown; the first time it
+// begins to listen.
 const PROJECTOR = {size: "20px", width: 1.6, scale: 1.5}
 const WIDE = {from: 1700, size: "14px", width: 1.2, scale: 1.2}
 const WRITES = "input:not([type=checkbox]):not([type=range]), textarea, [contenteditable=true]"
@@ -65,6 +66,7 @@ function press(name) {
 }
 
 function taken(event) {
+  if (!shown.data.has_scene[0] && !/^[fF?]$/.test(event.key)) return false
   const at = event.composedPath()[0]
   const is = (selector) => at instanceof Element && at.closest(selector) !== null
   if (event.ctrlKey || event.metaKey || event.altKey || is(WRITES) || is("[role=dialog]")) return false
@@ -107,16 +109,32 @@ if (!window.vsep_keys) {
   window.vsep_scale = window.innerWidth >= WIDE.from ? WIDE.scale : 1
   if (window.innerWidth >= WIDE.from) {
     document.documentElement.style.setProperty("--vsep-scale", WIDE.scale)
-    for (const figure of all_models().filter((model) => model.type === "Figure")) {
-      enlarge_all(figure, WIDE, [])
-    }
   }
   window.addEventListener("click", (event) => {
     const at = event.composedPath()[0]
     const named = at instanceof Element ? at.closest("[data-press]") : null
-    if (named && !named.disabled) press(named.dataset.press)
+    if (!named || named.disabled) return
+    if (named instanceof HTMLAnchorElement) {
+      // Whoever wants a link in another window gets it there.
+      if (event.button || event.ctrlKey || event.metaKey || event.shiftKey || event.altKey) return
+      event.preventDefault()
+    }
+    press(named.dataset.press)
+  })
+  window.addEventListener("popstate", () => {
+    const page = location.pathname.split("/").pop() || "./"
+    went.data = {page: [page], search: [location.search], number: [went.data.number[0] + 1]}
   })
   window.addEventListener("keydown", (event) => {
     if (taken(event)) event.preventDefault()
   })
+}
+document.title = shown.data.title[0]
+if (window.innerWidth >= WIDE.from) {
+  window.vsep_enlarged ??= new WeakSet()
+  for (const figure of all_models().filter((model) => model.type === "Figure")) {
+    if (window.vsep_enlarged.has(figure)) continue
+    window.vsep_enlarged.add(figure)
+    enlarge_all(figure, WIDE, [])
+  }
 }

@@ -1,5 +1,13 @@
 // What this program alters of BokehJS, before the page is mounted; see `vsep_app.server.opening`.
 (() => {
+  // Panel adds an entry to the browser's history with every change of the address; one a tab is
+  // enough, and leads back to it.
+  const push = history.pushState.bind(history)
+  history.pushState = (state, unused, url) => {
+    const is_here = new URL(url, location.href).pathname === location.pathname
+    if (is_here) history.replaceState(state, unused, url)
+    else push(state, unused, url)
+  }
   // A style sheet that would only be the same again is left alone: a figure that is drawn anew
   // writes those of all its parts, whereupon the browser computes the styles of the page.
   const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype
@@ -8,8 +16,6 @@
   // Every component that is mounted, and every title that changes, asks for the layout of all
   // figures. They are laid out once for all that asked since the last frame of the screen.
   const {LayoutDOMView} = Bokeh.require("models/layouts/layout_dom")
-  const view = LayoutDOMView.prototype
-  const {invalidate_layout, compute_layout} = view
   const later = (root, name, layout) => {
     if (!root._layout_computed || root.vsep_at_work) return layout.call(root)
     const waiting = root.vsep_waiting ??= new Map()
@@ -28,12 +34,35 @@
     }
     waiting.set(name, layout)
   }
-  view.invalidate_layout = function () {
-    if (this.parent instanceof LayoutDOMView) this.parent.invalidate_layout()
-    else later(this, "invalidate", invalidate_layout)
+  const at_the_root = (prototype, is_root) => {
+    const {invalidate_layout, compute_layout} = prototype
+    prototype.invalidate_layout = function () {
+      if (is_root(this)) later(this, "invalidate", invalidate_layout)
+      else invalidate_layout.call(this)
+    }
+    prototype.compute_layout = function () {
+      if (is_root(this)) later(this, "compute", compute_layout)
+      else compute_layout.call(this)
+    }
   }
-  view.compute_layout = function () {
-    if (this.parent instanceof LayoutDOMView) return compute_layout.call(this)
-    later(this, "compute", compute_layout)
+  at_the_root(LayoutDOMView.prototype, (view) => !(view.parent instanceof LayoutDOMView))
+  // The whole page is such a component, and lays out itself.
+  let component = Bokeh.Models.get("panel.models.esm.ReactComponent").prototype.default_view.prototype
+  while (!Object.hasOwn(component, "compute_layout")) component = Object.getPrototypeOf(component)
+  at_the_root(component, (view) => !view.is_managed)
+  // What is hidden needs no layout; it gets one when it is shown. But until all is mounted Bokeh
+  // takes what was never laid out for unfinished.
+  const parts = Object.getOwnPropertyDescriptor(LayoutDOMView.prototype, "layoutable_views").get
+  Object.defineProperty(LayoutDOMView.prototype, "layoutable_views", {
+    get() {
+      return this.model.visible || !this.model.document?.is_idle ? parts.call(this) : []
+    },
+  })
+  // Of what is shown or hidden every part notes where all below it are, though that follows with the
+  // next layout.
+  LayoutDOMView.prototype.after_resize = function () {
+    this._resized = true
+    if (this._update_bbox()) this._after_resize()
+    this.finish()
   }
 })()

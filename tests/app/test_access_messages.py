@@ -84,7 +84,7 @@ def visit(server, scene, path="/studies"):
 
 def newest_page(server):
     sessions = server.registry.open_sessions.values()
-    return max(sessions, key=lambda session: session.since).page
+    return max(sessions, key=lambda session: session.since).page.current
 
 
 def form_of(server):

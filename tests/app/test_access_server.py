@@ -125,7 +125,7 @@ def test_only_who_has_the_token_owns_folders(server, who, request):
     cookie = request.getfixturevalue(who)
     open_page(server, cookie)
     newest = max(server.registry.open_sessions.values(), key=lambda session: session.since)
-    assert newest.page.form.owns_folders == (who == "owner")
+    assert newest.page.current.form.owns_folders == (who == "owner")
 
 
 @pytest.mark.parametrize("headers", [{"Host": "evil.example"}, {"Origin": "http://evil.example"}])

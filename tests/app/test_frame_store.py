@@ -10,6 +10,7 @@ from vsep_app.model.settings import LOADED_FRAME
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.live import Dashboard
 from vsep_app.report.spec import KeptFrame
+from vsep_app.widgets.location import read_query
 
 from tests.app.conftest import until
 
@@ -59,8 +60,10 @@ def test_the_live_view_begins_with_it_until_another_scene_is_chosen(content, poo
     )
     word = context.shared_resources.frames.keep(KeptFrame(name="own.npz", content=content))
     context.query[FRAME_KEY] = word
-    written = {}
-    monkeypatch.setattr("vsep_app.pages.live.set_query", written.__setitem__)
+
+    def written():
+        return read_query(context.location)
+
     page = Dashboard(context)
     page.errors = []
     page.notify_error = page.errors.append
@@ -68,12 +71,12 @@ def test_the_live_view_begins_with_it_until_another_scene_is_chosen(content, poo
 
     async def begin():
         page.start()
-        await until(lambda: FRAME_KEY in written)
+        await until(lambda: FRAME_KEY in written())
         assert page.errors == []
         assert page.settings.preset == LOADED_FRAME
         assert page._frame.name == "own.npz"
-        assert written[FRAME_KEY] == word
+        assert written()[FRAME_KEY] == word
         page.settings.choose_preset("simulation-1")
-        assert written[FRAME_KEY] is None
+        assert FRAME_KEY not in written()
 
     asyncio.run(begin())

@@ -61,7 +61,7 @@ def test_the_words_of_a_quantity_hold_its_equation(name):
 
 
 def test_the_dialog_opens_by_its_button():
-    guidance = Help([pn.Column()])
+    guidance = Help(lambda: [pn.Column()])
     assert not guidance.dialog.open
     guidance.button.clicks += 1
     assert guidance.dialog.open

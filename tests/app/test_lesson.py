@@ -30,13 +30,19 @@ HERS = View(page="./", query=(("seed", "5"), ("iteration", "3")))
 class Page:
     """A page that notes what it is told."""
 
-    def __init__(self, address="./", takes=True):
-        self.address, self.takes = address, takes
-        self.taken, self.held, self.query = [], False, {}
+    def __init__(self):
+        self.shown, self.held, self.query = [], False, {}
 
-    def take_view(self, query):
-        self.taken.append(query)
-        return self.takes
+    @property
+    def seen(self):
+        return View(page="./", query=tuple(self.query.items()))
+
+    @property
+    def taken(self):
+        return [dict(view.query) for view in self.shown]
+
+    def show_view(self, view):
+        self.shown.append(view)
 
     def hold(self, held):
         self.held = held
@@ -47,8 +53,7 @@ class Page:
 
 def seated(lesson, page, *, leads=False):
     seat = Seat(lesson, new_person(), leads=leads, post=lambda function: function())
-    page.left_for = []
-    seat.begin(page, go=page.left_for.append, query=lambda: page.query)
+    seat.begin(page)
     return seat
 
 
@@ -117,22 +122,19 @@ def test_pausing_holds_all_but_her_and_freeing_lets_them_go(lesson, hers):
 
 @pytest.mark.usefixtures("hers")
 def test_another_tab_of_hers_is_opened_on_all_pages(lesson):
-    page, same = Page(), Page("compare")
+    page = Page()
     seated(lesson, page)
-    seated(lesson, same)
     view = View(page="compare", query=(("seed", "5"),))
     lesson.change(mode=Mode.LED, view=view)
-    assert page.left_for == [view]
-    assert same.left_for == []
+    assert page.shown == [view]
     assert view.address == "compare?seed=5"
 
 
 @pytest.mark.usefixtures("hers")
-def test_a_page_that_cannot_show_a_view_in_place_is_opened_anew(lesson):
-    page = Page(takes=False)
-    seated(lesson, page)
-    lesson.change(mode=Mode.LED)
-    assert page.left_for == [HERS]
+def test_a_page_that_is_opened_begins_with_the_view_of_whoever_leads(lesson):
+    assert lesson.start_view is None
+    lesson.change(mode=Mode.PAUSED)
+    assert lesson.start_view == HERS
 
 
 def test_a_view_of_a_visitor_goes_to_the_page_of_the_projector(lesson, hers):
@@ -141,14 +143,6 @@ def test_a_view_of_a_visitor_goes_to_the_page_of_the_projector(lesson, hers):
     assert lesson.project(seated(lesson, page).view)
     assert hers.taken == [{"seed": "9"}]
     assert not Lesson().project(HERS)
-
-
-def test_a_page_of_hers_that_is_being_left_leads_no_more(lesson, hers):
-    """Its address is that of the next page already, which has other settings."""
-    hers.seat.show(View(page="compare", query=(("seed", "5"),)))
-    hers.query = {"seed": "5"}
-    hers.seat.lead()
-    assert lesson.state.view == HERS
 
 
 @pytest.mark.usefixtures("hers")

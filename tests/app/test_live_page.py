@@ -122,11 +122,11 @@ def test_the_keys_name_a_truth_where_one_is_known(opened, preset, named):
 
 def test_keys_change_the_ramp_within_the_frame(opened):
     page = opened()
-    page._pressed("ramp_next")
+    page.press("ramp_next")
     assert page.settings.ramp == 0
     page.session._prepared_run = prepare(page.settings.plan())
     for name, ramp in (("ramp_back", 0), ("ramp_next", 1), ("ramp_next", 2), ("ramp_back", 1)):
-        page._pressed(name)
+        page.press(name)
         assert page.settings.ramp == ramp
     page._ramp_selected(16)
     assert page.settings.ramp == 1
@@ -137,9 +137,9 @@ def test_a_click_on_a_bead_shows_its_iteration(opened):
     page.session.restart(page.settings.plan())
     page.session._steps = [object()] * 9
     page.session._ended = lambda: False
-    page._pressed("iteration 4")
+    page.press("iteration 4")
     assert page.session.cursor == 4
-    page._pressed("iteration 999999")
+    page.press("iteration 999999")
     assert page.session.cursor == 9
 
 

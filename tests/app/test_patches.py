@@ -24,6 +24,7 @@ from panel.util.parameters import edit_readonly
 from tornado.web import HTTPError
 from vsep_app.pages import PAGES
 from vsep_app.pages.base import PageContext
+from vsep_app.pages.tabs import Tabs
 from vsep_app.server.patches import (
     LoadedOnlyHandler,
     PromptHandler,
@@ -47,7 +48,7 @@ def opened(route):
         pool=None, query={}, post=lambda function: function(), watched=lambda: True
     )
     document = Document()
-    document.add_root(PAGES[route].load()(context).page().get_root(document))
+    document.add_root(Tabs(context, route).page().get_root(document))
     return document
 
 

@@ -2,7 +2,6 @@ import re
 
 from vsep_app.jobs.tasks import compose
 from vsep_app.model.text import LogLine
-from vsep_app.views.signals import FastTimeView
 from vsep_app.views.timeline import timeline_html
 from vsep_app.widgets.headline import Headline
 from vsep_app.widgets.keys import Keys
@@ -41,15 +40,22 @@ def test_beads_of_later_iterations_stay_when_an_earlier_one_is_shown(
 
 def test_only_what_the_page_knows_is_pressed() -> None:
     pressed: list[str] = []
-    keys = Keys(FastTimeView().source, pressed.append)
+    keys = Keys(pressed.append)
     for name in (
         "toggle",
         "iteration 12",
         "predict 1",
         "iteration -1",
         "predict 99",
+        "page compare",
+        "page compare?seed=3",
+        "page compare\n",
+        "page ../etc/passwd",
         "close",
         "__init__",
     ):
         keys.pressed.data = {"name": [name], "number": [len(pressed)]}
-    assert pressed == ["toggle", "iteration 12", "predict 1"]
+    assert pressed == ["toggle", "iteration 12", "predict 1", "page compare"]
+    keys.went.data = {"page": ["compare"], "search": ["?seed=3"], "number": [1]}
+    keys.went.data = {"page": ["../etc"], "search": [""], "number": [2]}
+    assert pressed[3:] == ["page compare", "page compare?seed=3"]

@@ -118,13 +118,14 @@ class Survivor(Student):
         with contextlib.suppress(ConnectionError, WebSocketClosedError):
             while True:
                 content = await self._message(self._socket)
-                if self._picture.search(content) is None:
+                drawn = self._drawn_by(content)
+                if drawn is None:
                     continue
                 self.pictures.append(time.monotonic())
                 if self.address != self._address_before:
                     self._moved_at = None
                 number = {"type": "map", "entries": [["number", [len(self.pictures)]]]}
-                await self._change(self._drawn, "data", number)
+                await self._change(drawn, "data", number)
 
     async def _move(self, label: str, value: int) -> None:
         self._moved_at, self._address_before = None, self.address

@@ -43,6 +43,7 @@ SERVE = "import sys; from vsep_app.cli.main import main; sys.exit(main())"
 ITERATION = re.compile(r"iteration (\d+) of")
 # A picture that was on its way when a slider was moved is older than this.
 ON_ITS_WAY_S = 0.15
+CHANGED = re.compile(r'"model":\s*{"id":\s*"([^"]+)"}')
 ENDED = re.compile(r"converged|stopped at the limit")
 TABS = tuple(address.removeprefix("./") for address in PAGES)
 
@@ -176,20 +177,34 @@ class Student:
 
     def _find_models(self, document) -> None:
         """Note the numbers of the sliders and of the two sources that pictures go through."""
-        self._sliders, self._places = {}, {}
-        source = self._drawn = None
+        self._sliders, self._places, self._pictures = {}, {}, {}
+        self._find_pictures(document)
         for model in _models(document):
             attributes = model.get("attributes", {})
             if attributes.get("label") in SLIDERS and "value_throttled" in attributes:
                 self._sliders[attributes["label"]] = model["id"]
                 # Bokeh leaves out what has its default.
                 self._places[attributes["label"]] = attributes.get("value", 0)
+
+    def _find_pictures(self, document) -> None:
+        """Note the two sources that the pictures of each tab go through."""
+        source = drawn = None
+        for model in _models(document):
+            attributes = model.get("attributes", {})
             if "drawn" in str(attributes.get("js_property_callbacks")):
                 source = model["id"]
             if attributes.get("name") == "drawn":
-                self._drawn = model["id"]
+                drawn = model["id"]
         # A page without pictures of a run has none of the two.
-        self._picture = re.compile(rf'"model":\s*{{"id":\s*"{source}"}}')
+        if source is not None:
+            self._pictures[source] = drawn
+
+    def _drawn_by(self, content: str) -> str | None:
+        """Return the source in which a browser says that it has drawn this; None for no picture."""
+        for told in CHANGED.findall(content):
+            if told in self._pictures:
+                return self._pictures[told]
+        return None
 
     def _answers(self, content: str, since_move_s: float) -> bool:
         """Whether a picture is of the run that the last move has begun.
@@ -207,7 +222,8 @@ class Student:
         try:
             while True:
                 content = await self._message(self._socket)
-                if self._picture.search(content) is None:
+                drawn = self._drawn_by(content)
+                if drawn is None:
                     continue
                 now = time.monotonic()
                 self.pictures.append(now)
@@ -219,7 +235,7 @@ class Student:
                     self.latencies.append(now - self._moved_at)
                     self._moved_at = None
                 number = {"type": "map", "entries": [["number", [len(self.pictures)]]]}
-                await self._change(self._drawn, "data", number)
+                await self._change(drawn, "data", number)
         except asyncio.CancelledError:
             raise
         except Exception as error:

@@ -47,7 +47,6 @@ class Browser(Student):
     written: list[tuple[float, str]] = field(default_factory=list)  #: Texts, as they came.
     is_ready: asyncio.Event = field(default_factory=asyncio.Event)
     own_query: str = ""
-    is_leaving: bool = False
     ids: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -55,7 +54,7 @@ class Browser(Student):
         return self.own_query
 
     async def stay(self) -> None:
-        """Look at pages until cancelled; where the server says so, at another one."""
+        """Look at the page until cancelled."""
         while True:
             try:
                 async with self._connected(self.tab) as self._socket:
@@ -63,14 +62,13 @@ class Browser(Student):
                     # A browser tells where it is.
                     await self._change(self.ids["location"], "pathname", f"/{self.tab}")
                     self.is_ready.set()
-                    while not await self._take(await self._message(self._socket)):
-                        pass
+                    while True:
+                        await self._take(await self._message(self._socket))
             except ConnectionError:
                 await asyncio.sleep(0.5)
 
     def _find_models(self, document) -> None:
         super()._find_models(document)
-        self.is_leaving = False
         for model in _models(document):
             attributes = model.get("attributes", {})
             if str(model.get("name")).endswith("location.Location"):
@@ -79,28 +77,24 @@ class Browser(Student):
                 if isinstance(name, str) and ("value" in attributes or name == "pressed"):
                     self.ids[name] = model["id"]
 
-    async def _take(self, content: str) -> bool:
-        """Take note of a message; whether the page is to be opened anew."""
+    async def _take(self, content: str) -> None:
+        """Take note of a message."""
         now = time.monotonic()
-        is_left = False
+        if '"drawn"' in content:
+            self._find_pictures(json.loads(content))
         for event in json.loads(content).get("events", ()):
             name, new = event.get("attr"), event.get("new")
             if name == "search":
                 self.search = new
                 self.turned.append((now, new))
-            elif name == "pathname":
-                self.tab, self.is_leaving = new.rpartition("/")[2], True
-            elif name == "reload" and new:
-                self.own_query, is_left = self.search, True
             elif name == "text" and isinstance(new, str):
                 self.written.append((now, new))
-        if self._picture.search(content) is not None:
+        drawn = self._drawn_by(content)
+        if drawn is not None:
             self.pictures.append(now)
-            if not self.is_leaving:
-                self.drawn.append((now, self.search))
+            self.drawn.append((now, self.search))
             number = {"type": "map", "entries": [["number", [len(self.pictures)]]]}
-            await self._change(self._drawn, "data", number)
-        return is_left
+            await self._change(drawn, "data", number)
 
     async def set(self, label: str, value) -> None:
         """Set a component of the page by its label."""

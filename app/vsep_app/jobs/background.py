@@ -26,6 +26,10 @@ class BackgroundTasks:
         self._loop = loop
         self._futures: set[Future[None]] = set()
 
+    def another(self) -> "BackgroundTasks":
+        """Return the coroutines of another page on the same event loop."""
+        return BackgroundTasks(self._loop)
+
     @property
     def num_running(self) -> int:
         """Number of coroutines that have not ended."""

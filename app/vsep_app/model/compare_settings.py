@@ -19,6 +19,7 @@ MIN_METHODS, MAX_METHODS = 2, 4
 NO_METHOD = ""
 # Objects of the simulations drive some 10 m in this time, which takes near ones through the radar.
 LAST_FRAME = 20
+_FIRST = ("zeroing", "autoregressive", "iht", "masked", "factorised", "joint")
 METHODS_KEY, MASK_KEY, DEBIAS_KEY = "methods", "mask", "debias"
 
 
@@ -65,6 +66,24 @@ class ComparePlan:
 def method_labels() -> dict[str, str]:
     """Return all methods that can be compared by name, with their labels; repairs come first."""
     return {name: entry.label for name, entry in [*MITIGATIONS.items(), *ESTIMATORS.items()]}
+
+
+def method_groups() -> dict[str, list[str]]:
+    """Return the names of all methods by groups; the first one holds those to begin with.
+
+    Examples
+    --------
+    >>> [*method_groups()][0], method_groups()["Estimators"]
+    ('To begin with', ['object-only', 'evidence'])
+    """
+    groups: dict[str, list[str]] = {"To begin with": [*_FIRST]}
+    for name, entry in MITIGATIONS.items():
+        groups.setdefault(entry.group, []).append(name)
+    groups["Estimators"] = [*ESTIMATORS]
+    return {
+        group: [name for name in names if group == "To begin with" or name not in _FIRST]
+        for group, names in groups.items()
+    }
 
 
 def require_distinct(methods: list[str]) -> list[str]:

@@ -9,6 +9,7 @@ from bokeh.models import ColumnDataSource, CustomJS
 from vsep_app.assets import path
 from vsep_app.jobs.run_session import Phase
 from vsep_app.model.picture import Picture
+from vsep_app.pages import EMBED
 from vsep_app.pages.base import PageContext
 from vsep_app.pages.live import Dashboard
 from vsep_app.widgets.fields import tool_button
@@ -33,7 +34,8 @@ class EmbedPage(Dashboard):
             self._errors.append(f"view is {asked!r:.40}; it must be one of {', '.join(VIEWS)}.")
         self.view = asked if asked in VIEWS else VIEWS[0]
         self.play = tool_button("Play", "play_arrow", "Play: go on with the iterations.")
-        self.play.on_click(lambda _: self._pressed("toggle"))
+        self.play.on_click(lambda _: self.press("toggle"))
+        self.keys = Keys(self.press)
         #: What the page around this one is told with every picture.
         self.told = ColumnDataSource({"state": ["{}"]}, name="told", syncable=False)
 
@@ -50,7 +52,8 @@ class EmbedPage(Dashboard):
         column = drawn.column_names[0]
         # What nothing draws is not sent; the browser answers to this source, whatever is shown.
         plot.scatter(column, column, source=drawn, visible=False)
-        self.keys = Keys(drawn, self._pressed)
+        self.keys.join(self.play)
+        self.keys.tell(EMBED.title, has_scene=True)
         code = path("page/embed.js").read_text(encoding="utf-8")
         speak = CustomJS(args={"told": self.told, "pressed": self.keys.pressed}, code=code)
         for source in (drawn, self.told):  # in whichever order a picture brings them
@@ -67,6 +70,11 @@ class EmbedPage(Dashboard):
             sizing_mode="stretch_both",
             stylesheets=[stylesheet("embed")],
         )
+
+    def close(self) -> None:
+        """Stop for good: the browser has left."""
+        self.keys.close()
+        super().close()
 
     def show(self, picture: Picture) -> None:
         """Draw a picture, and tell the page around this one of it."""
@@ -94,10 +102,10 @@ class EmbedPage(Dashboard):
     def _waits(self) -> bool:
         return False
 
-    def _pressed(self, name: str) -> None:
+    def press(self, name: str) -> None:
         """Do what a key or the page around this one asks for; it may ask for any iteration."""
         if name.startswith(ITERATION_PREFIX):
             self.session.run_to(int(name.removeprefix(ITERATION_PREFIX)))
             self.loop.wake()
         elif name == "toggle":
-            super()._pressed(name)
+            super().press(name)

@@ -11,20 +11,23 @@ import panel_material_ui as pmu
 
 from vsep._optional import require_library
 from vsep_app.model.text import counted
-from vsep_app.pages import PAGES
-from vsep_app.pages.base import PageBase, PageContext, page_frame
+from vsep_app.pages import LEAD, PAGES
+from vsep_app.pages.base import PageBase, PageContext, framed, links
 from vsep_app.server.lesson import Lesson, LessonState, Mode, Seat, View, answers_csv
 from vsep_app.teaching.experiment import EXPERIMENT_KEY
+from vsep_app.teaching.help import Help
 from vsep_app.teaching.histogram import asking, histogram_html
 from vsep_app.widgets.fields import field, tool_button
 from vsep_app.widgets.layout import (
     download_button,
     heading,
     html_pane,
+    main_part,
     panel,
     stack,
     status_html,
     status_pane,
+    stylesheet,
 )
 
 REFRESH_S = 1.0
@@ -105,42 +108,48 @@ class LeadPage(PageBase):
 
     def page(self) -> Any:
         """Return the whole page."""
-        links = " · ".join(
+        pages = " · ".join(
             f'<a href="{page.address}" target="_blank">{page.name}</a>' for page in PAGES.values()
         )
         own = html_pane(
             "lesson",
-            f"<p>Your own page, which all follow: {links}</p>",
+            f"<p>Your own page, which all follow: {pages}</p>",
             sizing_mode="stretch_width",
             margin=(0, 10),
         )
         join = html_pane("lesson", self._join_html(), sizing_mode="stretch_width", margin=(4, 10))
-        return page_frame(
+        sidebar = [
+            heading("Lead"),
+            self.experiment,
+            heading("Projector"),
+            self.visitor,
+            self.project,
+            heading("Answers"),
+            self.question,
+            self.shows_answers,
+            self.answers_file,
+        ]
+        views = main_part(
+            LEAD.title,
+            self.mode,
+            own,
+            stack(
+                panel("Join", join, weight=1),
+                panel("Answers", self.answers, weight=2),
+                row=True,
+                flex="0 0 262px",
+            ),
+            panel("Everybody's maps", self.wall, weight=1),
+        )
+        guidance = Help(lambda: [*sidebar, views])
+        self.status.param.update(align="center", stylesheets=[stylesheet("header")])
+        return framed(
             self.address,
             "The lecturer's page.",
-            self.status,
-            sidebar=[
-                heading("Lead"),
-                self.experiment,
-                heading("Projector"),
-                self.visitor,
-                self.project,
-                heading("Answers"),
-                self.question,
-                self.shows_answers,
-                self.answers_file,
-            ],
-            main=[
-                self.mode,
-                own,
-                stack(
-                    panel("Join", join, weight=1),
-                    panel("Answers", self.answers, weight=2),
-                    row=True,
-                    flex="0 0 262px",
-                ),
-                panel("Everybody's maps", self.wall, weight=1),
-            ],
+            guidance,
+            header=[links(self.address), guidance.button, pn.HSpacer(), self.status],
+            sidebar=sidebar,
+            main=views,
         )
 
     def start(self) -> None:
@@ -200,7 +209,7 @@ class LeadPage(PageBase):
         items = []
         for name, seat in names.items():
             status, _, text = self._pictures[seat]
-            page = "" if seat.page is None else PAGES[seat.page.address].name
+            page = "" if seat.view is None else PAGES[seat.view.page].name
             image = f'<img alt="" src="data:image/png;base64,{text}">' if text else ""
             told = f"<span>{page}: {escape(status)}</span>"
             items.append(f"<li><strong>{escape(name)}</strong>{image}{told}</li>")

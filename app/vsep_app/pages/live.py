@@ -28,7 +28,7 @@ from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
 from vsep_app.model.trial_link import TRIAL_KEY, OpenedTrial, trial_of_query
 from vsep_app.model.url import parse_iteration, parse_query
-from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.base import PageContext, PageParts
 from vsep_app.pages.live_address import with_start
 from vsep_app.pages.live_stage import StagedPage
 from vsep_app.pages.live_views import LiveViews
@@ -39,7 +39,7 @@ from vsep_app.teaching.guide import Guide, cards_html
 from vsep_app.widgets.chirp_drag import ChirpDrag
 from vsep_app.widgets.controls import Controls, slope_remark
 from vsep_app.widgets.headline import Headline
-from vsep_app.widgets.keys import ITERATION_PREFIX, Keys
+from vsep_app.widgets.keys import ITERATION_PREFIX
 from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.object_drag import ObjectDrag
 from vsep_app.widgets.share import Share
@@ -58,6 +58,7 @@ class Dashboard(StagedPage):
     """One user's dashboard."""
 
     address = "./"
+    has_scene = True
 
     def __init__(self, context: PageContext) -> None:
         self._stored, query, handover_errors = frame_of_query(
@@ -98,7 +99,7 @@ class Dashboard(StagedPage):
             here=LIVE,
             take=self.take_experiment,
             opened=opened,
-            run=lambda: self._pressed("run"),
+            run=lambda: self.press("run"),
             widgets=self.controls.widgets,
             answered=self._answered,
         )
@@ -150,18 +151,16 @@ class Dashboard(StagedPage):
         self.stage(self.guide.experiment)
         self.guide.choice.param.watch(lambda _: self.stage(self.guide.experiment), "value")
         self.headline.play.on_click(lambda _: self.transport.command("run"))
-        self.keys = Keys(self.views.fast_time.source, self._pressed)
-        return page_frame(
-            self.address,
-            "Variational separation of radar objects and interference, live.",
-            self.transport.status,
+        return PageParts(
+            description="Variational separation of radar objects and interference, live.",
+            status=self.transport.status,
             tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
             folded=self.controls.folded(),
             main=[self.toolbar, self.headline.layout(), self.fault.pane, body],
         )
 
-    def _pressed(self, name: str) -> None:
+    def press(self, name: str) -> None:
         """Do what a key or a click stands for: a ramp, an iteration, or a button of the toolbar."""
         ramp_step = {"ramp_back": -1, "ramp_next": 1}.get(name)
         if ramp_step is not None:
@@ -228,11 +227,11 @@ class Dashboard(StagedPage):
 
     def start(self) -> None:
         """Begin the first run; called when the page has been drawn."""
-        synchronise(self.settings, self.notify_error)
-        self.guide.write_address()
+        synchronise(self._context.location, self.settings, self.notify_error)
+        self._write_experiment()
         self._write_words()
         if self._trial is not None:
-            set_query(TRIAL_KEY, self._trial.link)
+            set_query(self._context.location, TRIAL_KEY, self._trial.link)
         if self._stored is None:
             self._begin()
         else:
@@ -247,7 +246,7 @@ class Dashboard(StagedPage):
             if frame is not None:
                 self._take_file(name, content, frame)
                 self._stored = stored
-                set_query(FRAME_KEY, stored.word)
+                set_query(self._context.location, FRAME_KEY, stored.word)
             self._begin()
 
         self._context.post(begin)
@@ -293,7 +292,7 @@ class Dashboard(StagedPage):
         """Take trial and frame out of the address once the scene is another one."""
         for held, key in ((self._trial, TRIAL_KEY), (self._stored, FRAME_KEY)):
             if held is not None:
-                set_query(key, None)
+                set_query(self._context.location, key, None)
         self._trial = self._stored = None
         self.controls.keeps_scene = False
         self.headline.tell_scene("")

@@ -18,7 +18,6 @@ from vsep_app.pages.live_views import LiveViews, glance_of
 from vsep_app.pages.run_page import ScenePage
 from vsep_app.server.lesson import Glance
 from vsep_app.teaching.experiment import LIVE, Experiment, open_experiment
-from vsep_app.teaching.guide import Guide
 from vsep_app.teaching.stage_words import with_words, words_of
 from vsep_app.teaching.staging import Staging
 from vsep_app.widgets.headline import Headline
@@ -28,7 +27,6 @@ from vsep_app.widgets.location import set_query
 class StagedPage(ScenePage[Plan, Prepared, Step, Picture]):
     """A live page whose parts can be locked, hidden, zoomed, and led."""
 
-    guide: Guide
     views: LiveViews
     headline: Headline
 
@@ -85,4 +83,4 @@ class StagedPage(ScenePage[Plan, Prepared, Step, Picture]):
     def _write_words(self) -> None:
         """Keep what locks and hides in the address, which says all that is seen."""
         for key, words in self._words.items():
-            set_query(key, words)
+            set_query(self._context.location, key, words)

@@ -63,15 +63,8 @@ class LiveViews:
         names = "chirps", "fast_time", "delay"
         self._parts |= {**dict(zip(names, signals, strict=True)), "maps": self._map_row}
         views = stack(*signals, self._map_row, weight=17, sheet="stage")
-        curves = Fold(
-            "Progress",
-            "Progress: evidence lower bound, noise power and separability over the iterations.",
-            lambda: [progress_card(self.progress)],
-            stretch=True,
-        )
-        self._tables = stack(
-            *self.tables.panels("Objects", log_weight=6), *curves.layout(), sheet="column"
-        )
+        # Filled when something stands in the tables for the first time.
+        self._tables = stack(sheet="column")
         self._cards = stack(html_pane("teaching", self._cards_html, margin=(4, 10)), sheet="card")
         self._cards.visible = False
         side = stack(self._tables, self._cards, weight=10.5)
@@ -87,6 +80,15 @@ class LiveViews:
 
     def show_cards(self, wanted: bool) -> None:
         """Show cards in the place of the tables."""
+        if not wanted and not len(self._tables):
+            curves = Fold(
+                "Progress",
+                "Progress: evidence lower bound, noise power and separability over the iterations.",
+                lambda: [progress_card(self.progress)],
+                stretch=True,
+            )
+            panels = self.tables.panels("Objects", log_weight=6)
+            self._tables[:] = [*panels, *curves.layout()]
         self._cards.visible, self._tables.visible = wanted, not wanted
 
     def show_before(self, picture: Picture, *, can_drag: bool, with_map: bool = True) -> None:

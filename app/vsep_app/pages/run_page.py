@@ -12,15 +12,16 @@ from bokeh.models import ColumnDataSource, CustomJS
 from vsep.errors import InputError
 from vsep.files.frame import Frame
 from vsep_app.jobs.run_loop import FrameLoop, PictureSink, PictureT, PlanT, PreparedT, RunCallbacks
-from vsep_app.jobs.run_session import RunSession, StepT
+from vsep_app.jobs.run_session import Phase, RunSession, StepT
 from vsep_app.jobs.tasks import READ_UPLOAD
 from vsep_app.model.settings import LOADED_FRAME, Settings
 from vsep_app.model.url import QUERY_NAMES, parse_iteration, parse_query
 from vsep_app.pages.base import PageBase, PageContext
-from vsep_app.teaching.experiment import Experiment
+from vsep_app.teaching.experiment import EXPERIMENT_KEY, Experiment
+from vsep_app.teaching.guide import Guide
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.fault import FaultNotice
-from vsep_app.widgets.location import SharedIteration
+from vsep_app.widgets.location import SharedIteration, set_query
 
 FOLLOWING_RATE = 200.0
 """Iterations a second at most on the way to where the lecturer is."""
@@ -95,6 +96,13 @@ class RunPage(PageBase, Generic[PlanT, PreparedT, StepT, PictureT]):
             self.session.is_held = held
             self.loop.wake()
 
+    def show_again(self) -> None:
+        """Go on with the run, unless it stands where it was drawn last."""
+        picture: Any = self.picture
+        drawn = None if picture is None else (picture.run_number, picture.iteration)
+        if self.session.phase is Phase.RUNNING or drawn != self._shown():
+            self.loop.wake()
+
     def _view(self) -> tuple[Any, ...]:
         """Return how the user wants to see the run."""
         return self.settings.ramp, self.settings.fast_time, self.settings.antenna
@@ -128,13 +136,23 @@ class ScenePage(RunPage[PlanT, PreparedT, StepT, PictureT]):
     """A page of runs of a preset or of a frame that is loaded."""
 
     controls: Controls
+    guide: Guide
 
     def __init__(self, context: PageContext, settings: Settings) -> None:
         super().__init__(context, settings)
         self._frame: Frame | None = None
         self._errors: list[str] = []
         self._stop_at: int | None = None
-        self._shared_iteration = SharedIteration()
+        self._shared_iteration = SharedIteration(context.location)
+
+    def _write_experiment(self) -> None:
+        """Keep the experiment in the address, from now on."""
+
+        def write(*_: Any) -> None:
+            set_query(self._context.location, EXPERIMENT_KEY, self.guide.choice.value or None)
+
+        self.guide.choice.param.watch(write, "value")
+        write()
 
     def _waits(self) -> bool:
         """Whether the run is not to go on by itself beyond its first picture."""

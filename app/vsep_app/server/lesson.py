@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 from urllib.parse import quote, unquote, urlencode
 
 MOST_NAME = 40
@@ -87,10 +87,13 @@ class Glance(NamedTuple):
 class Follower(Protocol):
     """What a page does in a lesson; called with its document locked."""
 
-    address: ClassVar[str]
+    @property
+    def seen(self) -> View | None:
+        """What it shows, None before it shows anything."""
+        ...
 
-    def take_view(self, query: Mapping[str, str]) -> bool:
-        """Show what an address of this page names; False if it has to be opened anew."""
+    def show_view(self, view: View) -> None:
+        """Show a view in place, whichever tab it is of."""
         ...
 
     def hold(self, held: bool) -> None:
@@ -167,19 +170,10 @@ class Seat:
         self.taken: View | None = None
         #: Whether it is a page that others can follow.
         self.is_shown_to_all = True
-        self._is_left = False
-        self._go: Callable[[View], None] = lambda _: None
-        self._query: Callable[[], Mapping[str, str]] = dict
 
-    def begin(
-        self,
-        page: Follower,
-        *,
-        go: Callable[[View], None],
-        query: Callable[[], Mapping[str, str]],
-    ) -> None:
-        """Take part with a page: `go` leaves it for another, `query` is that of its address."""
-        self.page, self._go, self._query = page, go, query
+    def begin(self, page: Follower) -> None:
+        """Take part with a page."""
+        self.page = page
         self.lesson.seats[self] = None
         self.follow()
 
@@ -190,9 +184,7 @@ class Seat:
     @property
     def view(self) -> View | None:
         """What the page shows, None before it shows anything."""
-        if self.page is None:
-            return None
-        return View(page=self.page.address, query=tuple(self._query().items()))
+        return None if self.page is None else self.page.seen
 
     def follow(self) -> None:
         """Have the page follow the lesson as it is by then."""
@@ -200,7 +192,7 @@ class Seat:
 
     def lead(self) -> None:
         """Take note of what the lecturer's page shows."""
-        if self.leads and not self._is_left:
+        if self.leads:
             self.lesson.change(view=self.view)
 
     def show(self, view: View) -> None:
@@ -226,14 +218,9 @@ class Seat:
             self._show(state.view)
 
     def _show(self, view: View) -> None:
-        page = self.page
-        if page is None or self._is_left:
-            return
-        self.taken = view
-        if view.page != page.address or not page.take_view(dict(view.query)):
-            # The address of a page that is being left is that of another one already.
-            self._is_left = True
-            self._go(view)
+        if self.page is not None:
+            self.taken = view
+            self.page.show_view(view)
 
 
 class Lesson:
@@ -268,16 +255,15 @@ class Lesson:
     def project(self, view: View) -> bool:
         """Have the lecturer's page show a view, as that of a visitor; whether she has one open."""
         own = [seat for seat in tuple(self.seats) if seat.leads and seat.is_shown_to_all]
-        fitting = [seat for seat in own if seat.page is not None and seat.page.address == view.page]
+        fitting = [seat for seat in own if seat.view is not None and seat.view.page == view.page]
         for seat in (fitting or own)[-1:]:
             seat.show(view)
         return bool(own)
 
-    def start_view(self, page: str) -> View | None:
-        """Return the view that a page of a visitor begins with, None for its own address."""
-        state = self.state
-        is_here = state.mode is not Mode.FREE and state.view is not None and state.view.page == page
-        return state.view if is_here else None
+    @property
+    def start_view(self) -> View | None:
+        """The view that a page of a visitor begins with, None for its own address."""
+        return None if self.state.mode is Mode.FREE else self.state.view
 
 
 def answers_csv(state: LessonState) -> str:

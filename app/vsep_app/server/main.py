@@ -1,6 +1,7 @@
 """Serves the dashboard."""
 
 import asyncio
+import gc
 import logging
 import secrets
 import socket
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import panel as pn
+from bokeh.settings import settings
 from panel.io.application import build_applications
 from panel.io.server import ComponentResourceHandler
 from tornado.ioloop import IOLoop
@@ -77,11 +79,13 @@ def make_server(
     few_arenas()
     replace_handlers()
     remember_defaults()
+    # Looks at the signature of each callback of every page anew.
+    settings.perform_error_diagnostics = False
     loop: Any = IOLoop.current()
     registry = SessionRegistry(rules or ServerLimits(), experiments=guided, loop=loop.asyncio_loop)
     pages = [*PAGES.values(), EMBED, *([] if registry.lesson is None else [LEAD])]
     applications = build_applications(
-        {page.route: registry.builder(page.load()) for page in pages},
+        {page.route: registry.builder(page) for page in pages},
         title={page.route: page.title for page in pages},
     )
     door = Admission(registry)
@@ -200,6 +204,9 @@ def serve(
     )
     shared_pool()
     server.start()
+    # What stays for ever need not be looked through whenever pages come and go.
+    gc.collect()
+    gc.freeze()
     # The first visitor is to see the first picture, too.
     server.io_loop.add_callback(server.registry.first_picture, "/", {})
     access, prefix = server.access, server.prefix

@@ -31,10 +31,10 @@ _STATES = {
     *("filter_str", "scroll_position"),
 }
 _VALUES = ("value", "value_throttled", "value_input")
-# Sources in which a browser says what happened there: a picture was drawn, a key or something was
-# pressed, the pointer drags. All others are for the server alone.
-_TOLD_SOURCES = {"drawn", "pressed", "dragged"}
-_MAX_WORD = 100
+# Sources in which a browser says what happened there, and their longest words: a picture was drawn,
+# a key or something was pressed, the pointer drags, the history goes to an address. All others are
+# for the server alone.
+_TOLD_SOURCES = {"drawn": 100, "pressed": 100, "dragged": 100, "went": 4000}
 _OF_THE_BROWSER = ("panel.models.browser", "panel.models.location")
 _OF_FIGURES = ("bokeh.models", "bokeh.plotting")
 _NO_OFFER = (None, None, None)
@@ -217,8 +217,9 @@ def _require_like(source: ColumnDataSource, new: Any) -> None:
         for name, column in columns.items()
     ):
         raise InputError("A source keeps its columns and their length.")
-    if any(isinstance(each, str) and len(each) > _MAX_WORD for c in columns.values() for each in c):
-        raise InputError(f"A word of a source has at most {_MAX_WORD} characters.")
+    most = _TOLD_SOURCES[source.name]
+    if any(isinstance(each, str) and len(each) > most for c in columns.values() for each in c):
+        raise InputError(f"A word of this source has at most {most} characters.")
 
 
 def _require_valid(model: Model, name: str, new: Any) -> None:

@@ -16,7 +16,8 @@ what is changed        upstream
 `leave_busy_state`     no report: param watches a reference whose place a value has taken
 `release_notifications` no report: Panel keeps the notifications of a page that has gone
 `page/opening.js`      no report: BokehJS writes a style sheet again that has not changed, and lays
-                       out the whole page as often as any component asks for it
+                       out the whole page, with what is hidden, as often as any component asks for
+                       it; Panel adds an entry to the history with every change of the address
 =====================  ==========================================================================
 """
 
@@ -26,6 +27,7 @@ from functools import cache, partial
 from typing import Any
 
 import panel as pn
+from bokeh.core.has_props import HasProps
 from bokeh.core.property.descriptors import PropertyDescriptor
 from bokeh.document import Document
 from bokeh.server.urls import per_app_patterns
@@ -212,15 +214,23 @@ def replace_handlers() -> None:
 
 has_unstable_default = PropertyDescriptor.has_unstable_default
 _has_unstable_default_once = cache(has_unstable_default)
+_overridden_defaults: Any = HasProps._overridden_defaults
+_overridden_once = cache(_overridden_defaults.__func__)
 
 
 def remember_defaults() -> None:
-    """Let models ask once a class, not once a model, which of its defaults are made anew."""
+    """Let models ask once a class, not once a model, for its defaults and which are made anew."""
     PropertyDescriptor.has_unstable_default = _of_its_class
+    HasProps._overridden_defaults = classmethod(_overridden_of_its_class)  # type: ignore[assignment]
 
 
 def _of_its_class(descriptor: Any, model: Any) -> bool:
     return bool(_has_unstable_default_once(descriptor, model.__class__))
+
+
+def _overridden_of_its_class(model_class: type[HasProps]) -> dict[str, Any]:
+    overridden: dict[str, Any] = _overridden_once(model_class)
+    return overridden
 
 
 def leave_busy_state(page: Any) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import panel as pn
 from bokeh.application.handlers.handler import Handler
 from bokeh.models import CustomJS
+from panel.io.location import Location
 from panel.io.state import set_curdoc
 
 from vsep.files.frame import Frame
@@ -25,16 +26,18 @@ from vsep_app.jobs.shared_runs import SharedResources
 from vsep_app.jobs.tasks import Prepared
 from vsep_app.model.settings import Plan
 from vsep_app.model.static_picture import StaticPicture
+from vsep_app.pages import PAGES, PageEntry
 from vsep_app.pages.base import PageBase, PageContext
 from vsep_app.pages.compare.method_runs import MethodRunState
 from vsep_app.pages.compare.picture import MethodView
 from vsep_app.pages.compare.tasks import CompareStep, Comparison
 from vsep_app.pages.live_address import plan_of_query
 from vsep_app.pages.recording.tasks import PreparedRecording
+from vsep_app.pages.tabs import Tabs
 from vsep_app.server.access import Role
 from vsep_app.server.lesson import Lesson, Seat
 from vsep_app.server.patches import release_notifications
-from vsep_app.server.seating import add_notice, seat_for, start
+from vsep_app.server.seating import seat_for, start
 from vsep_app.teaching.experiment import Experiment
 
 # A page whose browser is gone may come back within this time.
@@ -170,11 +173,12 @@ class SessionRegistry:
         """Whether a page is being built."""
         return self._building.locked()
 
-    def builder(self, page_class: Callable[[PageContext], PageBase]) -> Callable[[], Any]:
+    def builder(self, entry: PageEntry) -> Callable[[], Any]:
         """Return what the server calls for every visitor; it takes nothing but a function."""
+        entry.load()
 
         def build() -> Any:
-            return self.enter(page_class)
+            return self.enter(entry)
 
         return build
 
@@ -196,12 +200,12 @@ class SessionRegistry:
         finally:
             queue.close()
 
-    def enter(self, page_class: Callable[[PageContext], PageBase]) -> Any:
+    def enter(self, entry: PageEntry) -> Any:
         """Make a page for a visitor, or a kind word if there is no place."""
         with self._building:
-            return self._enter(page_class)
+            return self._enter(entry)
 
-    def _enter(self, page_class: Callable[[PageContext], PageBase]) -> Any:
+    def _enter(self, entry: PageEntry) -> Any:
         pn.extension(notifications=True, respect_explicit_sizing=True)
         document: Any = pn.state.curdoc
         release_notifications(document)
@@ -214,28 +218,28 @@ class SessionRegistry:
         queue, watched = shared_pool().queue(), partial(_watched, document)
         post = partial(_post, document)
         leads = _is_owner(document.session_context)
-        seat, query = seat_for(
+        seat, view = seat_for(
             self.lesson,
-            getattr(page_class, "address", ""),
+            entry.address,
             getattr(document.session_context, "request", None),
             leads=leads,
             post=post,
         )
-        page = page_class(
-            PageContext(
-                pool=queue,
-                query=query,
-                post=post,
-                watched=watched,
-                own_folder=leads,
-                experiments=self._experiments,
-                shared_resources=self.shared_resources,
-                background=BackgroundTasks(self._loop),
-                most_kept=self.rules.most_kept,
-                most_studies=self.rules.most_studies,
-                seat=seat,
-            )
+        context = PageContext(
+            pool=queue,
+            query=dict(view.query),
+            post=post,
+            watched=watched,
+            own_folder=leads,
+            experiments=self._experiments,
+            shared_resources=self.shared_resources,
+            background=BackgroundTasks(self._loop),
+            most_kept=self.rules.most_kept,
+            most_studies=self.rules.most_studies,
+            seat=seat,
+            location=pn.state.location or Location(),
         )
+        page = Tabs(context, view.page) if view.page in PAGES else entry.load()(context)
         self.num_opened += 1
         self.open_sessions[page] = Session(
             page=page,
@@ -249,9 +253,7 @@ class SessionRegistry:
         pn.state.on_session_destroyed(partial(_leave, self, page))
         document.on_event("connection_lost", partial(self._lost, page))
         document.js_on_event("connection_lost", CustomJS(code=_OPEN_AGAIN))
-        shown = page.page()
-        add_notice(shown, seat, tuple(self._experiments))
-        return shown
+        return page.page()
 
     def _has_room(self, most: int) -> bool:
         """Whether there is a place, and no crowd of pages that wait for their browsers."""

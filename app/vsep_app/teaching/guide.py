@@ -8,11 +8,10 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep_app.model.score import Score
-from vsep_app.teaching.experiment import EXPERIMENT_KEY, Experiment
+from vsep_app.teaching.experiment import Experiment
 from vsep_app.teaching.question import number_of
 from vsep_app.widgets.fields import field
 from vsep_app.widgets.layout import heading, html_pane
-from vsep_app.widgets.location import set_query
 
 PREDICT_PREFIX = "predict "
 EXPERIMENT_PREFIX = "experiment "
@@ -85,20 +84,19 @@ class Guide:
             description="Start again: set all controls as the experiment wants them.",
             **_BUTTON,
         )
-        self.number = field(
-            pmu.TextInput, "Answer", "Your answer: a number.", max_length=24, visible=False
-        )
+        self.number = field(pmu.TextInput, "Answer", "Your answer: a number.", max_length=24)
+        self._asked = pn.Column(margin=0, sizing_mode="stretch_width")
         self.verdict = html_pane("teaching", sizing_mode="stretch_width", margin=(0, 16))
         self.number.param.watch(self._take_number, "value")
         self._buttons = pn.Row(margin=(0, 16))
-        self.choice.param.watch(self._chosen, "value")
+        self.choice.param.watch(lambda _: self._begin(), "value")
         self.ask.on_click(lambda _: self._show_answer(not self.answer.visible))
         self.again.on_click(lambda _: self._begin())
         self._show()
 
     def layout(self) -> list[Any]:
         """Return the guide from top to bottom."""
-        rows = self.texts, self.number, self.verdict, self.controls, self._buttons, self.answer
+        rows = self.texts, self._asked, self.verdict, self.controls, self._buttons, self.answer
         return [heading("Guided experiment"), self.choice, *rows]
 
     def open(self, experiment: Experiment | None) -> None:
@@ -116,10 +114,6 @@ class Guide:
         one = self.experiment
         predicts = one is not None and one.page == self._here and bool(one.staging.predictions)
         return predicts and self._predicted is None and not self._is_over
-
-    def write_address(self) -> None:
-        """Put the experiment into the address of the page."""
-        set_query(EXPERIMENT_KEY, self.choice.value or None)
 
     def press(self, name: str) -> bool:
         """Do what a click on a card or a prediction means; whether it was one."""
@@ -164,10 +158,6 @@ class Guide:
         right = self._answered(experiment, number, None)
         self.verdict.object = f'<p role="status">{_VERDICTS[right]}</p>'
 
-    def _chosen(self, _: Any) -> None:
-        self.write_address()
-        self._begin()
-
     def _begin(self) -> None:
         self._predicted, self._score, self._is_over = None, None, False
         self.number.value = ""
@@ -183,7 +173,8 @@ class Guide:
         knows = is_here and not self.awaits_prediction
         self.texts.visible = experiment is not None
         asked = experiment.ask if experiment is not None and is_here else None
-        self.number.visible = asked is not None
+        if bool(len(self._asked)) != (asked is not None):
+            self._asked[:] = [] if asked is None else [self.number]
         if asked is not None:
             unit = f" [{asked.unit}]" if asked.unit else ""
             self.number.label = f"Your answer{unit}"

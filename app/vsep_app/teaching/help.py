@@ -1,6 +1,6 @@
 """Help of every page: the three views, all controls and methods in words, and a glossary."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from html import escape
 from typing import Any
 
@@ -19,10 +19,11 @@ from vsep_app.widgets.layout import ICON_ONLY, html_pane, stylesheet
 class Help:
     """A button for the header and the dialog that it opens; Escape or a click beside it closes it.
 
-    The tooltips of the controls in the parts of a page are listed.
+    The tooltips of the controls in the parts of the page that is shown are listed; `parts` returns
+    them.
     """
 
-    def __init__(self, parts: Iterable[Any]) -> None:
+    def __init__(self, parts: Callable[[], Iterable[Any]]) -> None:
         self.button = pmu.Button(
             label="Help",
             icon="help_outline",
@@ -33,7 +34,7 @@ class Help:
             margin=(0, 2),
             align="center",
         )
-        self._controls = controls_html(parts)
+        self._parts, self._listed = parts, ""
         self.dialog = pmu.Dialog(
             title="Help",
             title_variant="h4",
@@ -45,15 +46,17 @@ class Help:
         self.button.on_click(self._open)
 
     def _open(self, _: Any) -> None:
-        if not len(self.dialog):
-            self.dialog.append(self._tabs())
+        listed = controls_html(self._parts())
+        if not len(self.dialog) or listed != self._listed:
+            self._listed = listed
+            self.dialog[:] = [self._tabs()]
         self.dialog.open = True
 
     def _tabs(self) -> Any:
         """Return what the dialog holds; no page has it before it is asked for."""
         return pmu.Tabs(
             ("Views", _document("views")),
-            ("Controls", _pane(self._controls)),
+            ("Controls", _pane(self._listed)),
             ("Methods", _pane(methods_html())),
             ("Scenes", _pane(scenes_html())),
             ("Glossary", _document("glossary")),

@@ -1,10 +1,6 @@
-"""Notice of a lesson above the views of a visitor's page, and the way to another page."""
+"""Notice of a lesson above the views of a visitor's page."""
 
-from typing import Any
-
-import panel as pn
-
-from vsep_app.server.lesson import LessonState, Mode, View
+from vsep_app.server.lesson import LessonState, Mode
 from vsep_app.teaching.experiment import Experiment
 from vsep_app.teaching.histogram import histogram_html
 from vsep_app.widgets.layout import html_pane
@@ -36,15 +32,3 @@ class LessonNotice:
             html += histogram_html(experiment, state.answers.get(state.shown, {}), with_right=False)
         if html != self.pane.object:
             self.pane.param.update(object=html, visible=bool(html))
-
-
-def go_to(view: View) -> None:
-    """Have the browser open another page of the program; called with the document locked."""
-    location: Any = pn.state.location
-    if location is not None:
-        folder = location.pathname.rpartition("/")[0]
-        query = view.address.partition("?")[2]
-        location.param.update(
-            pathname=f"{folder}/{view.page.removeprefix('./')}", search=f"?{query}" if query else ""
-        )
-        location.reload = True

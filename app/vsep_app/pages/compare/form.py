@@ -11,7 +11,7 @@ from vsep_app.model.compare_settings import (
     MIN_METHODS,
     NO_METHOD,
     CompareSettings,
-    method_labels,
+    method_groups,
     require_distinct,
 )
 from vsep_app.widgets.controls import Controls
@@ -68,11 +68,11 @@ class CompareForm:
         ]
 
     def _select(self, number: int) -> Any:
-        options = {name: name for name in method_labels()}
+        groups = {group: {name: name for name in names} for group, names in method_groups().items()}
         if number >= MIN_METHODS:
-            options = {"none": NO_METHOD, **options}
+            groups = {"No method": {"none": NO_METHOD}, **groups}
         text = CompareSettings.param.methods.doc
-        select = field(pmu.Select, f"Method {number + 1}", text, options=options)
+        select = field(pmu.Select, f"Method {number + 1}", text, groups=groups)
         select.param.watch(lambda _: self._take(), "value")
         return select
 

@@ -20,7 +20,7 @@ from vsep_app.model.compare_settings import (
 )
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, Settings
 from vsep_app.model.url import parse_iteration, parse_query
-from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.base import PageContext, PageParts
 from vsep_app.pages.compare import tasks
 from vsep_app.pages.compare.form import CompareForm
 from vsep_app.pages.compare.maps import CompareMaps
@@ -34,7 +34,6 @@ from vsep_app.teaching.experiment import COMPARE, Experiment, open_experiment
 from vsep_app.teaching.guide import Guide
 from vsep_app.views.opening import small_map
 from vsep_app.widgets.controls import Controls
-from vsep_app.widgets.keys import Keys
 from vsep_app.widgets.location import set_query, synchronise
 from vsep_app.widgets.notifications import antenna_notice, notify
 
@@ -48,6 +47,7 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
     """One user's compare page."""
 
     address = "compare"
+    has_scene = True
 
     def __init__(self, context: PageContext) -> None:
         query, opened, unknown = open_experiment(context.query, context.experiments, COMPARE)
@@ -96,20 +96,18 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
     def page(self) -> Any:
         """Return the whole page."""
         self.fault.cover(self.maps.grid, self.results.row)
-        self.keys = Keys(self._painted, self.guide.press)
-        return page_frame(
-            self.address,
-            "Methods against radar interference side by side, live.",
-            self.transport.status,
+        return PageParts(
+            description="Methods against radar interference side by side, live.",
+            status=self.transport.status,
             sidebar=[*self.guide.layout(), *self.form.layout()],
             main=[self.transport.layout(), self.fault.pane, self.maps.grid, self.results.row],
         )
 
     def start(self) -> None:
         """Begin the first run; called when the page has been drawn."""
-        synchronise(self.settings, self.notify_error)
+        synchronise(self._context.location, self.settings, self.notify_error)
         self._write_address()
-        self.guide.write_address()
+        self._write_experiment()
         self._begin()
 
     def _loaded(self, name: str, content: bytes) -> None:
@@ -125,6 +123,10 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
     def _set(self, experiment: Experiment) -> None:
         super()._set(experiment)
         self.choice.param.update(**experiment.choice())
+
+    def press(self, name: str) -> object:
+        """Do what a click on a card or a prediction means."""
+        return self.guide.press(name)
 
     def next_frame(self) -> None:
         """Go to the next frame of the sequence, if all methods have finished this one."""
@@ -187,9 +189,10 @@ class ComparePage(ScenePage[ComparePlan, Comparison, CompareStep, ComparePicture
         self._restart()
 
     def _write_address(self) -> None:
-        set_query(METHODS_KEY, ",".join(self.choice.methods))
-        set_query(MASK_KEY, self.choice.mask)
-        set_query(DEBIAS_KEY, "true" if self.choice.debias else None)
+        location = self._context.location
+        set_query(location, METHODS_KEY, ",".join(self.choice.methods))
+        set_query(location, MASK_KEY, self.choice.mask)
+        set_query(location, DEBIAS_KEY, "true" if self.choice.debias else None)
 
     def _restart(self) -> None:
         """Begin with frame 0 of what is chosen now."""

@@ -20,7 +20,7 @@ from vsep_app.jobs.run_loop import RunCallbacks
 from vsep_app.jobs.tasks import compact, strip
 from vsep_app.model.picture import Picture
 from vsep_app.model.settings import LOADED_FRAME, PLAN_NAMES, VIEW_NAMES, Settings
-from vsep_app.pages.base import PageContext, page_frame
+from vsep_app.pages.base import PageContext, PageParts
 from vsep_app.pages.recording import tasks
 from vsep_app.pages.recording.dropped import completed, is_settings, text_of
 from vsep_app.pages.recording.files import DroppedFiles
@@ -98,10 +98,9 @@ class RecordingPage(RunPage[RecordingPlan, PreparedRecording, Step, Picture]):
         """Return the whole page."""
         views = self.view.layout()
         self.fault.cover(*views)
-        return page_frame(
-            self.address,
-            "Recordings of real radars: read, checked, and separated.",
-            self.transport.status,
+        return PageParts(
+            description="Recordings of real radars: read, checked, and separated.",
+            status=self.transport.status,
             sidebar=[*self.form.layout(), *self.folder.layout()],
             main=[self.transport.layout(), self.fault.pane, *views],
         )

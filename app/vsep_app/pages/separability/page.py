@@ -24,7 +24,7 @@ from vsep_app.figures.backends import holoviews
 from vsep_app.figures.map_elements import CONTOURS, EXPLANATIONS
 from vsep_app.figures.map_file import map_html
 from vsep_app.figures.map_view import MapView
-from vsep_app.pages.base import PageBase, PageContext, page_frame
+from vsep_app.pages.base import PageBase, PageContext, PageParts
 from vsep_app.pages.separability.form import SeparabilityForm
 from vsep_app.pages.separability.session import (
     Progress,
@@ -32,7 +32,7 @@ from vsep_app.pages.separability.session import (
     Snapshot,
     shared_map_cache,
 )
-from vsep_app.pages.separability.url import read_map_spec, write_map_spec
+from vsep_app.pages.separability.url import read_map_spec, with_start, write_map_spec
 from vsep_app.views.style import Axis, empty_figure
 from vsep_app.widgets.fields import tool_button, tool_field
 from vsep_app.widgets.layout import (
@@ -62,7 +62,7 @@ class SeparabilityPage(PageBase):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self.spec, layer, self._errors = read_map_spec(context.query)
+        self.spec, layer, self._errors = read_map_spec(with_start(context.query))
         self.form = SeparabilityForm(self.spec, self._changed)
         self.session = SeparabilitySession(self.spec, shared_map_cache())
         self.view = MapView(Axis(), Axis())
@@ -91,10 +91,9 @@ class SeparabilityPage(PageBase):
     def page(self) -> Any:
         """Return the whole page."""
         top = toolbar(self.layer, self.run, self.bar, self.progress, self.table, self.document)
-        return page_frame(
-            self.address,
-            "When can object and interference be told apart? Maps over two parameters.",
-            self.status,
+        return PageParts(
+            description="When can object and interference be told apart? Maps over two parameters.",
+            status=self.status,
             sidebar=self.form.layout(),
             main=[top, stack(self.card, self.explained)],
         )
@@ -117,9 +116,8 @@ class SeparabilityPage(PageBase):
         except InputError as error:
             self.notify_error(str(error))
             return
-        location = pn.state.location
-        if location is not None:
-            location.search = write_map_spec(self.spec, self.layer.value, read_query())
+        location = self._context.location
+        location.search = write_map_spec(self.spec, self.layer.value, read_query(location))
         self._context.background.call(self._call.set)
 
     def _run(self) -> None:
@@ -132,7 +130,8 @@ class SeparabilityPage(PageBase):
         await asyncio.to_thread(holoviews, "bokeh")
         while True:
             try:
-                await self._look()
+                if self._context.watched():
+                    await self._look()
             except Exception as error:
                 _LOG.error("the map failed", exc_info=error)
                 self._tell(f"The map cannot be drawn ({type(error).__name__}: {error}).")

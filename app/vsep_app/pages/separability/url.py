@@ -14,7 +14,25 @@ from vsep.studies.study import TrialSettings
 DEFAULT_X = "slope_difference_hz_per_s=-2e12:-1e11:33"
 DEFAULT_Y = "sir_db=-50:30:33"
 DEFAULT_LAYER = "whole_db"
+START_QUERY = {
+    "scene": "simulation-2-b",
+    "x": "interfered_share=0.0625:1:16",
+    "y": "slope_difference_hz_per_s=-2e12:-1e11:33",
+    "layer": "coherence",
+}
+"""Of an address that names no map: how long a burst is, and how many ramps have one, decide."""
 KEYS = ("scene", "x", "y", "set", "trials", "lab_seed", "method", "layer")
+
+
+def with_start(query: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the query of an address; of one that names no map, that of the first picture.
+
+    Examples
+    --------
+    >>> with_start({"seed": "3"})["layer"], with_start({"trials": "0"})
+    ('coherence', {'trials': '0'})
+    """
+    return query if query.keys() & set(KEYS) else START_QUERY
 
 
 def read_map_spec(query: Mapping[str, Any]) -> tuple[MapSpec, str, list[str]]:

@@ -12,7 +12,7 @@ from vsep.signal.motion import CYCLE_S
 from vsep_app.jobs.stream_loop import Punctuality, StreamLoop, StreamSink
 from vsep_app.model.settings import Settings
 from vsep_app.model.url import QUERY_NAMES, parse_query
-from vsep_app.pages.base import PageBase, PageContext, page_frame
+from vsep_app.pages.base import PageBase, PageContext, PageParts
 from vsep_app.pages.street.tasks import StreetPicture, StreetPlan, play_street
 from vsep_app.pages.street.views import (
     FrameTimes,
@@ -117,10 +117,9 @@ class StreetPage(PageBase):
         )
         self.fault.cover(views)
         self._count = html_pane("study", margin=(15, 10), min_width=220, sizing_mode=None)
-        return page_frame(
-            self.address,
-            "A street with other radars, separated frame after frame at the radar's pace.",
-            self.status,
+        return PageParts(
+            description="A street with other radars, separated at the pace of the radar.",
+            status=self.status,
             sidebar=[
                 heading("Scene"),
                 *(self.widgets[name] for name in SCENE[:-2]),
@@ -162,7 +161,7 @@ class StreetPage(PageBase):
             for name in self.widgets
             if getattr(self.settings, name) != getattr(self._usual, name)
         }
-        set_query(QUERY_KEY, urlencode(changed) if changed else None)
+        set_query(self._context.location, QUERY_KEY, urlencode(changed) if changed else None)
 
     def _toggle(self) -> None:
         """Pause or go on."""

@@ -31,7 +31,7 @@ from vsep.studies.scatter import FRAME_VALUES
 from vsep.studies.study import Study
 from vsep.studies.trial import FAILED, Row
 from vsep_app.figures.backends import holoviews
-from vsep_app.pages.base import PageBase, PageContext, page_frame
+from vsep_app.pages.base import PageBase, PageContext, PageParts
 from vsep_app.pages.studies.curves import StudyCurves
 from vsep_app.pages.studies.form import StudyForm
 from vsep_app.pages.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
@@ -111,10 +111,9 @@ class StudyPage(PageBase):
             weight=11,
         )
         body = stack(left, right, row=True, sheet="body")
-        return page_frame(
-            self.address,
-            "Monte-Carlo studies of vsep, growing as their trials finish.",
-            self.transport.status,
+        return PageParts(
+            description="Monte-Carlo studies of vsep, growing as their trials finish.",
+            status=self.transport.status,
             sidebar=self.form.layout(),
             main=[self.transport.layout(), body],
         )
@@ -218,7 +217,8 @@ class StudyPage(PageBase):
         while True:
             started = time.monotonic()
             try:
-                await self._look()
+                if self._context.watched():
+                    await self._look()
             except Exception as error:
                 sentence = f"The rows cannot be drawn ({type(error).__name__}: {error})."
                 if sentence != self._told:
