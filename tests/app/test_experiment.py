@@ -203,8 +203,8 @@ def test_zeroing_leaves_ghosts():
         step = advance_all(comparison, step.state)
     assert came("zeroing", step.views[0].score) == "Zeroing finds dozens of objects that are not"
     zeroing, masked, factorised = (view.metrics for view in step.views)
-    # "about 90 false ones", "and it has not ended"
-    assert 85 <= zeroing.false_alarms <= 95
+    # "about 80 false ones", "and it has not ended"
+    assert 75 <= zeroing.false_alarms <= 85
     assert zeroing.num_detections == plan.scene.max_iterations
     assert (masked.misses, masked.false_alarms) == (0, 0)
     assert (factorised.misses, factorised.false_alarms) == (0, 0)
@@ -378,15 +378,15 @@ def test_an_experiment_is_a_frozen_record():
         named("dip").title = "another"
 
 
-def test_a_moving_car_is_eleven_objects_or_one():
+def test_a_moving_car_is_nine_objects_or_one():
     still, moving = run("moving-car"), run("moving-car", range_migration="modelled")
-    assert (still.misses, still.objects.num_components) == (0, 11)
+    assert (still.misses, still.objects.num_components) == (0, 9)
     power_db = 20.0 * np.log10(np.abs(still.objects.amplitudes / still.truth.amplitudes[0]))
     four = np.argsort(-power_db)[:4]
-    assert power_db[four[0]] == pytest.approx(-2.8, abs=0.1)
+    assert power_db[four[0]] == pytest.approx(-4.7, abs=0.1)
     away_m = np.abs(still.radar.range_from_beat(still.objects.beats[four]) - 20.0)
     away_mps = np.abs(still.radar.velocity_from_doppler(still.objects.dopplers[four]) - 15.0)
-    assert away_m.max() == pytest.approx(0.1, abs=0.01)
+    assert away_m.max() == pytest.approx(0.09, abs=0.005)
     assert away_mps.max() == pytest.approx(0.14, abs=0.01)
     assert moving.ranges_m == pytest.approx([20.0], abs=0.0005)
     velocity = moving.radar.velocity_from_doppler(moving.objects.dopplers)
@@ -421,12 +421,12 @@ def test_a_car_that_no_line_shows_is_a_group():
     assert (seen.misses, seen.false_alarms, lost.groups) == (0, 0, ())
 
 
-def test_five_objects_that_brake_are_fourteen_or_five():
+def test_five_objects_that_brake_are_thirteen_or_five():
     constant, braking = run("braking"), run("braking", acceleration="modelled")
     levels = 10.0 * np.log10(np.abs(braking.truth.amplitudes) ** 2 * braking.truth.noise_precision)
     assert (round(levels.min()), round(levels.max())) == (27, 55)
-    assert constant.objects.num_components == 14
-    assert np.sum(np.abs(constant.ranges_m - 1.37) < 0.1) == 5
+    assert constant.objects.num_components == 13
+    assert np.sum(np.abs(constant.ranges_m - 1.37) < 0.1) == 4
     assert (braking.misses, braking.false_alarms) == (0, 0)
     found = braking.radar.acceleration_from_curvature(braking.objects.curvatures)
     strongest = int(np.argmax(braking.objects.powers))

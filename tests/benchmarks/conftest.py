@@ -30,7 +30,7 @@ def timed(benchmark):
             rounds=rounds,
             warmup_rounds=warmup_rounds,
         )
-        if floor is not None:
+        if seconds[warmup_rounds:]:  # none where nothing is timed
             benchmark.extra_info["floor"] = float(np.median(seconds[warmup_rounds:]))
         return result
 

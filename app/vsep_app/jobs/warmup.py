@@ -38,6 +38,7 @@ def compile_everything() -> None:
     _separate("factorised", several, np.stack([observation.received] * several.num_antennas))
     _compile_map()
     _compile_moving()
+    _compile_dithered()
 
 
 def compile_side_by_side() -> None:
@@ -86,6 +87,13 @@ def _compile_moving() -> None:
     model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
     state = run(make_estimator("object-only", model, max_iterations=4), observation.received).state
     state_deviations(state, model.shape, model.migration)
+
+
+def _compile_dithered() -> None:
+    """Separate a frame of dithered ramps."""
+    scenario, observation = simulate_preset("dithered-ramps", snr_db=40.0, sir_db=-20.0, seed=1)
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
+    run(make_estimator("object-only", model, max_iterations=3), observation.received)
 
 
 def _frame() -> tuple[Scenario, Observation]:

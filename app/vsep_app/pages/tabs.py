@@ -49,7 +49,7 @@ class Tab:
         for place in (self.header, self.sidebar, self.main):
             place.visible = wanted
         # On narrow screens the style sheet has a word on that, too.
-        self.main.styles = {} if wanted else {"display": "none"}
+        self.main.css_classes = [] if wanted else ["unseen"]
 
 
 class Tabs(PageBase):

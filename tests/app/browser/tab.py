@@ -172,11 +172,11 @@ class Dashboard:
 
     @property
     def status(self):
-        return self.page.locator("[role=status]").first.inner_text()
+        return self.page.locator("[role=status] >> visible=true").first.inner_text()
 
     @property
     def header(self):
-        return self.page.locator("span:has(> [role=status])").first.inner_text()
+        return self.page.locator("span:has(> [role=status]) >> visible=true").first.inner_text()
 
     @property
     def iteration(self):
