@@ -1,7 +1,6 @@
 """Serves the dashboard."""
 
 import asyncio
-import gc
 import logging
 import secrets
 import socket
@@ -23,7 +22,7 @@ from vsep_app.server.announce import announcement, base_address, open_browser
 from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
 from vsep_app.server.entry import guard_entry, log_request
 from vsep_app.server.health import HealthHandler
-from vsep_app.server.memory import begin_tidying, few_arenas
+from vsep_app.server.memory import begin_tidying, few_arenas, look_through_less
 from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT
 from vsep_app.server.opening import Opening
 from vsep_app.server.patches import (
@@ -204,9 +203,7 @@ def serve(
     )
     shared_pool()
     server.start()
-    # What stays for ever need not be looked through whenever pages come and go.
-    gc.collect()
-    gc.freeze()
+    look_through_less()
     # The first visitor is to see the first picture, too.
     server.io_loop.add_callback(server.registry.first_picture, "/", {})
     access, prefix = server.access, server.prefix
