@@ -158,7 +158,8 @@ def test_the_pages_lead_to_each_other_by_keyboard(studies):
     page = studies.page
     page.get_by_role("link", name="Live view").focus()
     page.keyboard.press("Enter")
-    page.locator("[role=status]", has_text="paused").wait_for(timeout=PATIENCE_MS)
+    page.wait_for_url(re.compile(r"/\?preset="), timeout=PATIENCE_MS)
+    page.get_by_role("button", name="Pause").wait_for(timeout=PATIENCE_MS)
     page.get_by_role("link", name="Studies").focus()
     page.keyboard.press("Enter")
     page.wait_for_url(re.compile("/studies"), timeout=PATIENCE_MS)
