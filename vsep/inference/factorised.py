@@ -168,6 +168,7 @@ class FactorisedSeparator(ObjectSettings):
             max_additions,
             jointly=self._order.joint_object_step,
             nearby=self._order.objects_nearby,
+            merging=self._order.merges_objects,
         )
 
     def _relative_steps(self, missing: BoolArray) -> FloatArray:

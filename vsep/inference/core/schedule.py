@@ -74,6 +74,8 @@ class Schedule:
     ends_when_calm : bool
         Whether a run whose samples are weighed ends as well when some iterations in a row changed
         next to nothing; otherwise only when one changed nothing that matters.
+    merges_objects : bool
+        Whether objects that their neighbours explain are given up.
     refines_growing : bool
         Whether theta is refined after Algorithm 4 only where that has added components to many
         bursts; otherwise always.
@@ -102,6 +104,7 @@ class Schedule:
     noise_spectrum: bool = False
     noise_from: int = 0
     ends_when_calm: bool = False
+    merges_objects: bool = False
     refines_growing: bool = False
 
     def object_additions(self, iteration: int) -> int:
@@ -178,11 +181,19 @@ ROBUST: Final = Schedule(
     weigh_from=6,
     noise_spectrum=True,
     ends_when_calm=True,
+    merges_objects=True,
 )
 
 # A measured response errs by some hundredths of a burst, which is many nats: bursts fitted as well
-# as that are not moved for hundredths of a nat, and not looked for in every other iteration.
-MEASURED: Final = replace(ROBUST, early_search=(0, 2, 4, 12), least_gain=0.3, refines_growing=True)
+# as that are not moved for hundredths of a nat, and not looked for in every other iteration; nor is
+# an object told by so little from its neighbours.
+MEASURED: Final = replace(
+    ROBUST,
+    early_search=(0, 2, 4, 12),
+    least_gain=0.3,
+    refines_growing=True,
+    merges_objects=False,
+)
 
 PAPER: Final = Schedule(
     name="paper",

@@ -217,6 +217,7 @@ def update_objects(
     *,
     jointly: bool = True,
     nearby: bool = False,
+    merging: bool = True,
 ) -> ObjectWorkspace:
     """Run Algorithm 3 on a residual: new components first, then every component in turn.
 
@@ -233,10 +234,12 @@ def update_objects(
     max_additions : int
         New components at most.
     jointly : bool
-        Whether a step of all components together follows, and unresolved ones are given up.
+        Whether a step of all components together follows.
     nearby : bool
         Whether the objects are next to where they are: then they are fitted together, and
         Algorithm 3 follows only where one is new.
+    merging : bool
+        Whether those that their neighbours explain are given up.
     """
     if nearby and pays_together(state, model):
         found = updated_nearby(residual, state, model, threshold, max_additions)
@@ -254,7 +257,7 @@ def update_objects(
     )
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
     workspace.update_components(jointly=jointly)  # for all l: (70), Algorithm 4
-    if jointly and not dithered and merging_due(workspace, state):
+    if merging and not dithered and merging_due(workspace, state):
         merge_unresolved(workspace)
     return workspace
 
