@@ -1,14 +1,12 @@
 """Kept machine code follows the sources of all kernels, not only of its own."""
 
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-from vsep.kernels import compiler
+from tests.vsep.kernel_package import write_package
 from vsep.kernels.code_cache import MARK, drop_outdated
 
 CALLER = """
@@ -37,13 +35,7 @@ def doubled(folder):
 
 
 def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(tmp_path):
-    kernels = tmp_path / "vsep" / "kernels"
-    kernels.mkdir(parents=True)
-    (tmp_path / "vsep" / "__init__.py").touch()
-    for name in ("__init__.py", "compiler.py", "code_cache.py", "clock.py", "linking.py"):
-        shutil.copy(Path(compiler.__file__).with_name(name), kernels / name)
-    (kernels / "caller.py").write_text(CALLER)
-    (kernels / "callee.py").write_text(CALLEE.format(1.0))
+    kernels = write_package(tmp_path, caller=CALLER, callee=CALLEE.format(1.0))
     assert doubled(tmp_path) == 2.0
     assert list((kernels / "__pycache__").glob("caller.doubled*.nbc"))
     (kernels / "callee.py").write_text(CALLEE.format(3.0))
@@ -66,13 +58,7 @@ def test_machine_code_stays_while_the_sources_do(tmp_path):
 @pytest.fixture
 def package(tmp_path):
     """A package of two kernels whose cache folder can be written by nobody, not even root."""
-    kernels = tmp_path / "vsep" / "kernels"
-    kernels.mkdir(parents=True)
-    (tmp_path / "vsep" / "__init__.py").touch()
-    for name in ("__init__.py", "compiler.py", "code_cache.py", "clock.py", "linking.py"):
-        shutil.copy(Path(compiler.__file__).with_name(name), kernels / name)
-    (kernels / "caller.py").write_text(CALLER)
-    (kernels / "callee.py").write_text(CALLEE.format(1.0))
+    write_package(tmp_path, caller=CALLER, callee=CALLEE.format(1.0))
     return tmp_path
 
 

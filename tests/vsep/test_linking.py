@@ -2,15 +2,13 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from vsep.kernels import compiler
+from tests.vsep.kernel_package import write_package
 
 CALLEE = """
 import numpy as np
@@ -54,13 +52,7 @@ told = {}
 
 def package(folder):
     """A package of these kernels and of what compiles them."""
-    kernels = folder / "vsep" / "kernels"
-    kernels.mkdir(parents=True)
-    (folder / "vsep" / "__init__.py").touch()
-    for name in ("__init__.py", "compiler.py", "code_cache.py", "clock.py", "linking.py"):
-        shutil.copy(Path(compiler.__file__).with_name(name), kernels / name)
-    (kernels / "caller.py").write_text(CALLER)
-    (kernels / "callee.py").write_text(CALLEE)
+    write_package(folder, caller=CALLER, callee=CALLEE)
     return folder
 
 

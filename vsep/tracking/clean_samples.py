@@ -11,11 +11,9 @@ import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray
 from vsep.inference.core.state import SeparationState
-from vsep.inference.objects.dithered import DitheredWorkspace
+from vsep.inference.objects.dithered import object_workspace
 from vsep.inference.objects.nearby import nearby_workspace, pays_together
 from vsep.inference.objects.object_only import ObjectSettings
-from vsep.inference.objects.workspace import ObjectWorkspace
-from vsep.signal.dithered_atoms import RampDither
 from vsep.tracking.clean_frame import LOUDER
 from vsep.tracking.interfered_samples import examined, raised_rows
 
@@ -110,16 +108,7 @@ def _fitted(
         begun = replace(state, noise_precision=noise_precision)
         work = nearby_workspace(begun, majorised, model, threshold, estimates_noise=False)
     if work is None:
-        dithered = isinstance(model.migration, RampDither)
-        work = (DitheredWorkspace if dithered else ObjectWorkspace)(
-            state.objects,
-            majorised,
-            noise_precision,
-            threshold=threshold,
-            next_id=state.next_component_id,
-            num_antennas=model.num_antennas,
-            migration=model.migration,
-        )
+        work = object_workspace(state, majorised, noise_precision, model, threshold)
         if refined:
             work.update_components()
     return replace(state, objects=work.components(), object_signal=work.signal)

@@ -1,9 +1,9 @@
 """Component table and event log as plain HTML, for the page and the report alike."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from vsep_app.model.markers import GroupMarks, TargetMarks
 from vsep_app.model.picture import Picture
@@ -81,36 +81,46 @@ def table_html(rows: Sequence[TableRow], *, moving: bool) -> str:
 
 def groups_html(groups: GroupMarks) -> str:
     """Return the table of extended objects; nothing where there are none."""
-    if not groups.lines:
-        return ""
-    names = "range [m]", "extent [m]", "velocity [m/s]", "strongest [dB]", "lines"
-    head = "".join(f"<th>{name}</th>" for name in names)
-    columns = groups.ranges_m, groups.extents_m, groups.velocities_mps, groups.snr_db
-    body = "".join(
-        row_html([*(value_text(float(value), 2) for value in values), escape(lines)])
-        for *values, lines in zip(*columns, groups.lines, strict=True)
-    )
-    return (
-        f'<h3>Extended objects</h3><table class="components groups" tabindex="0" '
-        f'aria-label="Extended objects"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
-    )
+    columns = {
+        "range [m]": groups.ranges_m,
+        "extent [m]": groups.extents_m,
+        "velocity [m/s]": groups.velocities_mps,
+        "strongest [dB]": groups.snr_db,
+    }
+    return _joined_html("Extended objects", "groups", columns, {"lines": groups.lines})
 
 
 def targets_html(targets: TargetMarks | None) -> str:
     """Return the table of objects of several transmitters; nothing where there are none."""
-    if targets is None or not targets.lines:
+    if targets is None:
         return ""
-    names = "range [m]", "velocity [m/s]", "strongest [dB]", "lines by transmitter"
-    head = "".join(f"<th>{name}</th>" for name in names)
-    columns = targets.ranges_m, targets.velocities_mps, targets.snr_db
+    columns = {
+        "range [m]": targets.ranges_m,
+        "velocity [m/s]": targets.velocities_mps,
+        "strongest [dB]": targets.snr_db,
+    }
+    lines = {"lines by transmitter": targets.lines}
+    return _joined_html("Objects of all transmitters", "targets", columns, lines)
+
+
+def _joined_html(
+    title: str,
+    look: str,
+    columns: Mapping[str, Any],
+    lines: Mapping[str, Sequence[str]],
+) -> str:
+    """Return a table of what lines are joined to: numbers, then the lines; nothing of no row."""
+    ((name, texts),) = lines.items()
+    if not texts:
+        return ""
+    head = "".join(f"<th>{each}</th>" for each in (*columns, name))
     body = "".join(
-        row_html([*(value_text(float(value), 2) for value in values), escape(lines)])
-        for *values, lines in zip(*columns, targets.lines, strict=True)
+        row_html([*(value_text(float(value), 2) for value in values), escape(text)])
+        for *values, text in zip(*columns.values(), texts, strict=True)
     )
     return (
-        f'<h3>Objects of all transmitters</h3><table class="components targets" tabindex="0" '
-        f'aria-label="Objects of all transmitters"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody></table>"
+        f'<h3>{title}</h3><table class="components {look}" tabindex="0" '
+        f'aria-label="{title}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
     )
 
 

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from vsep._typing import ComplexArray, FloatArray
+from vsep.inference.core.state import SeparationState
 from vsep.inference.objects.refinement import place_components
-from vsep.inference.objects.workspace import ObjectWorkspace
+from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace
 from vsep.kernels.candidates import (
     CANDIDATE_PEAKS,
     NEW_COMPONENT_STEPS,
@@ -26,10 +27,34 @@ from vsep.kernels.convergence import largest_change
 from vsep.kernels.newton_ascent import NO_GAIN, TRIALS, Updated, newton_or_gradient_step
 from vsep.kernels.object_cost import MIN_SCHUR, CostJet
 from vsep.signal.dithered_atoms import RampDither, pair_jet, signal_jet
+from vsep.signal.template import SignalModel
 from vsep.units import wrap_frequency
 
 ABSENT: Final = 1e9  # of lambda: prior precision of a component that has no weight any more
 ROUNDS: Final = 2  # of single steps of all objects, in the place of one of all together
+
+
+def object_workspace(
+    state: SeparationState,
+    residual: ComplexArray,
+    noise_precision: float,
+    model: SignalModel,
+    threshold: ObjectThreshold,
+) -> ObjectWorkspace:
+    """Begin Algorithm 3 with the objects of a state, as the ramps of the model see them.
+
+    Parameters as for `ObjectWorkspace`.
+    """
+    kind = DitheredWorkspace if isinstance(model.migration, RampDither) else ObjectWorkspace
+    return kind(
+        state.objects,
+        residual,
+        noise_precision,
+        threshold=threshold,
+        next_id=state.next_component_id,
+        num_antennas=model.num_antennas,
+        migration=model.migration,
+    )
 
 
 class _Others(NamedTuple):

@@ -17,7 +17,7 @@ from vsep.inference.core.settling import initial_errors
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
 from vsep.inference.core.thresholds import threshold_from_false_alarm_rate
-from vsep.inference.objects.dithered import DitheredWorkspace
+from vsep.inference.objects.dithered import object_workspace
 from vsep.inference.objects.merging import merge_unresolved, merging_due
 from vsep.inference.objects.nearby import pays_together, updated_nearby
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
@@ -245,18 +245,10 @@ def update_objects(
         found = updated_nearby(residual, state, model, threshold, max_additions)
         if found is not None:
             return found
-    dithered = isinstance(model.migration, RampDither)
-    workspace = (DitheredWorkspace if dithered else ObjectWorkspace)(
-        state.objects,
-        residual,
-        state.noise_precision,
-        threshold=threshold,
-        next_id=state.next_component_id,
-        num_antennas=model.num_antennas,
-        migration=model.migration,
-    )
+    workspace = object_workspace(state, residual, state.noise_precision, model, threshold)
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
     workspace.update_components(jointly=jointly)  # for all l: (70), Algorithm 4
+    dithered = isinstance(model.migration, RampDither)
     if merging and not dithered and merging_due(workspace, state):
         merge_unresolved(workspace)
     return workspace
