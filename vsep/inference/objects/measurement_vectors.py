@@ -31,9 +31,8 @@ class MultipleVectorActiveSet(ActiveSet):
 
     def cost(self) -> float:
         """Log evidence of the non-linear parameters, (67) summed over the antennas."""
-        fit = np.vdot(self.projections, self.amplitudes).real
         # A log|C| + lambda sum_a h_a^H mu_a
-        return self.num_antennas * self.log_determinant + self.noise_precision * float(fit)
+        return self.num_antennas * self.log_determinant + self.explained()
 
     def trace(self) -> float:
         """tr(A C A^H) of all antennas."""

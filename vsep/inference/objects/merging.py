@@ -80,7 +80,7 @@ def _merge_group(objects: ObjectWorkspace, ids: IntArray) -> bool:
             ),
             objects.residual,
         )
-        lost = _explained(placed) - _explained(trial)
+        lost = placed.active.explained() - trial.active.explained()
         patience = SMEAR_PATIENCE if unresolved >= SMEARED else 1.0
         if lost >= patience * least[members == weakest]:
             break
@@ -97,12 +97,6 @@ def _settled(placed: PlacedComponents, residual: ComplexArray) -> PlacedComponen
             return moved
         placed = moved
     return placed
-
-
-def _explained(placed: PlacedComponents) -> float:
-    """Return what the weights explain, lambda h^H alpha with h = Phi^H r, in nats."""
-    active = placed.active
-    return active.noise_precision * float(np.vdot(active.projections, active.amplitudes).real)
 
 
 def cells_in_common(points: FloatArray, shape: tuple[int, int]) -> IntArray:

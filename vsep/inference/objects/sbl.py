@@ -202,8 +202,11 @@ class ActiveSet:
 
     def cost(self) -> float:
         """Log evidence of the non-linear parameters, (67) or (71): ``log|C| + lambda h^H mean``."""
-        fit = np.vdot(self.projections, self.amplitudes).real  # h^H mean with h = A^H r
-        return self.log_determinant + self.noise_precision * float(fit)
+        return self.log_determinant + self.explained()
+
+    def explained(self) -> float:
+        """Return what the weights explain, lambda h^H mean with h = A^H r, in nats."""
+        return self.noise_precision * float(np.vdot(self.projections, self.amplitudes).real)
 
     def trace(self) -> float:
         """tr(A C A^H), the expected energy of the weights' uncertainty in (65)."""
