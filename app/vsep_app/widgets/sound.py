@@ -48,8 +48,8 @@ class Loudspeaker:
     ) -> None:
         self._shown, self._antenna = shown, antenna
         self._pool, self._post, self._background = pool, post, background
-        nothing = np.zeros(0, dtype=np.float32)
-        self.source = ColumnDataSource({"samples": nothing}, name="sound", syncable=False)
+        self._number = 0
+        self.source = ColumnDataSource({"number": [], "samples": []}, name="sound", syncable=False)
         code = path("page/sound.js").read_text(encoding="utf-8")
         play = CustomJS(args={"sound": self.source, "rate_hz": RATE_HZ}, code=code)
         self.source.js_on_change("data", play)
@@ -67,4 +67,6 @@ class Loudspeaker:
         self._post(partial(self._send, made))
 
     def _send(self, made: FloatArray) -> None:
-        self.source.data = {"samples": made.astype(np.float32)}
+        # Without the number the same sound again would be no change.
+        self._number += 1
+        self.source.data = {"number": [self._number], "samples": [made.astype(np.float32)]}
