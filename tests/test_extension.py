@@ -120,7 +120,7 @@ from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.recordings.settings import FORMATS
 from vsep.studies.methods import method_names
-from vsep_app.model.compare_settings import method_labels
+from vsep_app.model.compare_settings import method_entries
 from vsep_app.pages.recording.form import _CHOICES
 from vsep_app.teaching.help import methods_html
 
@@ -128,7 +128,7 @@ print(json.dumps({
     "estimators": list(ESTIMATORS),
     "mitigations": list(MITIGATIONS),
     "methods of studies": list(method_names()),
-    "compare page": list(method_labels()),
+    "compare page": [entry.name for entry in method_entries()],
     "formats": list(FORMATS),
     "recording page": list(_CHOICES["format"][1].values()),
     "help": methods_html().replace("(", " ").replace(")", " ").split(),

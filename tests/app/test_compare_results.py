@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 
 import numpy as np
 from vsep_app.pages.compare.maps import CompareMaps
@@ -64,18 +65,36 @@ def test_the_maps_show_the_cleaned_frames_and_their_objects():
     picture = picture_of("zeroing", "factorised")
     maps.show(picture)
     assert maps.grid.css_classes == ["of-2"]
-    assert [card.column.visible for card in maps._cards] == [True, True, False, False]
-    for card, view in zip(maps._cards, picture.method_runs, strict=False):
-        np.testing.assert_array_equal(card._image.data["image"][0], view.map_cleaned)
+    assert [card.column.visible for card in maps.methods] == [True, True, False, False]
+    for card, view in zip(maps.methods, picture.method_runs, strict=False):
+        np.testing.assert_array_equal(card.plots.image.data["image"][0], view.map_cleaned)
         np.testing.assert_array_equal(card.marks.data["range"], view.objects.ranges_m)
-        assert card.map.title.text.startswith(f"{view.name}: detects, ")
+        assert card.plots.map.title.text == f"{view.name}: {view.score.text}"
     assert picture.method_runs[1].objects.ranges_m.size > 0
+
+
+def test_the_maps_begin_with_the_frame_as_received_and_without_interference():
+    maps = CompareMaps()
+    picture = picture_of("zeroing", "factorised")
+    maps.show(picture)
+    static_picture = picture.static_picture
+    observation = static_picture.observation
+    received, without = (card.plots.image.data["image"][0] for card in (maps.received, maps.truth))
+    np.testing.assert_array_equal(received, static_picture.map_before)
+    clean = observation.received - observation.truth.interference_signal
+    np.testing.assert_array_equal(without, static_picture.map_of(clean))
+    # What the bursts raise is noise again.
+    assert np.median(received) > np.median(without) + 50
+    unknown = replace(static_picture, observation=replace(observation, truth=None))
+    maps.show(replace(picture, static_picture=unknown))
+    assert not maps.truth.column.visible
+    assert maps.received.column.css_classes == ["received", "alone"]
 
 
 def test_a_single_ramp_is_a_curve():
     maps = CompareMaps()
     picture = picture_of("linear", "factorised", preset="simulation-1")
     maps.show(picture)
-    card = maps._cards[1]
+    card = maps.methods[1]
     assert (card._map_pane.visible, card._profile_pane.visible) == (False, True)
-    np.testing.assert_array_equal(card._line.data["level"], picture.method_runs[1].profile_db)
+    np.testing.assert_array_equal(card.plots.line.data["level"], picture.method_runs[1].profile_db)

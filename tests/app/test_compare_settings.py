@@ -1,7 +1,7 @@
 import pytest
 from vsep_app.model.compare_settings import (
     CompareSettings,
-    method_labels,
+    method_entries,
     parse_choice,
     require_distinct,
 )
@@ -12,8 +12,8 @@ from vsep.mitigation.registry import MITIGATIONS
 
 
 def test_every_registered_method_can_be_compared():
-    assert set(method_labels()) == {*MITIGATIONS, *ESTIMATORS}
-    assert set(CompareSettings().methods) <= set(method_labels())
+    assert {entry.name for entry in method_entries()} == {*MITIGATIONS, *ESTIMATORS}
+    assert set(CompareSettings().methods) <= {entry.name for entry in method_entries()}
 
 
 @pytest.mark.parametrize(

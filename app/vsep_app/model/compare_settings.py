@@ -11,6 +11,7 @@ from vsep.files.frame_mask import MASK_NAMES
 from vsep.inference.registry import ESTIMATORS
 from vsep.mitigation.registry import MITIGATIONS
 from vsep.mitigation.sparse.prior import SeenFrame
+from vsep.registry import Entry
 from vsep_app.model.settings import Plan
 from vsep_app.model.url import as_given
 from vsep_app.pages.compare.metrics import FrameResult
@@ -27,7 +28,7 @@ class CompareSettings(param.Parameterized):
     """What is compared; the scene is that of `Settings`."""
 
     methods: Any = param.List(
-        default=["iht", "masked", "factorised"],
+        default=["zeroing", "autoregressive", "masked", "factorised"],
         item_type=str,
         bounds=(MIN_METHODS, MAX_METHODS),
         doc="Repairs of interfered samples are followed by the object-only estimator on the "
@@ -54,7 +55,7 @@ class ComparePlan:
     """All that determines a comparison; frozen and picklable."""
 
     scene: Plan  #: The scene and the estimators' settings.
-    methods: tuple[str, ...]  #: Some of `method_labels`.
+    methods: tuple[str, ...]  #: Names out of `method_entries`.
     mask: str  #: How interfered samples are found.
     debias: bool  #: Whether compressive sensing ends with a least-squares fit.
     frame_number: int  #: Which frame of the sequence.
@@ -63,9 +64,9 @@ class ComparePlan:
     past: tuple[FrameResult, ...]  #: How the methods did on earlier frames.
 
 
-def method_labels() -> dict[str, str]:
-    """Return all methods that can be compared by name, with their labels; repairs come first."""
-    return {name: entry.label for name, entry in [*MITIGATIONS.items(), *ESTIMATORS.items()]}
+def method_entries() -> list[Entry]:
+    """Return the records of all methods that can be compared; repairs come first."""
+    return [*MITIGATIONS.values(), *ESTIMATORS.values()]
 
 
 def method_groups() -> dict[str, list[str]]:
@@ -96,7 +97,7 @@ def require_distinct(methods: list[str]) -> list[str]:
     >>> require_distinct(["iht", "masked"])
     ['iht', 'masked']
     """
-    known = method_labels()
+    known = [entry.name for entry in method_entries()]
     for name in methods:
         if name not in known:
             raise InputError(f"method is {shown(name)}; it must be one of {', '.join(known)}.")

@@ -1,8 +1,10 @@
 """Form of the compare page: up to four methods, the mask, the scene of the live view."""
 
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
+import panel as pn
 import panel_material_ui as pmu
 
 from vsep.errors import InputError
@@ -11,12 +13,13 @@ from vsep_app.model.compare_settings import (
     MIN_METHODS,
     NO_METHOD,
     CompareSettings,
+    method_entries,
     method_groups,
     require_distinct,
 )
 from vsep_app.widgets.controls import Controls
 from vsep_app.widgets.fields import field, pair
-from vsep_app.widgets.layout import heading
+from vsep_app.widgets.layout import heading, small_text
 
 _MASK_LABELS = {
     "Perfect": "truth",
@@ -38,6 +41,7 @@ class CompareForm:
         self.choice, self._controls, self._notify_error = choice, controls, notify_error
         self.methods = [self._select(number) for number in range(MAX_METHODS)]
         mask, debias = CompareSettings.param.mask, CompareSettings.param.debias
+        self._lines = pn.pane.HTML(margin=(0, 16, 6, 16), sizing_mode="stretch_width")
         self.mask = field(pmu.Select, mask.label, mask.doc, options=_MASK_LABELS, value=choice.mask)
         self.debias = pmu.Switch(
             label=debias.label,
@@ -58,6 +62,7 @@ class CompareForm:
             heading("Methods"),
             pair(*self.methods[:2]),
             pair(*self.methods[2:]),
+            self._lines,
             pair(self.mask, self.debias),
             *controls.scene(),
             heading("Detection"),
@@ -95,5 +100,8 @@ class CompareForm:
         methods = [*self.choice.methods, *[NO_METHOD] * MAX_METHODS]
         for select, name in zip(self.methods, methods, strict=False):
             select.value = name
+        helps = {entry.name: entry.help for entry in method_entries()}
+        lines = (f"<b>{escape(name)}</b>: {escape(helps[name])}" for name in self.choice.methods)
+        self._lines.object = small_text("<br>".join(lines))
         self.mask.value, self.debias.value = self.choice.mask, self.choice.debias
         self._showing = False
