@@ -12,6 +12,7 @@ from vsep.grouping.evidence import cell_evidence, evidence_threshold
 from vsep.grouping.groups import find_groups
 from vsep.grouping.partition import point_groups
 from vsep.grouping.prior import CAR, Points, log_density, log_odds
+from vsep.inference.core.run import run
 from vsep.inference.objects.object_only import ObjectOnlySeparator
 from vsep.presets.scenes import simulate_preset
 from vsep.signal.filters import NoFilter
@@ -128,6 +129,14 @@ def test_a_single_weak_line_is_no_group():
     received = noise[0] + 1j * noise[1] + line * np.sqrt(2.0 * 14.0 / line.size)
     state = replace(estimator.init(received), noise_precision=0.5)  # 11 dB, below the threshold
     assert find_groups(received, state, RADAR) == ()
+
+
+@pytest.mark.parametrize("sir_db", [-20.0, 0.0, 20.0])
+def test_bursts_that_the_estimate_does_not_explain_are_no_group(sir_db):
+    scenario, observation = simulate_preset("simulation-2-b", snr_db=60.0, sir_db=sir_db, seed=21)
+    model = SignalModel.of_radar(scenario.radar, scenario.anti_aliasing_filter)
+    state = run(ObjectOnlySeparator(model=model), observation.received).state
+    assert find_groups(observation.received, state, scenario.radar) == ()
 
 
 def test_the_result_line_says_what_belongs_together():

@@ -21,6 +21,7 @@ from vsep.signal.radar import ChirpSequence
 
 FALSE_LINES: Final = 0.1  # in a window of noise alone
 MOST_LINES: Final = 8  # below the threshold, of a group
+LOUD_FRAMES: Final = 0.01  # of frames of noise have a sample that is taken for a burst's
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -94,6 +95,7 @@ def residual_of(
     left = state.cleaned(received.reshape(state.object_signal.shape)) - state.object_signal
     if missing is not None:
         left[missing.reshape(left.shape)] = 0.0
+    left[_loud(left)] = 0.0
     signals = left.reshape(-1, *radar.shape)
     weights, share = state.sample_weights, state.used_share
     if weights is not None:
@@ -114,6 +116,18 @@ def residual_of(
         dopplers=dopplers,
         first_row=first_row,
     )
+
+
+def _loud(left: ComplexArray) -> BoolArray:
+    """Find samples louder than noise ever is: those of a burst that the estimate does not explain.
+
+    The power of noise is exponentially distributed, its mean the median over log 2: in all but
+    `LOUD_FRAMES` of the frames of noise no sample reaches the limit. Extended objects are below the
+    noise in every sample; a burst in a few ramps has power at all ranges, as long groups have.
+    """
+    powers = left.real**2 + left.imag**2
+    mean = np.median(powers[powers > 0.0]) / np.log(2.0) if np.any(powers) else 0.0
+    return np.asarray(powers > mean * np.log(left.size / LOUD_FRAMES))
 
 
 def _rows(radar: ChirpSequence) -> tuple[FloatArray, int]:
