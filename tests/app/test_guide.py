@@ -1,10 +1,12 @@
 """The guide without a browser: what it shows, sets and keeps to itself."""
 
+import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from vsep_app.jobs.card_pictures import CardPictures, _smaller
 from vsep_app.jobs.run_session import Phase
 from vsep_app.model.score import Score
 from vsep_app.pages.base import PageContext
@@ -107,7 +109,7 @@ def test_a_card_or_its_number_chooses_an_experiment(guide):
     assert guide.press("experiment none-such")
     assert guide.choice.value == "dip"
     assert not guide.press("toggle")
-    assert cards_html(shipped_experiments()).count("<button") == len(shipped_experiments())
+    assert cards_html(shipped_experiments(), {}).count("<button") == len(shipped_experiments())
 
 
 def test_locked_controls_and_hidden_views_are_free_again_after_it(context):
@@ -192,3 +194,23 @@ def test_an_unknown_experiment_is_told(context):
 def test_what_an_experiment_asks_for_is_read_as_a_whole():
     (experiment,) = [one for one in shipped_experiments() if one.ask is not None]
     assert f"<p>{experiment.ask.text}</p>" in texts_html(experiment, here=experiment.page)
+
+
+def test_cards_have_pictures_of_what_the_experiments_show():
+    pictures, experiments = CardPictures(), shipped_experiments()
+    with ThreadPoolExecutor(1) as executor:
+        asyncio.run(pictures.make(experiments, executor))
+    assert [*pictures.addresses] == [one.name for one in experiments]
+    assert len({*pictures.addresses.values()}) == len(experiments)
+    html = cards_html(experiments, pictures.addresses)
+    # All cards together cost a page less than one of its figures.
+    assert html.count("<img") == len(experiments)
+    assert len(html) < 40_000
+
+
+def test_a_card_picture_keeps_the_lines_of_a_large_map():
+    pixels = np.zeros((100, 300), np.uint8)
+    pixels[50, 7] = 255
+    small = _smaller(pixels)
+    assert small.shape == (20, 60)
+    assert (small == 255).sum() == 1

@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Any
 
+from vsep_app.jobs.card_pictures import CardPictures
 from vsep_app.jobs.first_pictures import FirstPictures
 from vsep_app.jobs.frame_store import FrameStore
 from vsep_app.jobs.weak_memo import WeakMemo, num_bytes
@@ -165,3 +166,4 @@ class SharedResources:
     pace: RateLimiter = field(default_factory=RateLimiter)
     frames: FrameStore = field(default_factory=FrameStore)
     first_pictures: FirstPictures = field(default_factory=FirstPictures)
+    card_pictures: CardPictures = field(default_factory=CardPictures)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._typing import BoolArray, FloatArray, IntArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.inference.core.state import SeparationState
 from vsep.signal.radar import ChirpSequence
 from vsep.signal.scene import GroundTruth
@@ -151,7 +151,9 @@ def crossing_of(
         is_true=None
         if static_picture.observation.truth is None
         else _are_true(found, true, plane.band_mhz, plane.ramp_us),
-        image=None if alone is None else _spectrogram_image(static_picture, ramp),
+        image=None
+        if alone is None
+        else spectrogram_image(static_picture.observation.received[ramp]),
     )
 
 
@@ -194,8 +196,8 @@ def _are_true(found: Courses, true: Courses, band_mhz: float, ramp_us: float) ->
     return np.asarray(np.any(same & (np.abs(there) <= band_mhz), axis=1), dtype=np.bool_)
 
 
-def _spectrogram_image(static_picture: StaticPicture, ramp: int) -> ByteArray:
-    received = static_picture.observation.received[ramp]
+def spectrogram_image(received: ComplexArray) -> ByteArray:
+    """(M, N) uint8: spectrogram of a ramp, its largest value 255, frequencies ascending."""
     window = min(max(_LEAST_WINDOW, len(received) // _WINDOWS_A_RAMP), len(received))
     power = spectrogram(received, window).power.T
     levels = to_db(power / max(float(power.max()), np.finfo(float).tiny))

@@ -83,7 +83,7 @@ class Dashboard(StagedPage):
             self._ramp_selected,
             self.chirps.take,
             objects=self.objects,
-            cards=cards_html(context.experiments),
+            cards=cards_html(context.experiments, context.shared_resources.card_pictures.addresses),
         )
         self.headline = Headline()
         self._acknowledge(self.views.fast_time.source)

@@ -206,6 +206,7 @@ def serve(
     look_through_less()
     # The first visitor is to see the first picture, too.
     server.io_loop.add_callback(server.registry.first_picture, "/", {})
+    server.io_loop.add_callback(server.registry.make_card_pictures)
     access, prefix = server.access, server.prefix
     sys.stderr.write(
         announcement(

@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
@@ -194,11 +195,13 @@ class SessionRegistry:
         return "" if found is None else found.html
 
     async def _make_first_picture(self, plan: Plan) -> None:
-        queue = shared_pool().queue()
-        try:
+        with closing(shared_pool().queue()) as queue:
             await self.shared_resources.first_pictures.make(plan, queue)
-        finally:
-            queue.close()
+
+    async def make_card_pictures(self) -> None:
+        """Make the small pictures of the experiments, for visitors to come."""
+        with closing(shared_pool().queue()) as queue:
+            await self.shared_resources.card_pictures.make(self._experiments, queue)
 
     def enter(self, entry: PageEntry) -> Any:
         """Make a page for a visitor, or a kind word if there is no place."""

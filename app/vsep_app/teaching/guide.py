@@ -266,11 +266,13 @@ def _predictions_html(
     return f'<h3 aria-live="polite">Predict. {escape(told)}</h3>{"".join(lines)}'
 
 
-def cards_html(experiments: Sequence[Experiment]) -> str:
-    """Return a card for each experiment: a click opens it."""
+def cards_html(experiments: Sequence[Experiment], pictures: Mapping[str, str]) -> str:
+    """Return a card for each experiment, with its picture if there is one: a click opens it."""
+    images = {name: f'<img alt="" src="{address}">' for name, address in pictures.items()}
     cards = "".join(
         f'<button class="experiment" data-press="{EXPERIMENT_PREFIX}{one.name}">'
-        f"<strong>{number}. {escape(one.title)}</strong><span>{escape(one.setting)}</span></button>"
+        f"{images.get(one.name, '')}<strong>{number}. {escape(one.title)}</strong>"
+        f"<span>{escape(one.setting)}</span></button>"
         for number, one in enumerate(experiments, 1)
     )
     title = '<h2 class="panel">Experiments: predict, watch, explain</h2>'

@@ -118,8 +118,10 @@ def small_map(pixels: "np.ndarray[Any, np.dtype[np.uint8]]") -> bytes:
     return png(strongest)
 
 
-def png(pixels: "np.ndarray[Any, np.dtype[np.uint8]]") -> bytes:
+def png(pixels: "np.ndarray[Any, np.dtype[np.uint8]]", colours: int = 256) -> bytes:
     r"""Return an image in the colours of the maps as a PNG file; the first row is the upper one.
+
+    With fewer colours, a divisor of 256, the file is smaller.
 
     Examples
     --------
@@ -127,8 +129,9 @@ def png(pixels: "np.ndarray[Any, np.dtype[np.uint8]]") -> bytes:
     b'\x89PNG'
     """
     height, width = pixels.shape
-    palette = b"".join(bytes.fromhex(colour[1:]) for colour in Viridis256)
-    rows = b"".join(b"\0" + row.tobytes() for row in pixels)
+    step = 256 // colours
+    palette = b"".join(bytes.fromhex(colour[1:]) for colour in Viridis256[step // 2 :: step])
+    rows = b"".join(b"\0" + row.tobytes() for row in pixels // step)
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)),
         (b"PLTE", palette),
