@@ -8,7 +8,7 @@ import panel as pn
 import panel_material_ui as pmu
 
 from vsep_app.model.score import Score
-from vsep_app.teaching.experiment import Experiment
+from vsep_app.teaching.experiment import LIVE, Experiment
 from vsep_app.teaching.question import number_of
 from vsep_app.widgets.fields import field
 from vsep_app.widgets.layout import heading, html_pane
@@ -270,13 +270,19 @@ def cards_html(experiments: Sequence[Experiment], pictures: Mapping[str, str]) -
     """Return a card for each experiment, with its picture if there is one: a click opens it."""
     images = {name: f'<img alt="" src="{address}">' for name, address in pictures.items()}
     cards = "".join(
-        f'<button class="experiment" data-press="{EXPERIMENT_PREFIX}{one.name}">'
-        f"{images.get(one.name, '')}<strong>{number}. {escape(one.title)}</strong>"
-        f"<span>{escape(one.setting)}</span></button>"
+        f"<{_opens(one)}>{images.get(one.name, '')}<strong>{number}. {escape(one.title)}</strong>"
+        f"<span>{escape(one.setting)}</span></{_opens(one).split()[0]}>"
         for number, one in enumerate(experiments, 1)
     )
     title = '<h2 class="panel">Experiments: predict, watch, explain</h2>'
     return f'{title}<div class="cards">{cards}</div>'
+
+
+def _opens(one: Experiment) -> str:
+    """Return the element of a card without its brackets: a button, or the way to another page."""
+    if one.page == LIVE:
+        return f'button class="experiment" data-press="{EXPERIMENT_PREFIX}{one.name}"'
+    return f'a class="experiment" href="{escape(one.link, quote=True)}"'
 
 
 def _paragraphs(text: str) -> str:
