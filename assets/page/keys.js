@@ -65,6 +65,15 @@ function press(name) {
   pressed.data = {name: [name], number: [pressed.data.number[0] + 1]}
 }
 
+// To another page of the document: a link, or where the browser's history goes.
+function go(address) {
+  const place = new URL(address, location.href)
+  went.data = {
+    page: [place.pathname.split("/").pop() || "./"], search: [place.search],
+    number: [went.data.number[0] + 1],
+  }
+}
+
 function taken(event) {
   if (!shown.data.has_scene[0] && !/^[fF?]$/.test(event.key)) return false
   const at = event.composedPath()[0]
@@ -112,19 +121,18 @@ if (!window.vsep_keys) {
   }
   window.addEventListener("click", (event) => {
     const at = event.composedPath()[0]
-    const named = at instanceof Element ? at.closest("[data-press]") : null
+    const named = at instanceof Element ? at.closest("[data-press], [data-go]") : null
     if (!named || named.disabled) return
     if (named instanceof HTMLAnchorElement) {
       // Whoever wants a link in another window gets it there.
       if (event.button || event.ctrlKey || event.metaKey || event.shiftKey || event.altKey) return
       event.preventDefault()
     }
-    press(named.dataset.press)
+    if ("go" in named.dataset) go(named.href)
+    else press(named.dataset.press)
   })
-  window.addEventListener("popstate", () => {
-    const page = location.pathname.split("/").pop() || "./"
-    went.data = {page: [page], search: [location.search], number: [went.data.number[0] + 1]}
-  })
+  window.addEventListener("popstate", () => go(location.href))
+  window.addEventListener("vsep-go", (event) => go(event.detail))
   window.addEventListener("keydown", (event) => {
     if (taken(event)) event.preventDefault()
   })

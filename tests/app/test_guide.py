@@ -112,7 +112,7 @@ def test_a_card_or_its_number_chooses_an_experiment(guide):
     html = cards_html(shipped_experiments(), {})
     here = [one for one in shipped_experiments() if one.page == LIVE]
     assert html.count("<button") == html.count("</button>") == len(here)
-    assert '<a class="experiment" href="compare?experiment=zeroing">' in html
+    assert '<a data-go class="experiment" href="compare?experiment=zeroing">' in html
 
 
 def test_locked_controls_and_hidden_views_are_free_again_after_it(context):

@@ -15,7 +15,8 @@ _OPEN = """
 const [start, columns, rows, x, dx, y, dy] = plot.tags
 const column = Math.floor((cb_obj.x - x) / dx), row = Math.floor((cb_obj.y - y) / dy)
 if (!(column in columns) || !(row in rows)) { return }
-window.open("./?trial=" + encodeURIComponent(start + columns[column] + "," + rows[row]), "_blank")
+const link = "./?trial=" + encodeURIComponent(start + columns[column] + "," + rows[row])
+window.dispatchEvent(new CustomEvent("vsep-go", {detail: link}))
 """
 
 

@@ -225,7 +225,7 @@ def texts_html(
     setting = _paragraphs(experiment.setting)
     if experiment.page != here:
         link = escape(experiment.link, quote=True)
-        return f'{setting}<p><a href="{link}">Open this experiment on its own page</a></p>'
+        return f'{setting}<p><a data-go href="{link}">Open this experiment on its own page</a></p>'
     asked = _predictions_html(experiment, predicted, is_over=is_over, score=score)
     if asked and predicted is None and not is_over:
         return setting + asked
@@ -282,7 +282,7 @@ def _opens(one: Experiment) -> str:
     """Return the element of a card without its brackets: a button, or the way to another page."""
     if one.page == LIVE:
         return f'button class="experiment" data-press="{EXPERIMENT_PREFIX}{one.name}"'
-    return f'a class="experiment" href="{escape(one.link, quote=True)}"'
+    return f'a data-go class="experiment" href="{escape(one.link, quote=True)}"'
 
 
 def _paragraphs(text: str) -> str:

@@ -1,12 +1,11 @@
-"""Downloads, and links that open another page in a new tab."""
+"""Downloads, and links to other pages of the document."""
 
 import base64
 from typing import Any
 
 from bokeh.models import ColumnDataSource, CustomJS
 
-# Where the browser does not let a page open tabs, this one is left.
-_OPEN = "const place = link.data.place[0]\nif (!window.open(place)) { location.assign(place) }"
+_OPEN = 'window.dispatchEvent(new CustomEvent("vsep-go", {detail: link.data.place[0]}))'
 _SAVE = """
 const [name, kind, data] = [file.data.name[0], file.data.kind[0], file.data.data[0]]
 const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0))

@@ -41,12 +41,13 @@ def test_trials_fill_the_map_and_a_click_opens_a_cell(separability):
         run.click()
     separability.locator("span.status", has_text="25 of 25 cells").wait_for(timeout=PATIENCE_MS)
     left, top = separability.evaluate(MAP)["place"]
-    with separability.context.expect_page() as opened:
-        separability.mouse.click(left, top)
-    live = opened.value
-    live.locator("[role=status]", has_text="converged").wait_for(timeout=PATIENCE_MS)
-    assert "sir_db%3D20.0" in live.url
-    assert "snr_db%3D30.0" in live.url
+    separability.mouse.click(left, top)
+    converged = separability.locator("[role=status] >> visible=true", has_text="converged")
+    converged.wait_for(timeout=PATIENCE_MS)
+    assert "sir_db%3D20.0" in separability.url
+    assert "snr_db%3D30.0" in separability.url
+    separability.go_back()
+    separability.locator("span.status", has_text="25 of 25 cells").wait_for(timeout=PATIENCE_MS)
 
 
 def test_a_range_of_nonsense_is_told(separability):

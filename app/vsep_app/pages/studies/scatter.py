@@ -32,7 +32,7 @@ source.selected.indices = []
 const link = source.data.link[index]
 if (!link || performance.now() - (window.vsep_opened ?? -1e6) < 500) { return }
 window.vsep_opened = performance.now()
-window.open("./?KEY=" + encodeURIComponent(link), "_blank")
+window.dispatchEvent(new CustomEvent("vsep-go", {detail: "./?KEY=" + encodeURIComponent(link)}))
 """.replace("KEY", TRIAL_KEY)
 
 
@@ -195,4 +195,4 @@ def _trial_html(row: Row) -> str:
     link = trial_link(row)
     if not link:
         return name
-    return f'<a target="_blank" href="./?{TRIAL_KEY}={quote(link, safe="")}">{name}</a>'
+    return f'<a data-go href="./?{TRIAL_KEY}={quote(link, safe="")}">{name}</a>'
