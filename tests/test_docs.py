@@ -185,7 +185,6 @@ def supplies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("fig-5-three-bursts", "fig-5", ("factorised",), 50, 0),
         ("fa", "false-alarms", ("factorised",), 0, 0),
         ("baselines", "baselines", ("factorised", "masked"), 0, 0),
-        ("fig-5-methods", "fig-5-methods", ("factorised", "zeroing"), 0, 0),
     ):
         rows = run_trial(make_study(study, methods=methods).trial(point, realization))
         Path(f"{name}.jsonl").write_text("".join(as_json(row) + "\n" for row in rows))

@@ -117,6 +117,25 @@ def test_the_table_of_the_letter_is_that_of_the_files():
             assert found == pytest.approx(figures[float(cells[0])], abs=half + 1e-6)
 
 
+def test_the_table_of_remedies_is_that_of_the_reproduction():
+    lines = TEXT.splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("| misses / false alarms"))
+    head, _, *body = (
+        [cell.strip() for cell in line.strip("|").split("|")] for line in lines[start : start + 12]
+    )
+    levels = [float(re.search(r"-?\d+", cell)[0]) for cell in head[1:]]
+    figures = {
+        (row["method"], float(row["sir_db"]), row["metric"]): float(row["value"])
+        for row in kept("reproduction/5d-f.csv")
+    }
+    assert {cells[0].strip("`") for cells in body} == {key[0] for key in figures}
+    for method, *cells in body:
+        for level, cell in zip(levels, cells, strict=True):
+            printed = [float(number) for number in cell.split("/")]
+            made = [figures[method.strip("`"), level, name] for name in ("misses", "false_alarms")]
+            assert printed == pytest.approx(made, abs=0.005 + 1e-6)
+
+
 def test_the_cost_of_interference_is_that_of_its_table():
     with (ASSETS / "results/interference-cost.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
