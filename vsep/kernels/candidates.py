@@ -119,8 +119,36 @@ def moving_doppler(row: int, num_rows: int, columns: Columns) -> float:
 
 
 @compiled
+def candidate_peaks(
+    transforms: NDArray[np.complex64], columns: Columns, levels: FloatArray
+) -> tuple[NDArray[np.float32], IntArray]:
+    """Power (R, C) of what the columns leave over the noise, and the highest column of each row.
+
+    Parameters
+    ----------
+    transforms : (A, R, C) complex
+        Fourier transforms of what the columns leave unexplained, on a grid of half a cell. With
+        migration they are inner products with moving atoms, Doppler frequency zero in row R/2.
+    columns : Columns
+        The components there are.
+    levels : (C,) or (1,) float
+        Noise at the beats of the grid, or at all, in units of 1/lambda.
+    """
+    power = grid_power(transforms)
+    num_rows, num_columns = power.shape
+    if len(levels) > 1:
+        for row in range(num_rows):
+            for column in range(num_columns):
+                power[row, column] /= np.float32(levels[column])  # in noise that is not white
+    if columns.migration.coupling != 0.0:
+        favour_first_interval(power, columns)
+    # The best of each row is kept, so that the next peak costs one row search per cleared row.
+    return power, np.array([_highest(power[row]) for row in range(num_rows)])
+
+
+@compiled
 def best_candidate(
-    transforms: NDArray[np.complex64],
+    peaks: tuple[NDArray[np.float32], IntArray],
     residual: ComplexArray,
     columns: Columns,
     threshold: float,
@@ -130,9 +158,8 @@ def best_candidate(
 
     Parameters
     ----------
-    transforms : (A, R, C) complex
-        Fourier transforms of what the columns leave unexplained, on a grid of half a cell. With
-        migration they are inner products with moving atoms, Doppler frequency zero in row R/2.
+    peaks : (R, C) and (R,)
+        See `candidate_peaks`; those that are tried are cleared.
     residual : (A P, N) complex
         Received signal minus the interference estimate.
     columns : Columns
@@ -143,18 +170,10 @@ def best_candidate(
         Noise at the beats of the grid, or at all, in units of 1/lambda.
     """
     parts, others = split(residual), columns_as_parts(columns)
-    power = grid_power(transforms)
+    power, highest = peaks
     num_rows, num_columns = power.shape
-    if len(levels) > 1:
-        for row in range(num_rows):
-            for column in range(num_columns):
-                power[row, column] /= np.float32(levels[column])  # in noise that is not white
-    num_antennas, noise_precision = len(transforms), columns.noise_precision
+    num_antennas, noise_precision = columns.amplitudes.shape[1], columns.noise_precision
     is_moving = columns.migration.coupling != 0.0
-    if is_moving:
-        favour_first_interval(power, columns)
-    # The best of each row is kept, so that the next peak costs one row search per cleared row.
-    highest = np.array([_highest(power[row]) for row in range(num_rows)])
     best = Candidate(0.0, 0.0, 0.0, 0.0, True)
     for _ in range(CANDIDATE_PEAKS):
         row, column = next_peak(power, highest)
