@@ -320,7 +320,7 @@ class BurstSearch:
         antennas = np.arange(work.model.num_antennas)
         rows = (antennas[:, None] * work.model.num_ramps + ramps).ravel()
         places = work.table.add_bursts(
-            rows, chirps.chosen(np.tile(np.arange(len(ramps)), len(antennas)))
+            rows, chirps.some(np.tile(np.arange(len(ramps)), len(antennas)))
         )
         if not self.keeps_every_template:
             self._initialise_columns(places)

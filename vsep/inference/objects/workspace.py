@@ -287,7 +287,7 @@ class ObjectWorkspace:
         points = wrap_frequency(placed.points)
         if not self.is_stationary:
             points[:, 1] = placed.points[:, 1]
-        self.placed = replace(placed, points=points)
+        self.placed = PlacedComponents(points, placed.factors, placed.active, placed.migration)
 
     def _unfolded(self, placed: PlacedComponents) -> PlacedComponents:
         """Move components to the interval of Doppler frequency that they belong to."""
