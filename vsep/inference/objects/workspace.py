@@ -230,7 +230,7 @@ class ObjectWorkspace:
             num_samples = self.residual.shape[1]
             levels = threshold.levels(np.arange(2 * num_samples) / (2 * num_samples))
         if self._peaks is None:
-            transforms = candidate_grid(self._left(columns), columns.migration)
+            transforms = candidate_grid(self._left(columns), columns.migration or STATIONARY)
             if self.searched is not None:
                 transforms = transforms * self.searched
             self._peaks = candidate_peaks(transforms, columns, levels)
