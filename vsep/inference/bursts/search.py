@@ -328,7 +328,8 @@ class BurstSearch:
     def _initialise_columns(self, places: IntArray) -> None:
         """Give new bursts one component at zero delay, refined from the search grid."""
         work, table = self.work, self.work.table
-        columns = table.add_columns(places, np.zeros_like(places), np.zeros(len(places)))
+        none = np.zeros(len(places))
+        columns = table.add_columns(places, none.astype(np.int64), none)
         # theta from (71), several steps from the grid
         work.refine_burst(places, self.residual, self.noise_precision, max_steps=START_STEPS)
         lost = [
