@@ -73,6 +73,9 @@ try: caller.copied(first, 5)
 except ValueError as error: told['message'] = str(error)
 """
 FIRST = """
+from vsep.kernels.clock import listeners
+told['heard'] = []
+listeners.add(told['heard'].append)
 began, began_computing = time.perf_counter(), computing_s()
 told['cosine'] = caller.cosine(first, second)
 time.sleep(0.05)
@@ -127,6 +130,10 @@ def test_bits_do_not_depend_on_what_was_compiled_or_loaded_before(alone, togethe
 def test_only_what_python_calls_has_machine_code(alone, together):
     assert alone.kept == {"caller.cosine"}
     assert together[0].kept == {"caller.cosine", "caller.copied", "callee.inner"}
+
+
+def test_who_listens_hears_of_a_compilation_and_of_its_end(alone):
+    assert alone.heard == ["cosine", ""]
 
 
 def test_a_kernel_shares_no_machine_code(alone):

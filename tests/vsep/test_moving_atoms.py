@@ -5,7 +5,7 @@ import pytest
 
 from vsep.inference.objects.refinement import joint_slopes, place_components
 from vsep.inference.objects.uncertainty import fisher_information
-from vsep.kernels.candidates import best_candidate
+from vsep.kernels.candidates import best_candidate, candidate_peaks
 from vsep.kernels.complex_parts import empty_rows, split
 from vsep.kernels.doppler_intervals import unfold_lines
 from vsep.kernels.line_spectra import columns_as_parts
@@ -227,7 +227,8 @@ def test_a_strong_object_is_found_in_its_own_interval_of_doppler_frequency(doppl
     strong = residual + moving_signals(truth, weights, MIGRATION, *SHAPE)
     columns = place(POINTS, strong).columns
     grid = keystone_transform(subtract_columns(strong, columns), MIGRATION)
-    found = best_candidate(grid, strong, columns, 10.0, np.ones(1))
+    peaks = candidate_peaks(grid, columns, np.ones(1))
+    found = best_candidate(peaks, strong, columns, 10.0, np.ones(1))
     assert abs(found.beat - 0.31) < 0.02 / SHAPE[1]
     assert abs(found.doppler - doppler) < 0.02 / SHAPE[0]
 

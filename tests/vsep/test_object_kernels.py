@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vsep.kernels.candidates import best_candidate, grid_power, next_peak
+from vsep.kernels.candidates import best_candidate, candidate_peaks, grid_power, next_peak
 from vsep.kernels.complex_parts import ComplexParts, line_moments, split
 from vsep.kernels.convergence import largest_change
 from vsep.kernels.joint_slopes import joint_slopes
@@ -197,7 +197,8 @@ def test_a_strong_line_is_the_best_candidate(posterior):
     columns = dense_columns(POINTS, PRECISIONS, strong)
     size = 2 * SHAPE[0], 2 * SHAPE[1]
     grid = np.fft.ifft2(subtract_columns(strong, columns), s=size).astype(np.complex64)
-    found = best_candidate(grid, strong, columns, 10.0, np.ones(1))
+    peaks = candidate_peaks(grid, columns, np.ones(1))
+    found = best_candidate(peaks, strong, columns, 10.0, np.ones(1))
     # The root bound at an amplitude of 60 in noise of 2.8 is below a hundredth of a cell.
     assert abs(found.beat - 0.31) < 0.02 / SHAPE[1]
     assert abs(found.doppler + 0.22) < 0.02 / SHAPE[0]

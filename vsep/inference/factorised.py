@@ -4,7 +4,7 @@ Estimators are frozen bags of settings with ``init``, ``step`` and ``terminate``
 changes is in the state, so a run can be paused, resumed and stepped back exactly.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_update import noise_spectrum_due
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
-from vsep.inference.core.schedule import Schedule, schedule_by_name, schedule_for
+from vsep.inference.core.schedule import Schedule, schedule_for
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import BURSTS, OBJECTS, SEARCH, part
 from vsep.inference.objects.object_only import MAX_STEP, ObjectSettings, update_objects
@@ -74,19 +74,15 @@ class FactorisedSeparator(ObjectSettings):
     interference_threshold_db: float | None = None
     schedule: str | Schedule = "robust"
     expected_bursts: ExpectedBursts | None = None
+    _order: Schedule = field(init=False, repr=False, compare=False)  # for frames of this model
 
     def __post_init__(self) -> None:
         """Check the settings."""
         ObjectSettings.__post_init__(self)
-        schedule_by_name(self.schedule)
+        object.__setattr__(self, "_order", schedule_for(self.schedule, self.model))
         if self.interference_threshold_db is not None:
             name = "interference_threshold_db"
             require_range(name, self.interference_threshold_db, 0.0, 100.0, "dB")
-
-    @property
-    def _order(self) -> Schedule:
-        """The schedule, for the frames of this model."""
-        return schedule_for(self.schedule, self.model)
 
     def init(self, received: ComplexArray) -> SeparationState:
         """As `ObjectSettings.init`; to the paper's schedule a receiver has no errors."""
@@ -139,7 +135,8 @@ class FactorisedSeparator(ObjectSettings):
             state, objects, interference, noise_precision, bound, searched, used, share
         )
         values = None if weights is None else weights.values
-        new_state = replace(new_state, used_share=share, sample_weights=values)
+        if share != state.used_share or values is not state.sample_weights:
+            new_state = replace(new_state, used_share=share, sample_weights=values)
         return self.confirmed(received, new_state, info)
 
     def _updated_objects(
@@ -330,7 +327,8 @@ class FactorisedSeparator(ObjectSettings):
         # A burst that is hardly more than noise is looked at as noise.
         strong = interference.strong_bursts(noise_precision)
         noise_residual, table = used - object_signal - signal, interference.table
-        np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
+        if not strong.all():
+            np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
         new_state, info = with_environment(
             state,
             new_state,

@@ -10,7 +10,7 @@ from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import split
 from vsep.kernels.doppler_intervals import favour_first_interval
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.moving_atoms import fold_width
+from vsep.kernels.moving_atoms import Migration, fold_width, is_moving
 from vsep.kernels.newton_ascent import ascend
 from vsep.kernels.object_cost import MIN_SCHUR, CostJet
 
@@ -41,7 +41,7 @@ def candidate_at(
     num_antennas: int,
     noise_precision: float,
     level: float,
-    is_moving: bool,
+    moving: bool,
 ) -> Candidate:
     """Evaluate a point where the cost of a component without prior is `jet`.
 
@@ -49,7 +49,7 @@ def candidate_at(
     frequency has no period.
     """
     beat = (beat + 0.5) % 1.0 - 0.5
-    if not is_moving:
+    if not moving:
         doppler = (doppler + 0.5) % 1.0 - 0.5
     # nothing of the atom is left beside the others
     if jet.inverse_rho <= MIN_SCHUR * noise_precision:
@@ -111,16 +111,45 @@ def next_peak(power: NDArray[np.float32], highest: IntArray) -> tuple[int, int]:
 
 
 @compiled
-def moving_doppler(row: int, num_rows: int, columns: Columns) -> float:
-    """Doppler frequency of a row of `keystone_transform`."""
-    width = fold_width(columns.migration, columns.beat_factors.shape[1])
+def moving_doppler(row: int, num_rows: int, columns: Columns, migration: Migration | None) -> float:
+    """Doppler frequency of a row of `keystone_transform`; zero without migration."""
+    if migration is None:
+        return 0.0
+    width = fold_width(migration, columns.beat_factors.shape[1])
     doppler: float = width * (row - num_rows // 2) / (2.0 * columns.doppler_factors.shape[1])
     return doppler
 
 
 @compiled
+def candidate_peaks(
+    transforms: NDArray[np.complex64], columns: Columns, levels: FloatArray
+) -> tuple[NDArray[np.float32], IntArray]:
+    """Power (R, C) of what the columns leave over the noise, and the highest column of each row.
+
+    Parameters
+    ----------
+    transforms : (A, R, C) complex
+        Fourier transforms of what the columns leave unexplained, on a grid of half a cell. With
+        migration they are inner products with moving atoms, Doppler frequency zero in row R/2.
+    columns : Columns
+        The components there are.
+    levels : (C,) or (1,) float
+        Noise at the beats of the grid, or at all, in units of 1/lambda.
+    """
+    power = grid_power(transforms)
+    num_rows, num_columns = power.shape
+    if len(levels) > 1:
+        for row in range(num_rows):
+            for column in range(num_columns):
+                power[row, column] /= np.float32(levels[column])  # in noise that is not white
+    favour_first_interval(power, columns, columns.migration)
+    # The best of each row is kept, so that the next peak costs one row search per cleared row.
+    return power, np.array([_highest(power[row]) for row in range(num_rows)])
+
+
+@compiled
 def best_candidate(
-    transforms: NDArray[np.complex64],
+    peaks: tuple[NDArray[np.float32], IntArray],
     residual: ComplexArray,
     columns: Columns,
     threshold: float,
@@ -130,9 +159,8 @@ def best_candidate(
 
     Parameters
     ----------
-    transforms : (A, R, C) complex
-        Fourier transforms of what the columns leave unexplained, on a grid of half a cell. With
-        migration they are inner products with moving atoms, Doppler frequency zero in row R/2.
+    peaks : (R, C) and (R,)
+        See `candidate_peaks`; those that are tried are cleared.
     residual : (A P, N) complex
         Received signal minus the interference estimate.
     columns : Columns
@@ -143,24 +171,16 @@ def best_candidate(
         Noise at the beats of the grid, or at all, in units of 1/lambda.
     """
     parts, others = split(residual), columns_as_parts(columns)
-    power = grid_power(transforms)
+    power, highest = peaks
     num_rows, num_columns = power.shape
-    if len(levels) > 1:
-        for row in range(num_rows):
-            for column in range(num_columns):
-                power[row, column] /= np.float32(levels[column])  # in noise that is not white
-    num_antennas, noise_precision = len(transforms), columns.noise_precision
-    is_moving = columns.migration.coupling != 0.0
-    if is_moving:
-        favour_first_interval(power, columns)
-    # The best of each row is kept, so that the next peak costs one row search per cleared row.
-    highest = np.array([_highest(power[row]) for row in range(num_rows)])
+    num_antennas, noise_precision = columns.amplitudes.shape[1], columns.noise_precision
+    moving = is_moving(columns.migration)
     best = Candidate(0.0, 0.0, 0.0, 0.0, True)
     for _ in range(CANDIDATE_PEAKS):
         row, column = next_peak(power, highest)
         peak = np.array([column / num_columns, row / num_rows])
-        if is_moving:
-            peak[1] = moving_doppler(row, num_rows, columns)
+        if moving:
+            peak[1] = moving_doppler(row, num_rows, columns, columns.migration)
         # zeta from (70) with gamma = 0
         top = ascend(peak, 0.0, parts, others, NEW_COMPONENT_STEPS)
         # The refined point first; where it ran into a component, the grid point itself.
@@ -170,7 +190,7 @@ def best_candidate(
         ):
             level = levels[int(np.rint(beat * len(levels))) % len(levels)]
             candidate = candidate_at(
-                beat, doppler, jet, num_antennas, noise_precision, level, is_moving
+                beat, doppler, jet, num_antennas, noise_precision, level, moving
             )
             if candidate.ratio > threshold and not candidate.absorbed:
                 return candidate

@@ -1,9 +1,13 @@
-"""Clock of what is computed, which stands still while kernels are compiled."""
+"""Clock of what is computed, which stands still while kernels are compiled, and who is told so."""
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Final
+
+listeners: Final[set[Callable[[str], object]]] = set()
+"""Told the name of a kernel before it is compiled, and an empty one after it."""
 
 
 class _Clock(threading.local):

@@ -7,7 +7,7 @@ from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import split
 from vsep.kernels.line_spectra import Columns, columns_as_parts
-from vsep.kernels.moving_atoms import fold_loss, fold_width
+from vsep.kernels.moving_atoms import Migration, fold_loss, fold_width
 from vsep.kernels.newton_ascent import downdate, update_inverse
 from vsep.kernels.object_cost import MIN_SCHUR, atom_fit
 
@@ -16,14 +16,18 @@ FOLD_SHARE = 0.5  # and how much of what an object that is there gains
 
 
 @compiled
-def favour_first_interval(power: NDArray[np.float32], columns: Columns) -> None:
+def favour_first_interval(
+    power: NDArray[np.float32], columns: Columns, migration: Migration | None
+) -> None:
     """Lower the rows of a grid (R, C) that are no Doppler frequencies of the first interval.
 
     Noise is much the same in all intervals of Doppler frequency, and what is no line fits here and
     there; an object exceeds its image in another interval by its `fold_loss`.
     """
+    if migration is None:
+        return
     num_ramps, num_samples = columns.doppler_factors.shape[1], columns.beat_factors.shape[1]
-    share = 1.0 / (1.0 + FOLD_SHARE * fold_loss(columns.migration, num_ramps, num_samples))
+    share = 1.0 / (1.0 + FOLD_SHARE * fold_loss(migration, num_ramps, num_samples))
     lead = FOLD_GAIN / columns.noise_precision
     half = len(power) // 2
     for row in range(len(power)):
@@ -56,8 +60,10 @@ def unfold_lines(
         Where they are now; whoever asks places them anew.
     """
     new = points.copy()
-    parts, posterior = split(residual), columns_as_parts(columns)
     migration, num_samples = columns.migration, columns.beat_factors.shape[1]
+    if migration is None:
+        return new
+    parts, posterior = split(residual), columns_as_parts(columns)
     width = fold_width(migration, num_samples)
     loss = fold_loss(migration, columns.doppler_factors.shape[1], num_samples)
     for index in range(len(points)):

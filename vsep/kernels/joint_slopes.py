@@ -12,6 +12,7 @@ from vsep.kernels.line_spectra import (
     columns_as_parts,
     moving_products_at,
 )
+from vsep.kernels.moving_atoms import is_moving
 
 
 @compiled
@@ -94,9 +95,9 @@ def joint_slopes(
     for i in range(num_objects):
         # phi_i^H Phi, phi_i^H (r - Phi alpha) and their derivatives
         jet = scratch.jet
-        if posterior.migration.coupling != 0.0:
+        if is_moving(posterior.migration):
             beat, doppler = posterior.points[i, 0], posterior.points[i, 1]
-            moving_products_at(beat, doppler, parts, posterior, 6)
+            moving_products_at(beat, doppler, parts, posterior, posterior.migration, 6)
         else:
             atom_jet(
                 row_of(posterior.beat_factors, i),

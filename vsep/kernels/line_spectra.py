@@ -23,7 +23,7 @@ from vsep.kernels.complex_parts import (
     multiply,
     split,
 )
-from vsep.kernels.moving_atoms import STATIONARY, Migration, frame_products, pair_products
+from vsep.kernels.moving_atoms import Migration, frame_products, pair_products
 
 EXACT = 4  # samples of an exponential set one by one; the others are these, rotated
 
@@ -39,8 +39,8 @@ class Columns(NamedTuple):
     """Separable columns and the posterior of their weights.
 
     ``beat_factors`` (L, N), ``doppler_factors`` (L, P), ``covariance`` (L, L), ``amplitudes``
-    (L, A), and the noise precision lambda. With migration the columns are the moving atoms at
-    ``points`` (L, 2), and of the factors the sizes count.
+    (L, A), and the noise precision lambda. With migration, which else is None, the columns are the
+    moving atoms at ``points`` (L, 2), and of the factors the sizes count.
     """
 
     beat_factors: ComplexArray
@@ -49,7 +49,7 @@ class Columns(NamedTuple):
     amplitudes: ComplexArray
     noise_precision: float
     points: FloatArray = NO_POINTS
-    migration: Migration = STATIONARY
+    migration: Migration | None = None
 
 
 class AtomJet(NamedTuple):
@@ -96,7 +96,7 @@ class ComplexPartColumns(NamedTuple):
     noise_precision: float
     scratch: Scratch
     points: FloatArray
-    migration: Migration
+    migration: Migration | None
 
 
 @compiled
@@ -243,10 +243,13 @@ def moving_products_at(
     doppler: float,
     residual: ComplexParts,
     columns: ComplexPartColumns,
+    migration: Migration | None,
     num_rows: int,
 ) -> None:
     """Inner products of one moving atom in scratch: all six rows of its jet, or values only."""
-    scratch, migration = columns.scratch, columns.migration
+    if migration is None:
+        return
+    scratch = columns.scratch
     num_ramps, courses, jet = len(scratch.doppler_line.real), scratch.courses, scratch.jet
     scratch.point[0], scratch.point[1] = beat, doppler
     point = beat, doppler

@@ -20,7 +20,7 @@ from numba.core import codegen as numba_codegen
 from numba.core import compiler as numba_compiler
 from numba.core import types as numba_types
 
-from vsep.kernels.clock import not_counted
+from vsep.kernels.clock import listeners, not_counted
 
 codegen: Any = numba_codegen  # typed in part
 compiler: Any = numba_compiler
@@ -161,8 +161,17 @@ class _WholeCompiler(_PartCompiler):
     _library = _Whole
 
     def _compile_core(self) -> Any:
-        with _parts_within(self.state.targetctx.codegen()):
-            return super()._compile_core()
+        _tell(self.state.func_id.func_name)
+        try:
+            with _parts_within(self.state.targetctx.codegen()):
+                return super()._compile_core()
+        finally:
+            _tell("")
+
+
+def _tell(kernel: str) -> None:
+    for listener in tuple(listeners):
+        listener(kernel)
 
 
 @contextmanager

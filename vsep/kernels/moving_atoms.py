@@ -34,6 +34,15 @@ STATIONARY = Migration(0.0, 0.0, 0)
 
 
 @compiled
+def is_moving(migration: Migration | None) -> bool:
+    """Whether there is migration: kernels are compiled without the code of moving atoms for None.
+
+    Of a function's argument Numba knows before it compiles what follows.
+    """
+    return migration is not None
+
+
+@compiled
 def fold_width(migration: Migration, num_samples: int) -> float:
     """Doppler frequency by which an atom's phase turns once from ramp to ramp in mid-ramp."""
     return 1.0 / (1.0 + 0.5 * migration.coupling * (num_samples - 1))
@@ -275,11 +284,13 @@ def moving_jets(
 def add_moving_signals(
     points: FloatArray,
     weights: ComplexArray,
-    migration: Migration,
+    migration: Migration | None,
     num_ramps: int,
     total: ComplexParts,
 ) -> None:
     """Add atoms at points (K, 2) with weights (K, A) to signals (A P, N)."""
+    if migration is None:
+        return
     num_samples = total.real.shape[1]
     courses = empty_rows(2, num_samples)
     c, d, e, f = courses.real[0], courses.imag[0], courses.real[1], courses.imag[1]

@@ -8,6 +8,7 @@ from vsep._typing import BoolArray, ComplexArray, FloatArray
 from vsep.kernels.compiler import compiled
 from vsep.kernels.complex_parts import ComplexParts, split, write_row
 from vsep.kernels.line_spectra import Columns, ComplexPartColumns, columns_as_parts
+from vsep.kernels.moving_atoms import is_moving
 from vsep.kernels.object_cost import MIN_SCHUR, AtomFit, CostJet, atom_fit, cost_jet
 
 NO_GAIN = 1e-6  # nats of log evidence: a step that promises less is not tried
@@ -174,8 +175,8 @@ def update_inverse(
         # mu_l = lambda c' phi^H (r - Phi mu)
         amplitudes.real[index, a] = gain * innovations.real[0, a]
         amplitudes.imag[index, a] = gain * innovations.imag[0, a]
-    if columns.migration.coupling != 0.0:
-        columns.points[index] = scratch.point
+    if is_moving(columns.migration):
+        columns.points[index, 0], columns.points[index, 1] = scratch.point[0], scratch.point[1]
     else:
         write_row(scratch.beat_line, columns.beat_factors, index)
         write_row(scratch.doppler_line, columns.doppler_factors, index)
@@ -239,7 +240,7 @@ def update_lines(
     for index in range(count):
         # C and mu of the others, C_{l-bar} and mu_{l-bar}.
         downdate(posterior, index)
-        moved = points[index].copy()
+        moved = np.array([points[index, 0], points[index, 1]])
         # zeta_l from (70)
         fit = refine_line(moved, precisions[index], parts, posterior)
         if fit.inverse_rho > MIN_SCHUR * columns.noise_precision:
@@ -249,7 +250,7 @@ def update_lines(
         if new.ratios[index] <= threshold:
             new.kept[index] = False
             continue
-        new.points[index] = moved
+        new.points[index, 0], new.points[index, 1] = moved[0], moved[1]
         # gamma = 1 / (omega^2 - rho), the fixed point (77) with the antennas' mean omega^2
         excess = levels[index] * (new.ratios[index] / num_antennas - 1.0)
         new.precisions[index] = fit.inverse_rho / excess

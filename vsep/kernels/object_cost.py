@@ -21,6 +21,7 @@ from vsep.kernels.line_spectra import (
     moving_products_at,
     subtract_fit,
 )
+from vsep.kernels.moving_atoms import is_moving
 
 MIN_SCHUR = 1e-12  # of lambda: what D is at least
 
@@ -94,8 +95,8 @@ def cost_jet(
     """
     beat_line, doppler_line = others.scratch[:2]
     jet = others.scratch.jet
-    if others.migration.coupling != 0.0:
-        moving_products_at(beat, doppler, residual, others, 6)
+    if is_moving(others.migration):
+        moving_products_at(beat, doppler, residual, others, others.migration, 6)
     else:
         # phi = line over the ramps (x) line over the samples, (10)
         fill_line(beat, beat_line)
@@ -152,8 +153,8 @@ def atom_fit(
     """
     beat_line, doppler_line, along, along_ramps, _, beats, dopplers, jet = others.scratch[:8]
     num_antennas = others.amplitudes.real.shape[1]
-    if others.migration.coupling != 0.0:
-        moving_products_at(beat, doppler, residual, others, 1)
+    if is_moving(others.migration):
+        moving_products_at(beat, doppler, residual, others, others.migration, 1)
     else:
         fill_line(beat, beat_line)
         fill_line(doppler, doppler_line)

@@ -19,6 +19,7 @@ from vsep.kernels.line_spectra import Columns, by_ramps, fill_lines
 from vsep.kernels.moving_atoms import (
     Migration,
     add_moving_signals,
+    is_moving,
     moving_jets,
     moving_products,
 )
@@ -247,7 +248,7 @@ def subtract_columns(residual: ComplexArray, columns: Columns) -> NDArray[np.com
     parts = split(residual)
     num_rows, num_samples = residual.shape
     # r - Phi alpha
-    if columns.migration.coupling != 0.0:
+    if is_moving(columns.migration):
         num_ramps = columns.doppler_factors.shape[1]
         weights = -columns.amplitudes
         add_moving_signals(columns.points, weights, columns.migration, num_ramps, parts)

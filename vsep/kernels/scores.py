@@ -46,7 +46,7 @@ class ChirpGrid(NamedTuple):
 def correlation_spectra(
     spectra: SingleComplexArray, kernels: SingleComplexArray, ramps: tuple[int, int]
 ) -> SingleComplexArray:
-    """Products (A, last - first, M, F) of the spectra (A, P, F) of some ramps and the kernels."""
+    """Products (A, last - first, M, F) of spectra (A, P, F) of some ramps and kernels (M, F)."""
     num_antennas, _, size = spectra.shape
     first, last = ramps
     products = np.empty((num_antennas, last - first, len(kernels), size), dtype=np.complex64)
@@ -64,28 +64,45 @@ def correlation_spectra(
 
 
 @compiled
-def _coarse_scores(
-    correlations: SingleComplexArray, p: int, grid: ChirpGrid, scores: SingleFloatArray
-) -> SingleFloatArray:
-    """Write the scores (M, C) of one ramp; return the best of each slope (M,)."""
-    best = np.empty(len(scores), dtype=np.float32)
+def coarse_scores(
+    correlations: SingleComplexArray,
+    grid: ChirpGrid,
+    begin: int,
+    scores: SingleFloatArray,
+    best: SingleFloatArray,
+) -> None:
+    """Write the scores of some coarse slopes of some ramps, and the best of each slope.
+
+    Parameters
+    ----------
+    correlations : (A, R, K, F) complex
+        Circular correlations of R ramps, as A antennas received them, with K coarse kernels.
+    grid : ChirpGrid
+    begin : int
+        The first of these coarse slopes.
+    scores : (R, M, C) float
+        Of all coarse slopes at all centres.
+    best : (R, M) float
+    """
+    num_antennas, num_ramps, count, _ = correlations.shape
     largest_bits = best.view(np.int32)
-    for m in range(len(scores)):
-        row, inverse_energy = scores[m], grid.inverse_energy[grid.coarse[m]]
-        row[:] = np.float32(0.0)
-        for a in range(len(correlations)):
-            values = correlations[a, p, m]
+    for p in range(num_ramps):
+        for m in range(begin, begin + count):
+            row, inverse_energy = scores[p, m], grid.inverse_energy[grid.coarse[m]]
             for c in range(len(row)):
-                # |a^H r|^2, summed over antennas
-                row[c] += values[c].real * values[c].real + values[c].imag * values[c].imag
-        for c in range(len(row)):
-            row[c] *= inverse_energy[c]  # / ||a||^2
-        # The bits of positive numbers are ordered as they are; integers need no care for NaN.
-        bits, largest = row.view(np.int32), np.int32(0)
-        for c in range(len(bits)):
-            largest = max(largest, bits[c])
-        largest_bits[m] = largest
-    return best
+                row[c] = np.float32(0.0)
+            for a in range(num_antennas):
+                values = correlations[a, p, m - begin]
+                for c in range(len(row)):
+                    # |a^H r|^2, summed over antennas
+                    row[c] += values[c].real * values[c].real + values[c].imag * values[c].imag
+            for c in range(len(row)):
+                row[c] *= inverse_energy[c]  # / ||a||^2
+            # The bits of positive numbers are ordered as they are; integers need no care for NaN.
+            bits, largest = row.view(np.int32), np.int32(0)
+            for c in range(len(bits)):
+                largest = max(largest, bits[c])
+            largest_bits[p, m] = largest
 
 
 @compiled
@@ -124,7 +141,8 @@ def polish(
 
 @compiled
 def best_chirps(
-    correlations: SingleComplexArray,
+    scores: SingleFloatArray,
+    best: SingleFloatArray,
     rows: SingleComplexArray,
     first: int,
     grid: ChirpGrid,
@@ -134,8 +152,10 @@ def best_chirps(
 
     Parameters
     ----------
-    correlations : (A, R, M, F) complex
-        Circular correlations of R ramps, as A antennas received them, with the coarse kernels.
+    scores : (R, M, C) float
+        Of R ramps for the coarse slopes at all centres.
+    best : (R, M) float
+        The best of each slope.
     rows : (A, P, N) complex
         All ramps.
     first : int
@@ -150,26 +170,27 @@ def best_chirps(
         Where in the grid.
     score : (R,) float
     """
-    num_ramps = correlations.shape[1]
+    num_ramps = len(scores)
     slopes, columns = np.zeros(num_ramps, dtype=np.int64), np.zeros(num_ramps, dtype=np.int64)
     found = np.zeros(num_ramps)
-    scores = np.empty((len(grid.coarse), grid.inverse_energy.shape[1]), dtype=np.float32)
     parts = np.empty((len(rows), 2, rows.shape[2]), dtype=np.float32)
     for p in range(num_ramps):
-        best = _coarse_scores(correlations, p, grid, scores)
-        first_best = np.argmax(best)
+        first_best = np.argmax(best[p])
         # The best place of the coarse grid
-        slopes[p], columns[p] = grid.coarse[first_best], np.argmax(scores[first_best])
-        found[p] = best[first_best]
+        slopes[p], columns[p] = grid.coarse[first_best], np.argmax(scores[p, first_best])
+        found[p] = best[p, first_best]
         # nothing here reaches the threshold, however well refined
         if found[p] < worthwhile[first + p]:
             continue
-        parts[:, 0], parts[:, 1] = rows[:, first + p].real, rows[:, first + p].imag
+        for a in range(len(rows)):
+            for n in range(rows.shape[2]):
+                value = rows[a, first + p, n]
+                parts[a, 0, n], parts[a, 1, n] = value.real, value.imag
         least, found[p] = grid.close_share * found[p], -1.0
-        for m in range(len(best)):
+        for m in range(best.shape[1]):
             # Other coarse slopes close to the best may hide the true one.
-            if best[m] >= least:
-                place = polish(parts, grid, grid.coarse[m], int(np.argmax(scores[m])))
+            if best[p, m] >= least:
+                place = polish(parts, grid, grid.coarse[m], int(np.argmax(scores[p, m])))
                 if place[2] > found[p]:
                     slopes[p], columns[p], found[p] = place
     return slopes, columns, found

@@ -88,7 +88,7 @@ def _quiet_ramps(
     A burst that raises the power in no window of its ramp does the objects no harm.
     """
     noise = 1.0 / state.noise_precision
-    loud = raised_rows(left, noise) | interfered.any(axis=1)
+    loud = raised_rows(left.real**2 + left.imag**2, noise) | interfered.any(axis=1)
     num_antennas = separator.model.num_antennas
     quiet = np.flatnonzero(~loud.reshape(num_antennas, -1).any(axis=0))
     rows = left if num_antennas == 1 else left.reshape(num_antennas, -1, left.shape[1])

@@ -56,9 +56,9 @@ def separate_clean(
         return None
     noise_precision = work.active.noise_precision
     left = received - work.signal
-    noise, louder = examined(left)
+    noise, louder, power = examined(left)
     quiet = noise * predicted.noise_precision < LOUDER
-    if not quiet or louder is not None or raised_rows(left, noise).any():
+    if not quiet or louder is not None or raised_rows(power, noise).any():
         return None
     with stopwatch() as search, part(OBJECTS):
         work.add_components(ROBUST.object_additions(predicted.iteration))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray
+from vsep.inference.bursts.sample_weights import usual_power
 from vsep.inference.core.state import SeparationState
 from vsep.inference.objects.dithered import object_workspace
 from vsep.inference.objects.nearby import nearby_workspace, pays_together
@@ -78,7 +79,9 @@ def fit_clean_samples(
         before, noise = noise, _noise_power(left[used])
         interfered = _interfered(left, missing)
         quiet = noise * predicted.noise_precision < LOUDER
-        is_clean = quiet and not (interfered.any() or raised_rows(left, noise).any())
+        is_clean = quiet and not (
+            interfered.any() or raised_rows(left.real**2 + left.imag**2, noise).any()
+        )
         if is_clean or noise > SETTLED * before:
             break
     drowned = not 0.0 < noise * predicted.noise_precision < DROWNED
@@ -122,4 +125,4 @@ def _interfered(left: ComplexArray, missing: BoolArray) -> BoolArray:
 
 def _noise_power(samples: ComplexArray) -> float:
     """Mean power of noise by its median, which louder samples hardly raise."""
-    return float(np.median(samples.real**2 + samples.imag**2) / np.log(2.0))
+    return usual_power(samples.real**2 + samples.imag**2) if len(samples) else np.nan

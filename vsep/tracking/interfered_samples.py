@@ -13,10 +13,11 @@ RAISED_CHANCE = 1e-7  # with which the mean power of noise in a window is more t
 
 
 class Examined(NamedTuple):
-    """Noise power by the median, and the samples (P, N) that are louder; None if none is."""
+    """Noise power by the median, samples (P, N) that are louder, None if none is, and the power."""
 
     noise: float
     louder: BoolArray | None
+    power: FloatArray
 
 
 def examined(left: ComplexArray, missing: BoolArray | None = None) -> Examined:
@@ -33,20 +34,19 @@ def examined(left: ComplexArray, missing: BoolArray | None = None) -> Examined:
     if missing is not None:
         power[missing] = 0.0
     noise = usual_power(power)
-    return Examined(noise, louder_runs(power, noise))
+    return Examined(noise, louder_runs(power, noise), power)
 
 
-def raised_rows(left: ComplexArray, noise: float) -> BoolArray:
-    """(P,) whether the mean power in any window along a ramp is more than that of noise.
+def raised_rows(power: FloatArray, noise: float) -> BoolArray:
+    """(P,) whether the mean of powers (P, N) in any window along a ramp is more than that of noise.
 
     A long weak burst raises no sample by much.
     """
-    power: FloatArray = left.real**2 + left.imag**2
     sums = np.zeros((len(power), power.shape[1] + 1))
     np.cumsum(power, axis=1, out=sums[:, 1:])
     raised = np.zeros(len(power), np.bool_)
-    for length in {*WINDOWS, left.shape[1]}:
-        if length > left.shape[1]:
+    for length in {*WINDOWS, power.shape[1]}:
+        if length > power.shape[1]:
             continue
         # the sum of that many exponential variables follows a Gamma law
         allowed = noise * float(gammainccinv(length, RAISED_CHANCE))

@@ -22,6 +22,7 @@ from typing import Final, NoReturn
 from vsep._processes import SINGLE_THREAD
 from vsep._version import __version__
 from vsep.errors import InputError
+from vsep.kernels.clock import listeners
 
 _EXIT_INPUT = 2
 _EXIT_INTERRUPTED = 130
@@ -98,6 +99,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     for name in SINGLE_THREAD:
         os.environ.setdefault(name, "1")
+    if sys.stderr.isatty():
+        listeners.add(_show_compilation)
     try:
         with _terminable():
             options = parse(sys.argv[1:] if arguments is None else arguments)
@@ -119,6 +122,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"vsep: {'terminated' if terminated else 'interrupted'}.\n")
         return _EXIT_TERMINATED if terminated else _EXIT_INTERRUPTED
     return code
+
+
+def _show_compilation(kernel: str) -> None:
+    """Show on the terminal that a kernel is being compiled; wipe that out when it is."""
+    shown = f"vsep: compiling {kernel}, once after an installation" if kernel else ""
+    sys.stderr.write(f"\r\x1b[K{shown}")
+    sys.stderr.flush()
 
 
 class _Terminated(KeyboardInterrupt):

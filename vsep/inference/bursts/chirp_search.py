@@ -14,7 +14,7 @@ from scipy import fft
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray, frozen
 from vsep.inference.core.row_energies import sum_of_antennas
-from vsep.kernels.scores import ChirpGrid, best_chirps, correlation_spectra
+from vsep.kernels.scores import ChirpGrid, best_chirps, coarse_scores, correlation_spectra
 from vsep.signal.keystone import SingleComplexArray
 from vsep.signal.sampled_bursts import sampled_bursts
 from vsep.signal.template import SignalModel
@@ -28,7 +28,8 @@ COARSE_REACH = COARSE // 2  # slopes on both sides that it stands for
 CENTRE_REACH = 2  # samples by which the best centre of a slope next to it may differ
 COARSE_SHARE = 0.4  # of a score: what the coarse slope next to it reaches; 0.47 was the least seen
 CLOSE_SHARE = 0.6  # of the best coarse score: what another place must reach to be polished as well
-RAMPS_AT_A_TIME = 2  # more make temporaries so large that they are given back after each search
+# Values of correlations at a time: more leave the cache, and are given back after a search.
+CORRELATED_AT_A_TIME = 2**17
 SLOPES_AT_A_TIME = 16  # made by one call: a bank of all at once would be many times its size
 MIN_OVERLAP = 0.25  # share of the burst's energy that must lie inside the ramp
 
@@ -202,17 +203,24 @@ def find_single_chirps(
     rows = residual.astype(np.complex64, order="C").reshape(-1, *residual.shape[-2:])
     # r in the frequency domain, shared by all slopes
     spectra = fft.fft(rows, grid.spectra.shape[1], axis=-1)
-    num_antennas, num_ramps = rows.shape[:2]
-    step = max(RAMPS_AT_A_TIME // num_antennas, 1)
+    (num_antennas, num_ramps), (num_slopes, size) = rows.shape[:2], grid.spectra.shape
+    step = max(CORRELATED_AT_A_TIME // (num_antennas * num_slopes * size), 1)
+    stride = -(-num_slopes // -(-num_antennas * num_slopes * size // CORRELATED_AT_A_TIME))
+    coarse = np.empty((min(step, num_ramps), num_slopes, len(bank.centres)), dtype=np.float32)
+    best = np.empty(coarse.shape[:2], dtype=np.float32)
     slopes, columns = np.empty((2, num_ramps), dtype=np.int64)
     score = np.empty(num_ramps)
     for first in range(0, num_ramps, step):
         last = min(first + step, num_ramps)
-        products = correlation_spectra(spectra, grid.spectra, (first, last))
-        # a^H r for all centres
-        correlations = fft.ifft(products, axis=-1, norm="forward", overwrite_x=True)
+        count = last - first
+        for begin in range(0, num_slopes, stride):
+            kernels = grid.spectra[begin : begin + stride]
+            products = correlation_spectra(spectra, kernels, (first, last))
+            # a^H r for all centres
+            correlations = fft.ifft(products, axis=-1, norm="forward", overwrite_x=True)
+            coarse_scores(correlations, grid, begin, coarse, best)
         slopes[first:last], columns[first:last], score[first:last] = best_chirps(
-            correlations, rows, first, grid, worthwhile
+            coarse[:count], best[:count], rows, first, grid, worthwhile
         )
     slope = bank.slopes[slopes]
     # A coarse place that was not followed up stands for chirps that score more.

@@ -82,7 +82,7 @@ class NoiseLike:
 
     def _is_asked(self, rows: ComplexArray) -> bool:
         """Whether some rows (A, P, N) are loud, and bursts explain little of them."""
-        with_bursts = np.unique(self.work.table.rows)
+        with_bursts = self.work.table.interfered
         if len(with_bursts) == 0:
             energies = row_energies(rows)
             usual = np.median(energies[energies > 0.0]) if energies.any() else 0.0
@@ -100,9 +100,9 @@ class NoiseLike:
         Chirps are few parameters for many samples, and fit them.
         """
         work = self.work
-        many = work.bursts_per_row >= MANY_BURSTS
-        if not many.any():
+        if not work.crowded:
             return
+        many = work.bursts_per_row >= MANY_BURSTS
         power = work.signal.real**2 + work.signal.imag**2
         lasting = np.sum(power > SUPPORT * power.max(axis=1, keepdims=True), axis=1)
         many &= work.bursts_per_row > MOST_PER_SAMPLE * lasting

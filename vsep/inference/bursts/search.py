@@ -320,7 +320,7 @@ class BurstSearch:
         antennas = np.arange(work.model.num_antennas)
         rows = (antennas[:, None] * work.model.num_ramps + ramps).ravel()
         places = work.table.add_bursts(
-            rows, chirps.chosen(np.tile(np.arange(len(ramps)), len(antennas)))
+            rows, chirps.some(np.tile(np.arange(len(ramps)), len(antennas)))
         )
         if not self.keeps_every_template:
             self._initialise_columns(places)
@@ -328,7 +328,8 @@ class BurstSearch:
     def _initialise_columns(self, places: IntArray) -> None:
         """Give new bursts one component at zero delay, refined from the search grid."""
         work, table = self.work, self.work.table
-        columns = table.add_columns(places, np.zeros_like(places), np.zeros(len(places)))
+        none = np.zeros(len(places))
+        columns = table.add_columns(places, none.astype(np.int64), none)
         # theta from (71), several steps from the grid
         work.refine_burst(places, self.residual, self.noise_precision, max_steps=START_STEPS)
         lost = [

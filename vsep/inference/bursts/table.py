@@ -206,6 +206,11 @@ class BurstTable:
         (T,) int
             Where the new bursts stand.
         """
+        if len(self) == 0:  # as in the first search of a run
+            self.rows, self.chirps = rows, chirps
+            self.signals = np.zeros_like(chirps.templates)
+            self._lay_out()
+            return np.arange(len(rows))
         places = np.searchsorted(self.rows, rows, side="right")
         # Bursts behind an insertion are renumbered.
         self.owners = self.owners + np.searchsorted(places, self.owners, side="right")

@@ -107,7 +107,7 @@ class InterferenceWorkspace:
     @property
     def crowded(self) -> bool:
         """Whether some ramp holds so many bursts that channels have been fitted to others."""
-        return bool(np.any(self.bursts_per_row >= MANY_BURSTS))
+        return len(self.table) >= MANY_BURSTS and bool(self.bursts_per_row.max() >= MANY_BURSTS)
 
     @property
     def bursts_per_row(self) -> IntArray:
@@ -309,7 +309,8 @@ class InterferenceWorkspace:
         ramps, own, numbers = table.ramps_of_bursts[places], places, np.arange(len(places))
         if self.model.num_antennas > 1:
             own, numbers = np.unique(places % self.num_shared, return_inverse=True)
-        moving, shared = np.zeros_like(table.interfered), np.full(len(table.interfered), -1)
+        moving, shared = np.zeros((2, len(table.interfered)), dtype=np.int64)
+        shared -= 1
         moving[ramps] = places - table.first_burst[ramps]
         shared[ramps] = numbers
         # (71) of each ramp as a function of one of its bursts' templates

@@ -7,6 +7,7 @@ which is left out: bounds are comparable at one model order, and across orders u
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import digamma, gammaln
@@ -72,9 +73,16 @@ def noise_bound(num_values: int, noise_precision: float, expected_error: float) 
     """
     shape = float(num_values)
     rate = shape / noise_precision
-    expected_log = digamma(shape) - math.log(rate)  # <log lambda>
+    psi, log_gamma = _gamma_functions(num_values)
+    expected_log = psi - math.log(rate)  # <log lambda>
     # <log p(r | ...)>
     likelihood = shape * (expected_log - math.log(math.pi)) - noise_precision * expected_error
     # of q(lambda) = Ga
-    entropy = shape - math.log(rate) + gammaln(shape) + (1.0 - shape) * digamma(shape)
+    entropy = shape - math.log(rate) + log_gamma + (1.0 - shape) * psi
     return float(likelihood - expected_log + entropy)  # - <log lambda> is Jeffreys' prior
+
+
+@lru_cache(maxsize=16)
+def _gamma_functions(num_values: int) -> tuple[float, float]:
+    """Digamma function and logarithm of the gamma function."""
+    return float(digamma(num_values)), float(gammaln(num_values))

@@ -63,4 +63,6 @@ def with_environment(
     if receiver is not state.receiver:  # a run cannot settle while its frame changes
         event = ComponentEvent(kind=EventKind.RECEIVER_CHANGED, snr_db=0.0, threshold_db=0.0)
         info = replace(info, events=(*info.events, event))
+    elif spectrum is state.noise_spectrum:
+        return new_state, info
     return replace(new_state, noise_spectrum=spectrum, receiver=receiver), info

@@ -7,8 +7,7 @@ from vsep._typing import ComplexArray, FloatArray
 
 def squared_norms(rows: ComplexArray) -> FloatArray:
     """(P,) energies of the rows of a (P, N) array, or (A, P) of an (A, P, N) array."""
-    parts = np.ascontiguousarray(rows).view(np.float64)
-    return np.asarray(np.einsum("...n,...n->...", parts, parts))
+    return np.asarray(np.vecdot(rows, rows).real)
 
 
 def sum_of_antennas(powers: FloatArray) -> FloatArray:
@@ -24,4 +23,5 @@ def row_energies(rows: ComplexArray) -> FloatArray:
     >>> row_energies(np.array([[3.0, 4.0j], [0.0, 1.0]])).tolist()
     [25.0, 1.0]
     """
-    return sum_of_antennas(squared_norms(rows)[..., None])[:, 0]
+    energies = squared_norms(rows)
+    return np.asarray(energies.sum(axis=0)) if rows.ndim == 3 else energies

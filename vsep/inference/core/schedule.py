@@ -195,6 +195,11 @@ MEASURED: Final = replace(
     merges_objects=False,
 )
 
+# Where ramps are long, searches cost more than all the rest. Those that remain find the bursts
+# beside the first ones, what is left before samples are weighed, and what their weights hid.
+LONG_RAMPS: Final = replace(ROBUST, early_search=(0, 2, 6, 12), late_object_additions=64)
+LONG: Final = 512  # samples
+
 PAPER: Final = Schedule(
     name="paper",
     interference_threshold_db=3.0,
@@ -239,8 +244,12 @@ def schedule_by_name(name: str | Schedule) -> Schedule:
 def schedule_for(name: str | Schedule, model: SignalModel) -> Schedule:
     """Return the schedule called `name` for the frames of a model.
 
-    The robust one spares a measured response what that is not accurate enough for.
+    The robust one spares a measured response what that is not accurate enough for, and long ramps
+    every second early search.
     """
     schedule = schedule_by_name(name)
-    measured = model.anti_aliasing_filter.smooth is not None
-    return MEASURED if schedule is ROBUST and measured else schedule
+    if schedule is not ROBUST:
+        return schedule
+    if model.anti_aliasing_filter.smooth is not None:
+        return MEASURED
+    return LONG_RAMPS if model.num_samples >= LONG else schedule

@@ -111,6 +111,8 @@ def cells_in_common(points: FloatArray, shape: tuple[int, int]) -> IntArray:
     apart = points[:, None] - points
     apart -= np.rint(apart)
     near = np.all(np.abs(apart) * (shape[1], shape[0]) < 1.0, axis=2)
+    if np.count_nonzero(near) == len(points):  # each on its own, as mostly
+        return np.arange(len(points))
     groups = connected_components(csr_array(near), directed=False)[1]
     return np.asarray(groups, dtype=np.int64)
 

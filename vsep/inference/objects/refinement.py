@@ -48,6 +48,9 @@ class PlacedComponents:
     def columns(self) -> Columns:
         """All columns and their posterior in the form of the kernels."""
         active = self.active
+        migration = self.migration
+        if isinstance(migration, RampDither):
+            migration = STATIONARY
         weights = active.amplitudes if active.amplitudes.ndim == 2 else active.amplitudes[:, None]
         return Columns(
             *self.factors,
@@ -55,7 +58,7 @@ class PlacedComponents:
             weights,
             active.noise_precision,
             self.points,
-            STATIONARY if isinstance(self.migration, RampDither) else self.migration,
+            migration if migration.coupling != 0.0 else None,
         )
 
 

@@ -3,9 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft
 
-from vsep._typing import BoolArray, ComplexArray, FloatArray
+from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.progress import ComponentEvent, EventKind
 from vsep.inference.core.state import ObjectComponents, SeparationState
@@ -16,9 +17,10 @@ from vsep.inference.objects.refinement import (
     with_component,
 )
 from vsep.inference.objects.sbl import ActiveSet
-from vsep.kernels.candidates import Candidate, best_candidate
+from vsep.kernels.candidates import Candidate, best_candidate, candidate_peaks
 from vsep.kernels.convergence import largest_change
 from vsep.kernels.doppler_intervals import unfold_lines
+from vsep.kernels.line_spectra import Columns
 from vsep.kernels.moving_atoms import (
     STATIONARY,
     Migration,
@@ -37,7 +39,7 @@ from vsep.signal.template import SignalModel
 from vsep.units import to_db, wrap_frequency
 
 ADDITION_WINDOW = 0.25  # of the first candidate's ratio: what a further one of the step must reach
-
+LARGE = 2**16  # samples: a transform for each new object would take longer than all the rest
 KEEP_COLOURED = 0.97  # of its threshold: what an object that is there must reach in coloured noise
 
 
@@ -131,6 +133,7 @@ class ObjectWorkspace:
         self.threshold = threshold
         self.next_id = next_id
         self.searched: BoolArray | None = None
+        self._peaks: tuple[NDArray[np.float32], IntArray] | None = None  # not tried yet
         self.events: list[ComponentEvent] = []
         self.ids = components.component_ids.copy()
         if background is None:
@@ -197,38 +200,50 @@ class ObjectWorkspace:
         """Add up to `max_additions` new components, the strongest candidate first.
 
         Further ones must come close to the first in strength: a much weaker candidate may be a side
-        lobe or a piece of a burst that the next iteration explains.
+        lobe or a piece of a burst that the next iteration explains. In large frames they are sought
+        among the peaks of one transform, as long as these hold any.
         """
         weakest = self.threshold.ratio
-        for number in range(max_additions):
+        number, self._peaks = 0, None
+        while number < max_additions:
+            is_new = self._peaks is None
             candidate = self._best_candidate()  # zeta_new from (70)
             if candidate.absorbed or candidate.ratio <= weakest:  # Algorithm 4: omega^2/rho > T
-                if number == 0:
-                    self._record(EventKind.OBJECT_REJECTED, candidate.ratio, -1, candidate[:2])
-                return
+                if is_new:
+                    if number == 0:
+                        self._record(EventKind.OBJECT_REJECTED, candidate.ratio, -1, candidate[:2])
+                    return
+                self._peaks = None
+                continue
             weakest = max(weakest, ADDITION_WINDOW * candidate.ratio)
             self._insert(candidate)  # Phi and gamma grow, C from (59)
+            if self.residual.size < LARGE:
+                self._peaks = None
             self.ids = np.append(self.ids, self.next_id)
             self._record(EventKind.OBJECT_ADDED, candidate.ratio, self.next_id, candidate[:2])
-            self.next_id += 1
+            self.next_id, number = self.next_id + 1, number + 1
 
     def _best_candidate(self) -> Candidate:
         """Look for one more component in what the columns leave unexplained."""
-        columns, (placed, signal) = self.placed.columns, self._summed
-        if placed is self.placed:  # what they explain is known
-            left = (self.residual - signal).astype(np.complex64)
-            left = left.reshape(self.num_antennas, -1, left.shape[1])
-        else:
-            left = subtract_columns(self.residual, columns)  # r_alpha - Phi alpha
-        num_samples = left.shape[2]
-        transforms = candidate_grid(left, columns.migration)
-        if self.searched is not None:
-            transforms = transforms * self.searched
-        levels = np.ones(1)
-        if self.threshold.relative_noise is not None:
-            levels = self.threshold.levels(np.arange(2 * num_samples) / (2 * num_samples))
+        columns, threshold, levels = self.placed.columns, self.threshold, np.ones(1)
+        if threshold.relative_noise is not None:
+            num_samples = self.residual.shape[1]
+            levels = threshold.levels(np.arange(2 * num_samples) / (2 * num_samples))
+        if self._peaks is None:
+            transforms = candidate_grid(self._left(columns), columns.migration or STATIONARY)
+            if self.searched is not None:
+                transforms = transforms * self.searched
+            self._peaks = candidate_peaks(transforms, columns, levels)
         # Peaks of the periodogram over the noise, refined by (70)
-        return best_candidate(transforms, self.residual, columns, self.threshold.ratio, levels)
+        return best_candidate(self._peaks, self.residual, columns, threshold.ratio, levels)
+
+    def _left(self, columns: Columns) -> SingleComplexArray:
+        """Return what the columns leave of the residual, r_alpha - Phi alpha (A, P, N)."""
+        placed, signal = self._summed
+        if placed is not self.placed:
+            return subtract_columns(self.residual, columns)
+        left = (self.residual - signal).astype(np.complex64)  # what they explain is known
+        return left.reshape(self.num_antennas, -1, left.shape[1])
 
     def _insert(self, candidate: Candidate) -> None:
         """Place a new component behind the others, ahead of the background."""
@@ -272,7 +287,7 @@ class ObjectWorkspace:
         points = wrap_frequency(placed.points)
         if not self.is_stationary:
             points[:, 1] = placed.points[:, 1]
-        self.placed = replace(placed, points=points)
+        self.placed = PlacedComponents(points, placed.factors, placed.active, placed.migration)
 
     def _unfolded(self, placed: PlacedComponents) -> PlacedComponents:
         """Move components to the interval of Doppler frequency that they belong to."""
