@@ -26,6 +26,7 @@ from vsep.signal.chirped_atoms import (
     curvature_power,
     refined,
 )
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db, wrap_frequency
 
@@ -71,10 +72,15 @@ class AcceleratingSeparator:
 
     def __post_init__(self) -> None:
         """Check that the objects stay in their range cells."""
+        if isinstance(self.model.migration, RampDither):
+            raise InputError(
+                "Acceleration is modelled with equal ramps; these are dithered, so acceleration "
+                "must be neglected."
+            )
         if not self.model.is_stationary:
             raise InputError(
-                "Acceleration is modelled for objects that stay in their range cells and equal "
-                "ramps; with range_migration neglected it can be."
+                "Acceleration is modelled for objects that stay in their range cells; with "
+                "range_migration neglected it can be."
             )
 
     @property
