@@ -193,7 +193,6 @@ def test_starts_are_listed_or_drawn_as_numpy_draws_them():
     [
         ({"start_times_s": (0.0, 1e-6)}, "holds 2 values; it must hold one for each of the 32"),
         ({"start_times_s": (1.0,) * 32}, "start_times_s is 1 s"),
-        ({"range_migration": True}, "range_migration is on and the ramps are dithered"),
     ],
 )
 def test_starts_that_do_not_fit_are_refused(changes, sentence):

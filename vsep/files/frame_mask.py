@@ -49,7 +49,7 @@ def frame_mask(
 def _interfered(frame: Frame, name: str, received: ComplexArray) -> BoolArray:
     require_choice("mask", name, MASK_NAMES)
     if name != TRUTH:
-        return detect_interference(name, received)
+        return detect_interference(name, received, frame.radar.dither)
     mask = frame.perfect_mask
     if mask is None:
         raise InputError(

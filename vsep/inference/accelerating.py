@@ -26,6 +26,7 @@ from vsep.signal.chirped_atoms import (
     curvature_power,
     refined,
 )
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db, wrap_frequency
 
@@ -38,7 +39,7 @@ MOST_LEFT_OUT: Final = 4  # lines of a cluster that may be objects of their own,
 FIRST_ITERATION: Final = 2
 
 
-class _Fit(NamedTuple):
+class AcceleratingFit(NamedTuple):
     """One object that accelerates."""
 
     component_id: int
@@ -71,10 +72,15 @@ class AcceleratingSeparator:
 
     def __post_init__(self) -> None:
         """Check that the objects stay in their range cells."""
+        if isinstance(self.model.migration, RampDither):
+            raise InputError(
+                "Acceleration is modelled with equal ramps; these are dithered, so acceleration "
+                "must be neglected."
+            )
         if not self.model.is_stationary:
             raise InputError(
-                "Acceleration is modelled for objects that stay in their range cells and equal "
-                "ramps; with range_migration neglected it can be."
+                "Acceleration is modelled for objects that stay in their range cells; with "
+                "range_migration neglected it can be."
             )
 
     @property
@@ -96,22 +102,24 @@ class AcceleratingSeparator:
     ) -> tuple[SeparationState, IterationInfo]:
         """One step of the inner estimator, then one of the objects that accelerate."""
         shape, num_antennas = self.model.shape, self.model.num_antennas
-        fits = _fits(state.objects, num_antennas)
-        signal = _signal(fits, shape, num_antennas)
+        fits = accelerating_fits(state.objects, num_antennas)
+        signal = fitted_signal(fits, shape, num_antennas)
         received = self.model.check(received)
         plain = replace(
             state,
-            objects=_without_fits(state.objects),
+            objects=without_fits(state.objects),
             object_signal=state.object_signal - signal,
         )
         new, info = self.inner.step(received - signal, plain)
-        if new.iteration < FIRST_ITERATION or shape[0] < 4:
+        is_early = new.iteration < FIRST_ITERATION or shape[0] < 4
+        if is_early and not fits:
             return new, info
         # What neither source explains, with weights of samples that do not count
         left = new.cleaned(received - signal) - new.object_signal
         work = _Work(new, left.reshape(num_antennas, *shape), self.threshold_db, fits)
         work.refine()
-        work.look_for_more()
+        if not is_early:
+            work.look_for_more()
         return work.concluded(info)
 
     def terminate(self, state: SeparationState, info: IterationInfo) -> Termination:
@@ -123,7 +131,11 @@ class _Work:
     """The objects that accelerate while a step changes them."""
 
     def __init__(
-        self, state: SeparationState, left: ComplexArray, threshold_db: float, fits: list[_Fit]
+        self,
+        state: SeparationState,
+        left: ComplexArray,
+        threshold_db: float,
+        fits: list[AcceleratingFit],
     ) -> None:
         self.state, self.left, self.fits = state, left, fits
         self.threshold = float(from_db(threshold_db))
@@ -138,7 +150,9 @@ class _Work:
         """
         fits, self.fits = self.fits, []
         for fit in fits:
-            signals = self.left + _signal([fit], self.left.shape[1:], len(self.left), flat=False)
+            signals = self.left + fitted_signal(
+                [fit], self.left.shape[1:], len(self.left), flat=False
+            )
             point = refined(fit.point, signals)
             straight = point._replace(curvature=0.0)
             powers = [_energy(chirped_products(each, signals)) for each in (point, straight)]
@@ -157,9 +171,9 @@ class _Work:
             return
         prior = self.precision / (ratio / count - 1.0)  # gamma = 1 / (omega^2 - rho), (77)
         weights = products * (self.precision / (self.precision + prior))
-        fit = _Fit(component_id, point, weights, prior)
+        fit = AcceleratingFit(component_id, point, weights, prior)
         self.fits.append(fit)
-        self.left = signals - _signal([fit], signals.shape[1:], count, flat=False)
+        self.left = signals - fitted_signal([fit], signals.shape[1:], count, flat=False)
 
     def look_for_more(self) -> None:
         """Try one atom in the place of the lines around each strong one, the strongest first."""
@@ -256,8 +270,8 @@ class _Work:
             signal = state.object_signal
         state = replace(
             state,
-            objects=_joined(plain, self.fits, self.precision),
-            object_signal=signal + _signal(self.fits, shape, num_antennas),
+            objects=joined_objects(plain, self.fits, self.precision),
+            object_signal=signal + fitted_signal(self.fits, shape, num_antennas),
         )
         if self.events:  # errors of the oscillator may have been fitted to what has gone
             state = replace(state, receiver=None, calm_iterations=0, quiet_iterations=0)
@@ -268,8 +282,8 @@ def _energy(signals: ComplexArray) -> float:
     return float(np.vdot(signals, signals).real)
 
 
-def _signal(
-    fits: list[_Fit], shape: tuple[int, ...], num_antennas: int, *, flat: bool = True
+def fitted_signal(
+    fits: list[AcceleratingFit], shape: tuple[int, ...], num_antennas: int, *, flat: bool = True
 ) -> ComplexArray:
     """Signals of the objects that accelerate, (A P, N) or (A, P, N)."""
     total = np.zeros((num_antennas, *shape), dtype=np.complex128)
@@ -280,12 +294,13 @@ def _signal(
     return total.reshape(-1, shape[1]) if flat else total
 
 
-def _fits(objects: ObjectComponents, num_antennas: int) -> list[_Fit]:
+def accelerating_fits(objects: ObjectComponents, num_antennas: int) -> list[AcceleratingFit]:
+    """Return the objects that accelerate among components."""
     if objects.curvatures is None:
         return []
     weights = objects.amplitudes.reshape(objects.num_components, num_antennas)
     return [
-        _Fit(
+        AcceleratingFit(
             int(objects.component_ids[index]),
             ChirpedPoint(
                 float(objects.beats[index]),
@@ -299,13 +314,16 @@ def _fits(objects: ObjectComponents, num_antennas: int) -> list[_Fit]:
     ]
 
 
-def _without_fits(objects: ObjectComponents) -> ObjectComponents:
+def without_fits(objects: ObjectComponents) -> ObjectComponents:
+    """Return the components that do not accelerate."""
     if objects.curvatures is None:
         return objects
     return replace(objects.chosen(objects.curvatures == 0.0), curvatures=None)
 
 
-def _joined(plain: ObjectComponents, fits: list[_Fit], precision: float) -> ObjectComponents:
+def joined_objects(
+    plain: ObjectComponents, fits: list[AcceleratingFit], precision: float
+) -> ObjectComponents:
     """Components of both kinds, those that accelerate behind the others."""
     if not fits:
         return plain

@@ -20,7 +20,6 @@ CALM_ITERATIONS: Final = 2
 CALM_DEVIATIONS: Final = 0.1  # by which an object moves at most
 # Late in a run, where it shares a resolution cell with others: what moves on explains one smear.
 CALM_WITHIN_A_CELL: Final = 1.0
-LATE: Final = 20  # iterations
 CALM_NOISE: Final = 3e-3  # relative change of lambda at most
 
 
@@ -52,28 +51,32 @@ def calm_iterations(
     if not settled or abs(info.noise_precision_change) >= CALM_NOISE:
         return 0
     change = info.max_frequency_change
-    if change >= CALM_DEVIATIONS and state.iteration >= LATE:
+    if change >= CALM_DEVIATIONS and state.iteration >= schedule.smears_from:
         # Within a resolution cell deviations are many times those of isolated lines.
-        change = _largest_change(state, objects, model)
+        change = _largest_change(state, objects, model, schedule.smear_cells)
     return state.calm_iterations + 1 if change < CALM_DEVIATIONS else 0
 
 
-def _largest_change(state: SeparationState, after: ObjectComponents, model: SignalModel) -> float:
+def _largest_change(
+    state: SeparationState, after: ObjectComponents, model: SignalModel, reach_cells: float
+) -> float:
     """Largest change of a frequency in deviations that know of the other objects."""
     before, precision = state.objects, state.noise_precision
     deviation = dispersion_std(after, precision, model.shape, migration=model.migration)
     beats = _cyclic(after.beats - before.beats) / np.maximum(deviation.beats, 1e-300)
     dopplers = _cyclic(after.dopplers - before.dopplers) / np.maximum(deviation.dopplers, 1e-300)
     change = np.maximum(beats, dopplers)
-    change[_share_a_cell(after, model.shape)] *= CALM_DEVIATIONS / CALM_WITHIN_A_CELL
+    change[_share_a_cell(after, model.shape, reach_cells)] *= CALM_DEVIATIONS / CALM_WITHIN_A_CELL
     return float(change.max())
 
 
-def _share_a_cell(objects: ObjectComponents, shape: tuple[int, int]) -> BoolArray:
-    """(L,) whether another object is closer than a resolution cell along both axes."""
+def _share_a_cell(
+    objects: ObjectComponents, shape: tuple[int, int], reach_cells: float
+) -> BoolArray:
+    """(L,) whether another object is closer than some resolution cells along both axes."""
     num_ramps, num_samples = shape
-    near = _cyclic(objects.beats[:, None] - objects.beats) * num_samples < 1.0
-    near &= _cyclic(objects.dopplers[:, None] - objects.dopplers) * num_ramps < 1.0
+    near = _cyclic(objects.beats[:, None] - objects.beats) * num_samples < reach_cells
+    near &= _cyclic(objects.dopplers[:, None] - objects.dopplers) * num_ramps < reach_cells
     return np.asarray(near.sum(axis=1) > 1)
 
 

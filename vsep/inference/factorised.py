@@ -193,7 +193,8 @@ class FactorisedSeparator(ObjectSettings):
             # Coarse grid of (71): bursts start, restart and end.
             with part(SEARCH):
                 self.search(interference, received, state)
-        weights = interference.revised_weights(self.sample_weights(received, state), self.missing)
+        weights, left = self.sample_weights(received, state), received - state.object_signal
+        weights = interference.revised_weights(weights, self.missing, left - interference.signal)
         return interference, searched, weights
 
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
@@ -276,8 +277,7 @@ class FactorisedSeparator(ObjectSettings):
 
     def search_due(self, state: SeparationState) -> bool:
         """Whether the next step searches every ramp for bursts."""
-        due = self._order.search_due(state.iteration)
-        return due or state.search_pending
+        return state.search_pending or self._order.search_due(state.iteration)
 
     def conclude(
         self,

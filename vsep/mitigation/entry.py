@@ -17,7 +17,8 @@ class MitigationEntry(Entry):
 
     It stands in the tuple ``ENTRIES`` of the method's own file, or another distribution declares it
     or the method's class as an entry point of ``vsep.mitigations``. The usual settings are
-    ``domain`` and ``debias`` of compressive sensing, and ``history``.
+    ``domain`` and ``debias`` of compressive sensing, ``history``, and ``dither`` of what looks
+    across the ramps.
 
     Parameters
     ----------

@@ -24,6 +24,8 @@ from vsep.inference.core.progress import Termination
 from vsep.mitigation.entry import time_domain_entry
 from vsep.mitigation.method import FrameArray, MitigationState, require_clean
 from vsep.mitigation.short_time import ShortTimeFrame
+from vsep.signal.dithered_atoms import RampDither
+from vsep.signal.dithered_spectra import dithered_transform
 from vsep.signal.spectra import hann_window
 
 ITERATIONS = 100
@@ -48,6 +50,7 @@ class MorphologicalComponents:
     num_axes: int = 1  #: axes of the object layer: the ramp alone, or the frame
     iterations: int = ITERATIONS  #: number of thresholds
     masked: bool = True  #: whether only flagged samples are replaced, and the frame is windowed
+    dither: RampDither | None = None  #: how ramps were dithered, of which ramp by ramp none matters
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -121,10 +124,16 @@ class MorphologicalComponents:
         return np.asarray(np.outer(slow, hann_window(num_samples)).astype(received.real.dtype))
 
     def _to_bins(self, signal: FrameArray) -> FrameArray:
+        if self.dither is not None and self.num_axes == 2:
+            dithered = dithered_transform(self.dither, signal.shape[1], signal.dtype)
+            return dithered.analysis(signal)
         bins: FrameArray = fft.ifftn(signal, axes=(0, 1)[2 - self.num_axes :], norm="ortho")
         return bins
 
     def _from_bins(self, bins: FrameArray) -> FrameArray:
+        if self.dither is not None and self.num_axes == 2:
+            dithered = dithered_transform(self.dither, bins.shape[1], bins.dtype)
+            return dithered.synthesis(bins)
         signal: FrameArray = fft.fftn(bins, axes=(0, 1)[2 - self.num_axes :], norm="ortho")
         return signal
 

@@ -22,7 +22,8 @@ def make_mitigation(name: str, **settings: Any) -> Mitigation:
         ``domain``: how the compressive-sensing methods compute, by two-dimensional masked residual
         updates ("masked-2d") or with the explicit matrix ("explicit-1d"). ``debias``: whether they
         end with a least-squares fit of the cells found. ``history``: what the prior of pm-ist and
-        pm-iht has seen of the last frames.
+        pm-iht has seen of the last frames. ``dither``: how the ramps were dithered, for the methods
+        that look across them; see `vsep.signal.radar.ChirpSequence.dither`.
 
     Raises
     ------

@@ -139,9 +139,11 @@ def _frame(
         settings = replace(settings, samples=COMPLEX_2X)
     lowest, taken = lowest_beat(received, radar, settings)
     starts = _starts(settings, radar.num_ramps)
+    radar = replace(radar, **starts)
     migration = settings.range_migration == "modelled"
-    if not starts and settings.range_migration == "automatic" and radar.needs_migration:
-        migration = visible_walker(received, radar) is not None
+    if settings.range_migration == "automatic" and radar.needs_migration:
+        placed = replace(radar, lowest_beat=lowest)
+        migration = visible_walker(received, placed) is not None
     spacing = settings.antenna_spacing_wavelengths
     if settings.num_transmitters == 1:
         spacing = spacing_of(captured.kept, spacing)
@@ -150,7 +152,7 @@ def _frame(
     division = settings.doppler_division
     frame = Frame(
         received=received[0],
-        radar=replace(radar, lowest_beat=lowest, range_migration=migration, **starts),
+        radar=replace(radar, lowest_beat=lowest, range_migration=migration),
         anti_aliasing_filter=_own_filter(path, settings, beat_sign),
         name=path,
         beat_sign=beat_sign,
@@ -164,14 +166,26 @@ def _frame(
 
 
 def _starts(settings: RecordingSettings, num_ramps: int) -> dict[str, Any]:
-    """Return the starts of dithered ramps as `ChirpSequence` takes them."""
+    """Return the starts of dithered ramps as `ChirpSequence` takes them.
+
+    Of transmitters that take turns there is a number for each turn, or for each ramp.
+    """
     given = {name: getattr(settings, name) for name in ("start_times_s", "start_frequencies_hz")}
-    if settings.num_transmitters > 1 and any(given.values()):
-        raise InputError(
-            f"num_transmitters is {settings.num_transmitters} and the ramps are dithered; dithered "
-            "ramps are modelled of one transmitter."
-        )
-    return {n: parse_starts(n, text, num_ramps) for n, text in given.items() if text is not None}
+    found, count = {}, settings.num_transmitters
+    for name, text in given.items():
+        if text is None:
+            continue
+        starts = parse_starts(name, text, num_ramps)
+        if len(starts) == count * num_ramps:
+            turns = np.reshape(starts, (num_ramps, count))
+            if np.any(turns != turns[:, :1]):
+                raise InputError(
+                    f"{name} differs between the {count} transmitters of a turn; dithered ramps "
+                    "are modelled where it differs from turn to turn only."
+                )
+            starts = tuple(turns[:, 0].tolist())
+        found[name] = starts
+    return found
 
 
 def _remark_of_real(num_samples: int, settings: RecordingSettings) -> str:

@@ -6,11 +6,14 @@ satellites of about ``20 log10(m) - 6`` dB: -46 dB for a hundredth of a cell. Wi
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from vsep._typing import ComplexArray
+from vsep.kernels.moving_atoms import STATIONARY
+from vsep.signal.dithered_spectra import dithered_spectrum
 from vsep.signal.radar import ChirpSequence
 from vsep.units import to_db
 
@@ -53,7 +56,7 @@ def visible_walker(received: ComplexArray, radar: ChirpSequence) -> Walker | Non
     usual = np.quantile(magnitude, _USUAL, axis=(-2, -1), keepdims=True)
     received = np.where(magnitude > _LOUD * usual, 0.0, received)  # bursts become gaps
     loss = window.size * np.sum(window**2) / np.sum(window) ** 2
-    maps = np.abs(np.fft.ifft2(received * window)) ** 2
+    maps = np.abs(_spectra(received * window, radar)) ** 2
     noise, most = float(np.median(maps)) / np.log(2.0), float(maps.max())
     if most == 0.0:
         return None
@@ -77,6 +80,17 @@ def visible_walker(received: ComplexArray, radar: ChirpSequence) -> Walker | Non
     return Walker(float(velocity[worst]), float(level_db[worst]), float(cells[worst]))
 
 
+def _spectra(frames: ComplexArray, radar: ChirpSequence) -> ComplexArray:
+    """Range-Doppler spectra of frames (P, N) or (A, P, N), in the order of a DFT."""
+    if radar.dither is None:
+        return np.asarray(np.fft.ifft2(frames))
+    signals = frames.reshape(-1, *radar.shape)
+    resting = replace(radar.dither, motion=STATIONARY)
+    dopplers = np.fft.fftfreq(radar.num_ramps).astype(np.float64)
+    spectra = dithered_spectrum(signals, resting, dopplers, radar.num_samples)
+    return np.asarray(spectra.reshape(frames.shape) / (radar.num_ramps * radar.num_samples))
+
+
 def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[str]:
     """Say if a moving object of a frame has visible satellites, or would have."""
     walker = visible_walker(received, radar)
@@ -86,7 +100,7 @@ def migration_remark(received: ComplexArray, radar: ChirpSequence) -> Iterator[s
         f"An object at {walker.velocity_mps:.3g} m/s, {walker.level_db:.0f} dB over the noise, "
         f"moves by {walker.cells:.2g} range cells within the frame"
     )
-    if radar.migration.coupling:
+    if radar.motion.coupling:
         yield f"{sentence}, which is modelled; range_migration: neglected leaves it out."
         return
     yield (

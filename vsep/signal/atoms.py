@@ -125,7 +125,7 @@ def doppler_course(shape: tuple[int, int], migration: Coupling = STATIONARY) -> 
     See `vsep.kernels.moving_atoms` and `vsep.signal.dithered_atoms`.
     """
     if isinstance(migration, RampDither):
-        return np.asarray(np.repeat(migration.ramps[:, None], shape[1], axis=1))
+        return migration.course(shape[1])
     num_ramps, num_samples = shape
     middle, samples = 0.5 * (num_ramps - 1), np.arange(num_samples, dtype=np.float64)
     along = migration.ramp_share * (samples - 0.5 * (num_samples - 1))
@@ -148,11 +148,10 @@ def dense_atoms(
     >>> bool(np.isclose(np.linalg.norm(atom), 1.0))
     True
     """
+    if isinstance(migration, RampDither):
+        return migration.moving_atoms(np.stack([beats, dopplers], axis=1), shape[1])
     course = doppler_course(shape, migration)
     cycles = beats[:, None, None] * np.arange(shape[1]) + dopplers[:, None, None] * course
-    if isinstance(migration, RampDither):
-        starts = migration.unambiguous(beats)[:, None] * migration.samples
-        cycles = cycles + starts[:, :, None]
     return np.asarray(np.exp(-2j * np.pi * cycles) / np.sqrt(shape[0] * shape[1]))
 
 

@@ -10,6 +10,10 @@ It stays linear in both frequencies: inner products depend on their differences,
 sum over the samples and one over the ramps, and derivatives are moments of both sums. The beat of
 e_p is the one inside the unambiguous interval, as e_p are no whole samples; neither has the Doppler
 frequency a period where start times are dithered.
+
+An object that moves through range cells turns by ``doppler y``, y that of
+`vsep.kernels.moving_atoms` at the true starts, with n + e_p for n and p + d_p for p. Its atom is no
+product any more and is kept in full.
 """
 
 from dataclasses import dataclass
@@ -18,7 +22,13 @@ from typing import TypeAlias
 import numpy as np
 
 from vsep._typing import ComplexArray, FloatArray
-from vsep.kernels.moving_atoms import Migration, moving_jets, moving_products, moving_signals
+from vsep.kernels.moving_atoms import (
+    STATIONARY,
+    Migration,
+    moving_jets,
+    moving_products,
+    moving_signals,
+)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -33,11 +43,14 @@ class RampDither:
         e_p, in samples of the sweep.
     lowest_beat : float
         Lower edge of the unambiguous interval.
+    motion : Migration
+        How objects move through range cells.
     """
 
     start_ramps: tuple[float, ...]
     start_samples: tuple[float, ...]
     lowest_beat: float = -0.5
+    motion: Migration = STATIONARY
 
     @property
     def coupling(self) -> float:
@@ -65,6 +78,30 @@ class RampDither:
         scales = np.sqrt(num_samples), np.sqrt(len(self.ramps))
         return np.exp(-2j * np.pi * cycles) / scales[0], np.exp(-2j * np.pi * turns) / scales[1]
 
+    def course(self, num_samples: int) -> FloatArray:
+        """(P, N) cycles by which an atom turns per unit of Doppler frequency."""
+        ramps, (coupling, share, _) = self.ramps[:, None], self.motion
+        if coupling == 0.0:
+            return np.asarray(np.repeat(ramps, num_samples, axis=1))
+        middle, samples = 0.5 * (len(ramps) - 1), np.arange(num_samples)
+        along = share * (samples - 0.5 * (num_samples - 1))
+        growth = 1.0 + coupling * (samples + self.samples[:, None])
+        return np.asarray((ramps - middle + along) * growth + middle)
+
+    def moving_atoms(self, points: FloatArray, num_samples: int) -> ComplexArray:
+        """Unit-norm atoms in full, (K, P, N), at points (K, 2)."""
+        cycles = points[:, :1, None] * np.arange(num_samples)
+        cycles = cycles + points[:, 1:, None] * self.course(num_samples)
+        cycles += (self.unambiguous(points[:, :1]) * self.samples)[:, :, None]
+        return np.asarray(np.exp(-2j * np.pi * cycles) / np.sqrt(len(self.ramps) * num_samples))
+
+    def atoms(self, points: FloatArray, num_samples: int) -> tuple[ComplexArray, ...]:
+        """Return what `pair_jet` takes of atoms: their factors or, if objects move, all of them."""
+        if self.motion.coupling == 0.0:
+            return self.factors(points, num_samples)
+        size = len(self.ramps) * num_samples
+        return (self.moving_atoms(points, num_samples).reshape(len(points), size),)
+
 
 Coupling: TypeAlias = Migration | RampDither
 """How delay and Doppler frequency are coupled within a frame: by motion, or by dithered ramps."""
@@ -80,6 +117,9 @@ def coupled_signals(
     """Signals (A P, N) of atoms at points (K, 2) with weights (K, A)."""
     if not isinstance(coupling, RampDither):
         return np.asarray(moving_signals(points, weights.copy(), coupling, num_ramps, num_samples))
+    if coupling.motion.coupling != 0.0:
+        signals = weights.T @ coupling.atoms(points, num_samples)[0]
+        return np.asarray(signals.reshape(-1, num_samples))
     across, along = coupling.factors(points, num_samples)
     rows = weights.T[:, None, :] * along.T  # (A, P, K)
     return np.asarray(rows.reshape(weights.shape[1] * num_ramps, len(points)) @ across)
@@ -91,6 +131,9 @@ def coupled_products(
     """(K, A) inner products of atoms at points (K, 2) with A signals (A P, N)."""
     if not isinstance(coupling, RampDither):
         return np.asarray(moving_products(points, coupling, num_ramps, signals.copy()))
+    if coupling.motion.coupling != 0.0:
+        (moving,) = coupling.atoms(points, signals.shape[1])
+        return np.asarray(moving.conj() @ signals.reshape(-1, moving.shape[1]).T)
     across, along = coupling.factors(points, signals.shape[1])
     shape = len(signals) // num_ramps, num_ramps, len(points)
     rows = (signals @ across.conj().T).reshape(shape)
@@ -113,37 +156,54 @@ def coupled_jets(
     """Inner products of atoms at points (K, 2) with each other, see `moving_jets`."""
     if not isinstance(coupling, RampDither):
         return np.asarray(moving_jets(points, coupling, num_ramps, num_samples, num_rows))
+    atoms = coupling.atoms(points, num_samples)
     if num_rows == 1:
-        across, along = coupling.factors(points, num_samples)
-        gram = (across.conj() @ across.T) * (along.conj() @ along.T)
+        gram = np.prod([each.conj() @ each.T for each in atoms], axis=0)
         np.fill_diagonal(gram, gram.diagonal().real)
-        return gram[None]
+        return np.asarray(gram[None])
     jets = np.empty((num_rows, len(points), len(points)), dtype=np.complex128)
     for row, point in enumerate(points):
-        jets[:, row] = pair_jet(point, points, coupling, num_samples)[:num_rows]
+        jets[:, row] = pair_jet(point, atoms, coupling, num_samples)[:num_rows]
     return jets
 
 
 def pair_jet(
-    point: FloatArray, others: FloatArray, dither: RampDither, num_samples: int
+    point: FloatArray, others: tuple[ComplexArray, ...], dither: RampDither, num_samples: int
 ) -> ComplexArray:
-    """Inner products (6, K) of an atom with others (K, 2), and derivatives by its frequencies.
+    """Inner products (6, K) of an atom with others, and derivatives by its frequencies.
 
-    Rows are the value, first (beat, Doppler) and second derivatives (bb, bd, dd).
+    The others are what `RampDither.atoms` returns. Rows are the value, first (beat, Doppler) and
+    second derivatives (bb, bd, dd).
     """
-    signals = dither.factors(others, num_samples)
+    if dither.motion.coupling != 0.0:
+        return _moving_jet(point, others[0], dither, num_samples)
     across, along = dither.factors(point[None], num_samples)
     samples = _moments(across[0], _centred(num_samples))
-    over_samples = samples.conj() @ signals[0].T  # (3, K)
-    return _jet(over_samples[..., None], along[0].conj() * signals[1], dither)
+    over_samples = samples.conj() @ others[0].T  # (3, K)
+    return _jet(over_samples[..., None], along[0].conj() * others[1], dither)
 
 
 def signal_jet(point: FloatArray, signals: ComplexArray, dither: RampDither) -> ComplexArray:
     """Inner products (6, A) of an atom with signals (A, P, N), rows as of `pair_jet`."""
+    if dither.motion.coupling != 0.0:
+        return _moving_jet(point, signals.reshape(len(signals), -1), dither, signals.shape[2])
     across, along = dither.factors(point[None], signals.shape[2])
     samples = _moments(across[0], _centred(signals.shape[2]))
     over_samples = np.moveaxis(signals @ samples.conj().T, 2, 0)  # (3, A, P)
     return _jet(over_samples, along.conj(), dither)
+
+
+def _moving_jet(
+    point: FloatArray, signals: ComplexArray, dither: RampDither, num_samples: int
+) -> ComplexArray:
+    """Rows of `pair_jet` of an atom that is no product, with signals (K, P N)."""
+    atom = dither.moving_atoms(point[None], num_samples)[0].conj()
+    x, y = np.arange(num_samples) + dither.samples[:, None], dither.course(num_samples)
+    x, y = x - x.mean(), y - y.mean()
+    by_beat, by_doppler = x * atom, y * atom
+    rows = np.stack([atom, by_beat, by_doppler, x * by_beat, y * by_beat, y * by_doppler])
+    turns = (2j * np.pi) ** np.array([0, 1, 1, 2, 2, 2])
+    return np.asarray(turns[:, None] * (rows.reshape(6, -1) @ signals.T))
 
 
 def _centred(size: int) -> FloatArray:

@@ -95,7 +95,17 @@ def divided_channel(
         The transmitters.
     steering : (L, T) complex
         Weights of the transmitters to that of the first.
+
+    Raises
+    ------
+    InputError
+        If start times of the ramps are dithered.
     """
+    if any(radar.start_times_s):
+        raise InputError(
+            "Phases of the transmitters step from ramp to ramp, and start times of the ramps are "
+            "dithered; with Doppler division ramps must start at equal times."
+        )
     count = waveform.num_transmitters
     offsets_hz = np.repeat(waveform.offsets / radar.ramp_period_s, channel.num_paths)
     rates = channel.doppler_rates_hz_per_s

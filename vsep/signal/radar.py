@@ -49,7 +49,7 @@ class ChirpSequence:
         Whether objects are modelled as moving through range cells within a frame, see `migration`.
     start_times_s, start_frequencies_hz : tuple of (P,) float
         Dithering: by how much every ramp starts later than at ``T_p p``, and higher than at f_0.
-        Empty where none does. Not together with `range_migration`.
+        Empty where none does.
 
     Raises
     ------
@@ -91,10 +91,6 @@ class ChirpSequence:
                 )
             for each in offsets:
                 require_range(name, each, -limit, limit, unit)
-        if self.is_dithered and self.range_migration:
-            raise InputError(
-                "range_migration is on and the ramps are dithered; it must be off for these."
-            )
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -139,15 +135,21 @@ class ChirpSequence:
     def migration(self) -> Coupling:
         """How delay and Doppler frequency of an object are coupled within a frame.
 
-        By its motion or, where ramps are dithered, by their starts.
+        By its motion and, where ramps are dithered, by their starts.
         """
+        return self.dither or self.motion
+
+    @property
+    def dither(self) -> RampDither | None:
+        """Starts of the ramps, and how objects move; None where ramps are equal."""
         if not self.is_dithered:
-            return self.motion
+            return None
         none, samples_per_hz = (0.0,) * self.num_ramps, self.sample_rate_hz / self.slope_hz_per_s
         return RampDither(
             start_ramps=tuple(t / self.ramp_period_s for t in self.start_times_s) or none,
             start_samples=tuple(f * samples_per_hz for f in self.start_frequencies_hz) or none,
             lowest_beat=self.lowest_beat,
+            motion=self.motion,
         )
 
     @property

@@ -17,6 +17,7 @@ from vsep.errors import InputError
 from vsep.kernels.moving_atoms import STATIONARY, Migration
 from vsep.signal.atoms import doppler_course
 from vsep.signal.dithered_atoms import Coupling, RampDither
+from vsep.signal.dithered_spectra import dithered_spectrum
 from vsep.signal.keystone import keystone_dopplers, keystone_transform
 
 Window: TypeAlias = Literal["hann", "rectangular"]
@@ -121,7 +122,7 @@ def range_doppler_map(
     """
     array = _checked(signal, (2,))
     if isinstance(migration, RampDither):
-        return _dithered_map(array, zero_padding, window, lowest_beat, migration)
+        return _dithered_map(array, zero_padding, window, lowest_beat, migration, doppler)
     if migration.coupling != 0.0:
         if doppler is None:
             return _keystone_map(array, zero_padding, window, lowest_beat, migration)
@@ -196,7 +197,16 @@ def _dithered_map(
     window: Window,
     lowest_beat: float,
     dither: RampDither,
+    doppler: float | None,
 ) -> RangeDopplerMap:
+    if dither.motion.coupling != 0.0:
+        weights = window_weights(len(signal), window)[:, None]
+        weights = weights * window_weights(signal.shape[1], window)
+        scaled = signal * (weights * (np.sqrt(signal.size) / weights.sum()))
+        beats, order = _bins(int(zero_padding) * signal.shape[1], lowest_beat)
+        dopplers = _bins(int(zero_padding) * len(signal), -0.5)[0]
+        moving = dithered_spectrum(scaled[None], dither, dopplers, len(beats), along=doppler)[0]
+        return RangeDopplerMap(dopplers, beats, np.abs(moving[:, order]) ** 2)
     beats, delays = _line_spectrum(signal, zero_padding, window, lowest_beat)
     dopplers = _bins(int(zero_padding) * len(signal), -0.5)[0]
     weights = window_weights(len(signal), window)

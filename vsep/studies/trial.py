@@ -131,7 +131,8 @@ def separate(trial: Trial, method: str, drawn: TrialScenario) -> tuple[Observati
     mask = _mask_of(drawn, MASKED_BY_DETECTOR.get(method, trial.point.mask))
     repair = repair_of(method, trial.handed)
     if repair is not None:
-        cleaned = mitigate(repair.make(), observation.received, mask).cleaned
+        settings = repair.accepted(dither=drawn.scenario.radar.dither)
+        cleaned = mitigate(repair.make(**settings), observation.received, mask).cleaned
         received = np.asarray(cleaned, dtype=np.complex128)
         observation = Observation(received=received, truth=observation.truth)
     seconds = computing_s() - start
@@ -152,7 +153,7 @@ def _mask_of(drawn: TrialScenario, name: str) -> BoolArray:
     """Return the interfered samples, as the truth or a detector has them."""
     if name == "truth":
         return drawn.truth.perfect_mask()
-    return detect_interference(name, drawn.interfered.received)
+    return detect_interference(name, drawn.interfered.received, drawn.scenario.radar.dither)
 
 
 def _mask_entries(trial: Trial, drawn: TrialScenario) -> Row:

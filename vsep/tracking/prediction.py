@@ -57,7 +57,8 @@ def predicted_objects(
     """Objects where they are after some time.
 
     A passing car may change its radial velocity by more than a resolution cell from frame to frame;
-    it goes on changing it by as much.
+    it goes on changing it by as much. One whose change is not known yet changes it by its
+    curvature.
 
     Parameters
     ----------
@@ -79,6 +80,11 @@ def predicted_objects(
         # Deviation of a frequency of an isolated line; what is less than noise is none.
         deviation = np.sqrt(6.0 / np.maximum(objects.component_snr, 1.0)) / (2.0 * np.pi)
         change[np.abs(change) * radar.num_ramps < CHANGED * deviation] = 0.0
+    if objects.curvatures is not None:
+        # Of one that accelerated in the last frame only this tells.
+        bent = (objects.curvatures != 0.0) & (change == 0.0)
+        elapsed_ramps = elapsed_s / radar.ramp_period_s
+        change[bent] = 2.0 * objects.curvatures[bent] * elapsed_ramps
     # on the way the mean of both velocities counts
     beats = moved_beats(objects.beats, objects.dopplers + 0.5 * change, radar, elapsed_s)
     return replace(objects, beats=beats, dopplers=wrap_frequency(objects.dopplers + change))

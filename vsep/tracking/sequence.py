@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from vsep._typing import ComplexArray
-from vsep._validation import require_range
+from vsep._validation import require_choice, require_range
 from vsep.errors import InputError, shown
 from vsep.files.frame import Frame
 from vsep.grouping.groups import ObjectGroup, find_groups
@@ -19,6 +19,7 @@ from vsep.inference.core.progress import Solution
 from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.inference.factorised import FactorisedSeparator
 from vsep.kernels.clock import computing_s
+from vsep.parameters import PARAMETERS
 from vsep.signal.filters import NoFilter
 from vsep.signal.motion import CYCLE_S
 from vsep.signal.radar import ChirpSequence
@@ -27,6 +28,7 @@ from vsep.tracking.tracks import Track, measured_objects, updated_tracks
 from vsep.tracking.warm_start import FrameSolution, Start, separate_cold, separate_warm
 
 _CYCLES_S = 1e-4, 10.0
+_ACCELERATION = PARAMETERS["acceleration"]
 _ANY_MODEL = SignalModel(
     num_ramps=1, num_samples=8, sample_rate_hz=1e6, anti_aliasing_filter=NoFilter()
 )
@@ -124,6 +126,8 @@ class SequenceSeparator:
         From frame to frame.
     warm : bool
         Whether a frame starts from the one before it; else all start from nothing.
+    acceleration : {"neglected", "modelled"}
+        Whether objects that accelerate are modelled, see `vsep.inference.accelerating`.
     **settings
         Those of `FactorisedSeparator` but for the model, which each frame brings.
 
@@ -142,15 +146,24 @@ class SequenceSeparator:
     (1, True)
     """
 
-    def __init__(self, *, cycle_s: float = CYCLE_S, warm: bool = True, **settings: Any) -> None:
+    def __init__(
+        self,
+        *,
+        cycle_s: float = CYCLE_S,
+        warm: bool = True,
+        acceleration: str = _ACCELERATION.default,
+        **settings: Any,
+    ) -> None:
         require_range("cycle_s", cycle_s, *_CYCLES_S, "s")
+        require_choice("acceleration", acceleration, tuple(_ACCELERATION.choices or ()))
+        self.accelerating = acceleration == "modelled"
         self.cycle_s, self.warm, self._settings = cycle_s, warm, settings
         own = FactorisedSeparator.__dataclass_fields__.keys() - {"model", "missing"}
         for name, value in settings.items():
             if name not in own:
                 raise InputError(
                     f"{name} is {shown(value)}; a sequence takes none; its settings are "
-                    f"{', '.join(sorted(own))}."
+                    f"{', '.join(sorted({*own, 'acceleration'}))}."
                 )
         FactorisedSeparator(model=_ANY_MODEL, **settings)  # checks the values at once
 
@@ -221,14 +234,21 @@ class SequenceSeparator:
         state: SequenceState,
     ) -> FrameSolution:
         if state.last is None:
-            return separate_cold(separator, rows)
+            return separate_cold(separator, rows, accelerating=self.accelerating)
         if state.received is not None and np.array_equal(rows, state.received):
             return FrameSolution(state.last, "repeated", 0.0)
         # What an oscillator does to one frame says nothing of the next.
         if not self.warm or state.last.state.receiver is not None:
-            return separate_cold(separator, rows, state.last.state)
-        elapsed_s = state.cycles * self.cycle_s
-        return separate_warm(separator, rows, state.last.state, radar, elapsed_s, state.before)
+            return separate_cold(separator, rows, state.last.state, accelerating=self.accelerating)
+        return separate_warm(
+            separator,
+            rows,
+            state.last.state,
+            radar,
+            state.cycles * self.cycle_s,
+            state.before,
+            accelerating=self.accelerating,
+        )
 
 
 def _carried(solution: Solution) -> Solution:

@@ -13,6 +13,11 @@ from typing import Final, Literal
 import numpy as np
 
 from vsep._typing import ComplexArray
+from vsep.inference.accelerating import (
+    AcceleratingSeparator,
+    fitted_signal,
+    joined_objects,
+)
 from vsep.inference.core.estimator import Estimator
 from vsep.inference.core.progress import Solution, Termination
 from vsep.inference.core.run import run
@@ -22,6 +27,7 @@ from vsep.inference.factorised import FactorisedSeparator
 from vsep.inference.objects.object_only import ObjectOnlySeparator, ObjectSettings
 from vsep.kernels.clock import computing_s
 from vsep.signal.radar import ChirpSequence
+from vsep.tracking.accelerating import taken_off
 from vsep.tracking.bursts import fitted_bursts
 from vsep.tracking.clean_frame import separate_clean
 from vsep.tracking.clean_samples import fit_clean_samples
@@ -73,6 +79,8 @@ def separate_warm(
     radar: ChirpSequence,
     elapsed_s: float,
     before: ObjectComponents | None = None,
+    *,
+    accelerating: bool = False,
 ) -> FrameSolution:
     """Separate a frame from what another predicts, or from nothing where that does not fit.
 
@@ -90,6 +98,8 @@ def separate_warm(
         From that frame to this one.
     before : ObjectComponents, optional
         Of the frame before that one, see `vsep.tracking.prediction.predicted_objects`.
+    accelerating : bool
+        Whether objects that accelerate are modelled, see `vsep.tracking.accelerating`.
 
     Raises
     ------
@@ -100,9 +110,12 @@ def separate_warm(
     rows = separator.model.check(received)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         predicted = predicted_state(last, radar, elapsed_s, before)
-        outcome = _from_prediction(separator, rows, predicted, last.bursts)
+        if accelerating:
+            outcome = _with_accelerating(separator, rows, predicted, last.bursts)
+        else:
+            outcome = _from_prediction(separator, rows, predicted, last.bursts)
     if outcome is None:
-        outcome = separate_cold(separator, rows, last)
+        outcome = separate_cold(separator, rows, last, accelerating=accelerating)
     return replace(outcome, seconds=computing_s() - began)
 
 
@@ -138,6 +151,39 @@ def _from_prediction(
     return FrameSolution(solution, start, 0.0)
 
 
+def _with_accelerating(
+    separator: FactorisedSeparator,
+    rows: ComplexArray,
+    predicted: SeparationState,
+    last_bursts: Sequence[BurstComponents],
+) -> FrameSolution | None:
+    """As `_from_prediction`, beside objects that accelerate."""
+    start: Start = "warm"
+    warm = replace(separator, schedule=WARM)
+    inner: Estimator = warm
+    model = separator.model
+    try:
+        fits, others = taken_off(rows, predicted, model)
+        signal = fitted_signal(fits, model.shape, model.num_antennas)
+        fit = fit_clean_samples(separator, rows - signal, others)
+        if not fit.is_usable:
+            return None
+        state = fit.state
+        if fit.is_clean:
+            start, inner = "clean", _object_only(separator)
+        else:
+            left = rows - signal
+            state = fitted_bursts(warm, left, state, last_bursts, fit.interfered)
+    except np.linalg.LinAlgError:
+        return None
+    objects = joined_objects(state.objects, fits, state.effective_precision)
+    state = replace(state, objects=objects, object_signal=state.object_signal + signal)
+    solution = run(AcceleratingSeparator(inner=inner), rows, state)
+    if solution.termination is Termination.NONFINITE:
+        return None
+    return FrameSolution(solution, start, 0.0)
+
+
 def _is_flooded(rows: ComplexArray, predicted: SeparationState) -> bool:
     """Whether a sample is louder than all objects together could make it."""
     amplitudes = np.abs(predicted.objects.amplitudes)
@@ -150,14 +196,19 @@ def _is_flooded(rows: ComplexArray, predicted: SeparationState) -> bool:
 
 
 def separate_cold(
-    separator: FactorisedSeparator, received: ComplexArray, last: SeparationState | None = None
+    separator: FactorisedSeparator,
+    received: ComplexArray,
+    last: SeparationState | None = None,
+    *,
+    accelerating: bool = False,
 ) -> FrameSolution:
     """Separate a frame from nothing; identities of objects go on from those of another state."""
     began = computing_s()
     state = separator.init(received)
     if last is not None:
         state = replace(state, next_component_id=last.next_component_id)
-    return FrameSolution(run(separator, received, state), "cold", computing_s() - began)
+    estimator = AcceleratingSeparator(inner=separator) if accelerating else separator
+    return FrameSolution(run(estimator, received, state), "cold", computing_s() - began)
 
 
 def _object_only(separator: FactorisedSeparator) -> ObjectOnlySeparator:

@@ -15,6 +15,7 @@ from vsep.errors import InputError
 from vsep.inference.core.state import SeparationState
 from vsep.inference.deviations import state_deviations
 from vsep.signal.chirped_atoms import ChirpedPoint, chirped_products, chirped_signals
+from vsep.signal.dithered_atoms import coupled_products, coupled_signals
 from vsep.signal.doppler_division import DopplerDivision
 from vsep.signal.radar import ChirpSequence
 from vsep.units import wrap_frequency
@@ -68,19 +69,20 @@ def join_lines(
     state : SeparationState
         Of any estimator, of all antennas together.
     radar : ChirpSequence
-        The victim; its objects stay in their range cells.
+        The victim; its objects stay in their range cells, and its ramps start at equal times.
     waveform : DopplerDivision
         The transmitters.
 
     Raises
     ------
     InputError
-        If the radar models range migration, or its ramps are dithered.
+        If the radar models range migration, or start times of its ramps are dithered.
     """
-    if radar.migration.coupling != 0.0:
+    if not can_be_joined(radar):
         raise InputError(
-            "Lines are joined where range_migration is off and ramps are equal; of this radar it "
-            "is on, or they are dithered."
+            "Lines are joined where range_migration is off and ramps start at equal times, as the "
+            "phases of the transmitters step from ramp to ramp; of this radar it is on, or start "
+            "times are dithered."
         )
     joining = _Joining(received, state, radar, waveform)
     free = np.ones(state.objects.num_components, dtype=np.bool_)
@@ -91,6 +93,11 @@ def join_lines(
             free[[line for line in chosen if line >= 0]] = False
             lines.append(chosen)
     return joining.joined(lines)
+
+
+def can_be_joined(radar: ChirpSequence) -> bool:
+    """Whether a line of a transmitter is that of an object at another Doppler frequency."""
+    return radar.motion.coupling == 0.0 and not any(radar.start_times_s)
 
 
 class _Joining:
@@ -107,8 +114,8 @@ class _Joining:
         self.left = left.reshape(-1, *radar.shape)
         self.objects, self.offsets = state.objects, waveform.offsets
         self.precision = state.effective_precision
-        self.std = state_deviations(state, radar.shape)
-        self.shape = radar.shape
+        self.std = state_deviations(state, radar.shape, radar.migration)
+        self.shape, self.dither = radar.shape, radar.dither
 
     def best_lines(self, seed: int, free: BoolArray) -> list[int]:
         """Return the lines of a seed's object, by the transmitter that explains most with it."""
@@ -122,8 +129,7 @@ class _Joining:
             beat, doppler = objects.beats[seed], objects.dopplers[seed] + offset
             line = seed if offset == 0.0 else self._nearest(seed, float(doppler), free)
             if line < 0:
-                point = ChirpedPoint(float(beat), float(doppler), 0.0)
-                power = float(np.sum(abs(chirped_products(point, self.left)) ** 2))
+                power = float(np.sum(abs(self._products(beat, doppler, self.left)) ** 2))
             else:
                 power = float(objects.powers[line]) * len(self.left)
             evidence += float(np.log1p(self.precision * power))
@@ -177,10 +183,23 @@ class _Joining:
         for line, offset in zip(lines, self.offsets, strict=True):
             signals = self.left
             if line >= 0:
-                objects = self.objects
-                own = np.array([[objects.beats[line], objects.dopplers[line], 0.0]])
-                amplitudes = objects.amplitudes[line].reshape(1, -1)
-                signals = signals + chirped_signals(own, amplitudes, self.shape)[0]
-            point = ChirpedPoint(float(place[0]), float(place[1] + offset), 0.0)
-            weights.append(chirped_products(point, signals))
+                signals = signals + self._signals(line)
+            weights.append(self._products(place[0], place[1] + offset, signals))
         return np.concatenate(weights)
+
+    def _products(self, beat: float, doppler: float, signals: ComplexArray) -> ComplexArray:
+        """Inner products (A,) of an atom with signals (A, P, N)."""
+        if self.dither is None:
+            return chirped_products(ChirpedPoint(float(beat), float(doppler), 0.0), signals)
+        point, rows = np.array([[beat, doppler]]), signals.reshape(-1, self.shape[1])
+        return np.asarray(coupled_products(point, self.dither, self.shape[0], rows)[0])
+
+    def _signals(self, line: int) -> ComplexArray:
+        """Signals (A, P, N) of a line of the estimate."""
+        objects = self.objects
+        own = np.array([[objects.beats[line], objects.dopplers[line], 0.0]])
+        amplitudes = objects.amplitudes[line].reshape(1, -1)
+        if self.dither is None:
+            return np.asarray(chirped_signals(own, amplitudes, self.shape)[0])
+        rows = coupled_signals(own[:, :2], amplitudes, self.dither, *self.shape)
+        return rows.reshape(-1, *self.shape)

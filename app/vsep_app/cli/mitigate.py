@@ -17,6 +17,7 @@ from vsep.mitigation.registry import MITIGATIONS
 from vsep.mitigation.sparse.operators import DOMAINS
 from vsep.mitigation.sparse.prior import SeenFrame
 from vsep.signal.clutter import remove_static_clutter
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.radar import ChirpSequence
 from vsep_app.cli.estimator_options import add_mask_option
 from vsep_app.cli.progress import counted, say
@@ -87,22 +88,25 @@ class _Repairs:
         self._settings = given(options, _SETTINGS)
         known = {name: frozenset(entry.settings) for name, entry in MITIGATIONS.items()}
         refuse_unused(self._settings, (self._entry.name,), known)
-        self._method = self._make()
+        self._make()  # refuses settings out of range before the first frame
         self._history: tuple[SeenFrame, ...] = ()
         self._radar: ChirpSequence | None = None
 
-    def _make(self, history: tuple[SeenFrame, ...] | None = None) -> Mitigation:
-        method: Mitigation = MITIGATIONS.make(self._entry.name, history=history, **self._settings)
+    def _make(
+        self, history: tuple[SeenFrame, ...] | None = None, dither: RampDither | None = None
+    ) -> Mitigation:
+        settings = {**self._settings, **self._entry.accepted(dither=dither)}
+        method: Mitigation = MITIGATIONS.make(self._entry.name, history=history, **settings)
         return method
 
     def cleaned(self, frame: Frame, received: ComplexArray, mask: BoolArray) -> FrameArray:
         """Return the repaired frame, or what of it is to be repaired."""
-        prior = self._entry.prior
+        prior, dither = self._entry.prior, frame.radar.dither
         if prior is None:
-            return mitigate(self._method, received, mask).cleaned
+            return mitigate(self._make(dither=dither), received, mask).cleaned
         history = self._history if frame.radar == self._radar else ()
-        cleaned = mitigate(self._make(history), received, mask).cleaned
-        self._history, self._radar = prior.see(history, cleaned), frame.radar
+        cleaned = mitigate(self._make(history, dither), received, mask).cleaned
+        self._history, self._radar = prior.see(history, cleaned, dither), frame.radar
         return cleaned
 
 

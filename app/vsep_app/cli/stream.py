@@ -14,6 +14,7 @@ from vsep.files.frame import Frame, read_frame
 from vsep.files.line_file import lines_of_a_run
 from vsep.files.results import as_json
 from vsep.inference.registry import ESTIMATORS
+from vsep.parameters import PARAMETERS
 from vsep.signal.motion import CYCLE_S
 from vsep.studies.cluster_map import map_on_cluster
 from vsep.tracking.lines import sequence_lines
@@ -48,6 +49,7 @@ line with "file" and "error"; the sequence goes on after a gap, and the exit cod
 """
 PIPE: Final = "-"
 _SETTINGS: Final = (
+    "acceleration",
     "false_alarm_rate",
     "object_threshold_db",
     "interference_threshold_db",
@@ -88,6 +90,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--max-iterations",
         f"where a frame's run stops at the latest (default: {default})",
         kind=int,
+    )
+    record = PARAMETERS["acceleration"]
+    group.add_argument(
+        "--acceleration",
+        choices=tuple(record.choices or ()),
+        help="whether objects whose velocity changes within the frame are modelled (default: "
+        f"{record.default})",
     )
 
 

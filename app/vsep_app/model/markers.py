@@ -11,7 +11,7 @@ from vsep.inference.core.progress import ComponentEvent, EventKind, Step
 from vsep.inference.core.state import SeparationState
 from vsep.signal.template import CHANNEL_GRID_FACTOR
 from vsep.units import to_db
-from vsep.waveforms.doppler_division import join_lines
+from vsep.waveforms.doppler_division import can_be_joined, join_lines
 from vsep_app.model.static_picture import StaticPicture
 
 ADDED, PRUNED = EventKind.OBJECT_ADDED, EventKind.OBJECT_PRUNED
@@ -59,7 +59,7 @@ def target_marks(
 ) -> TargetMarks | None:
     """Join the lines of an estimate; None where one transmitter sends at a time."""
     division, radar = static_picture.antenna.division, static_picture.radar
-    if division is None or radar.migration.coupling != 0.0:
+    if division is None or not can_be_joined(radar):
         return None
     joined = join_lines(received, state, radar, division)
     ids, snr = state.objects.component_ids, np.append(state.component_snr, 0.0)

@@ -156,7 +156,7 @@ class SplineModel:
         self, work: InterferenceWorkspace, residual: ComplexArray, noise_precision: float
     ) -> None:
         ramps = list(work.ramps.values())
-        reached = [reached_samples(ramp, work.assumed) for ramp in ramps]
+        reached = reached_samples(ramps, work.assumed)
         self.residual = np.concatenate(
             [residual[ramp.ramp, some] for ramp, some in zip(ramps, reached, strict=True)]
         )
@@ -209,21 +209,25 @@ class SplineModel:
         return gram, projections
 
 
-def reached_samples(ramp: RampBursts, assumed: SignalModel) -> slice:
-    """Return the samples of a ramp that a spline can reach; all where G is a closed form.
+def reached_samples(ramps: Sequence[RampBursts], assumed: SignalModel) -> list[slice]:
+    """Return the samples of each ramp that a spline can reach; all where G is a closed form.
 
     Beyond the splines' band their responses fall within a few widths sqrt|Delta k| of the kernel.
     """
     anti_aliasing_filter = assumed.anti_aliasing_filter
     if anti_aliasing_filter.smooth is None:
-        return slice(0, assumed.num_samples)
-    slope = np.abs(ramp.chirps.slope)
+        return [slice(0, assumed.num_samples)] * len(ramps)
+    signed = np.concatenate([ramp.chirps.slope for ramp in ramps])
+    slope = np.abs(signed)
     half_band = REACH * anti_aliasing_filter.cutoff_hz / assumed.sample_rate_hz
     reach = (half_band + KERNEL_WIDTHS * np.sqrt(slope)) / slope
-    centres = -ramp.chirps.start_frequency / ramp.chirps.slope
-    first = int(np.clip(np.min(centres - reach), 0, assumed.num_samples - 1))
-    last = int(np.clip(np.max(centres + reach), first + 1, assumed.num_samples))
-    return slice(first, last)
+    centres = -np.concatenate([ramp.chirps.start_frequency for ramp in ramps]) / signed
+    begins = np.cumsum([0, *(len(ramp.chirps) for ramp in ramps[:-1])])
+    lowest = np.minimum.reduceat(centres - reach, begins)
+    highest = np.maximum.reduceat(centres + reach, begins)
+    first = np.clip(lowest, 0, assumed.num_samples - 1).astype(np.int64)
+    last = np.clip(highest, first + 1, assumed.num_samples).astype(np.int64)
+    return [slice(*each) for each in zip(first.tolist(), last.tolist(), strict=True)]
 
 
 def spline_columns(
@@ -241,7 +245,7 @@ def spline_columns(
         Sampling and assumed filter.
     """
     rate = assumed.sample_rate_hz
-    reached = [reached_samples(ramp, assumed) for ramp in ramps]
+    reached = reached_samples(ramps, assumed)
     counts = [len(ramp.chirps) for ramp in ramps]
     lengths = np.repeat([some.stop - some.start for some in reached], counts)
     n = np.concatenate(

@@ -14,6 +14,7 @@ from vsep.inference.bursts.chirp_refinement import (
     place_chirps,
     refine_chirps,
 )
+from vsep.inference.bursts.faint_samples import with_faint_samples
 from vsep.inference.bursts.sample_weights import SampleWeights
 from vsep.inference.bursts.sequence import MANY_BURSTS, BurstSequence
 from vsep.inference.bursts.table import BurstTable, RampBursts
@@ -119,12 +120,13 @@ class InterferenceWorkspace:
         return 1 if self.noise_like is not None else self.schedule.object_additions(iteration)
 
     def revised_weights(
-        self, weights: SampleWeights | None, missing: BoolArray | None
+        self, weights: SampleWeights | None, missing: BoolArray | None, unexplained: ComplexArray
     ) -> SampleWeights | None:
         """Return the weights of the samples after a search.
 
         Crowded rows in which it has begun a burst count, as far as they were received, because the
-        burst would have no sample to be fitted to. Interference that is no chirps does not.
+        burst would have no sample to be fitted to. Samples of interference that is no chirps count
+        by how faint it is in what no source explains, (A P, N).
         """
         kinds = EventKind.CHIRP_STARTED, EventKind.CHIRP_RESTARTED
         ramps = [event.ramp for event in self.events if event.kind in kinds]
@@ -136,9 +138,9 @@ class InterferenceWorkspace:
             weights = weights.counting(rows, missing)
         if self.noise_like is None:
             return weights
-        return SampleWeights(
-            np.where(self.noise_like, 0.0, 1.0 if weights is None else weights.values)
-        )
+        values = np.ones(unexplained.shape) if weights is None else weights.values
+        left = unexplained.reshape(self.model.num_antennas, *self.model.shape)
+        return SampleWeights(with_faint_samples(values, left, self.noise_like, missing))
 
     def keep_strongest_columns(self) -> None:
         """Leave one channel component of each burst where a ramp holds several."""

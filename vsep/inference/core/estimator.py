@@ -9,6 +9,7 @@ from vsep.errors import InputError
 from vsep.inference.core.progress import EventKind, IterationInfo, Termination
 from vsep.inference.core.state import SeparationState
 from vsep.registry import Entry
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.template import SignalModel
 
 SETTLED_DEVIATIONS = 0.01  # objects move by less than this share of their standard deviation ...
@@ -95,10 +96,15 @@ def require_one_antenna(model: SignalModel, name: str) -> None:
 
 def require_stationary(model: SignalModel, name: str) -> None:
     """Raise `InputError` where an estimator is asked to model range migration or dithering."""
+    if isinstance(model.migration, RampDither):
+        raise InputError(
+            f"The ramps are dithered, which the {name} estimator does not model; factorised, "
+            "object-only and masked do."
+        )
     if not model.is_stationary:
         raise InputError(
-            f"The {name} estimator does not model range migration or dithered ramps; factorised, "
-            "object-only and masked do. With range_migration neglected it can be used."
+            f"The {name} estimator does not model range migration; factorised, object-only and "
+            "masked do. With range_migration neglected it can be used."
         )
 
 

@@ -74,6 +74,11 @@ class Schedule:
     ends_when_calm : bool
         Whether a run whose samples are weighed ends as well when some iterations in a row changed
         next to nothing; otherwise only when one changed nothing that matters.
+    smears_from : int
+        Iteration (from 0) from which objects that share a resolution cell count as one smear, in
+        which each may move on, when it is decided whether an iteration was calm ...
+    smear_cells : float
+        ... and the size of that cell, in resolution cells.
     merges_objects : bool
         Whether objects that their neighbours explain are given up.
     refines_growing : bool
@@ -104,6 +109,8 @@ class Schedule:
     noise_spectrum: bool = False
     noise_from: int = 0
     ends_when_calm: bool = False
+    smears_from: int = 20
+    smear_cells: float = 1.0
     merges_objects: bool = False
     refines_growing: bool = False
 
@@ -186,11 +193,15 @@ ROBUST: Final = Schedule(
 
 # A measured response errs by some hundredths of a burst, which is many nats: bursts fitted as well
 # as that are not moved for hundredths of a nat, and not looked for in every other iteration; nor is
-# an object told by so little from its neighbours.
+# an object told by so little from its neighbours. Clutter that is kept is a hundred lines at one
+# Doppler frequency: many are added at a time, and those within two cells are one smear.
 MEASURED: Final = replace(
     ROBUST,
     early_search=(0, 2, 4, 12),
     least_gain=0.3,
+    late_object_additions=32,
+    smears_from=14,
+    smear_cells=2.0,
     refines_growing=True,
     merges_objects=False,
 )

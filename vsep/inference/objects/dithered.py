@@ -24,13 +24,17 @@ from vsep.kernels.candidates import (
     next_peak,
 )
 from vsep.kernels.convergence import largest_change
+from vsep.kernels.doppler_intervals import FOLD_GAIN, FOLD_SHARE
+from vsep.kernels.moving_atoms import fold_width
 from vsep.kernels.newton_ascent import NO_GAIN, TRIALS, Updated, newton_or_gradient_step
 from vsep.kernels.object_cost import MIN_SCHUR, CostJet
 from vsep.signal.dithered_atoms import RampDither, pair_jet, signal_jet
+from vsep.signal.dithered_spectra import dithered_spectrum
 from vsep.signal.template import SignalModel
 from vsep.units import wrap_frequency
 
 ABSENT: Final = 1e9  # of lambda: prior precision of a component that has no weight any more
+MOVED_CELLS: Final = 0.25  # between the motions of candidates that are looked at together
 ROUNDS: Final = 2  # of single steps of all objects, in the place of one of all together
 
 
@@ -60,7 +64,7 @@ def object_workspace(
 class _Others(NamedTuple):
     """Posterior of all objects but one."""
 
-    points: FloatArray  # (K, 2)
+    atoms: tuple[ComplexArray, ...]  # of `RampDither.atoms`
     covariance: ComplexArray  # (K, K)
     amplitudes: ComplexArray  # (K, A)
 
@@ -81,17 +85,19 @@ class DitheredWorkspace(ObjectWorkspace):
     def _best_candidate(self) -> Candidate:
         """Look for one more component in what the others leave unexplained."""
         left = self._signals - self.signal.reshape(self._signals.shape)
-        power = candidate_power(left, self._dither)
+        power = candidate_power(left, self._dither, FOLD_GAIN / self.active.noise_precision)
         num_rows, num_columns = power.shape
         levels = self.threshold.levels(np.arange(num_columns) / num_columns)
         power /= levels.astype(np.float32)
         highest = power.argmax(axis=1)
         columns = self.placed.columns
-        others = _Others(self.points, columns.covariance, columns.amplitudes)
+        atoms = self._dither.atoms(self.points, self._shape[1])
+        others = _Others(atoms, columns.covariance, columns.amplitudes)
         best = Candidate(0.0, 0.0, 0.0, 0.0, True)
         for _ in range(CANDIDATE_PEAKS):
             row, column = next_peak(power, highest)
-            peak = np.array([column / num_columns, (row - num_rows // 2) / num_rows])
+            doppler = (row - num_rows // 2) / (2 * self._shape[0])
+            peak = np.array([column / num_columns, doppler])
             top, end, start = self._ascended(peak, 0.0, others, NEW_COMPONENT_STEPS)
             for (beat, doppler), jet in ((top, end), (peak, start)):
                 level = float(levels[int(np.rint(beat * num_columns)) % num_columns])
@@ -143,8 +149,10 @@ class DitheredWorkspace(ObjectWorkspace):
         new = Updated(points, precisions, np.ones(count, np.bool_), np.zeros(count))
         for index in range(count):
             columns = self.placed.columns
-            others = _without(index, self.points, columns.covariance, columns.amplitudes)
-            moved, jet, _ = self._ascended(points[index], precisions[index], others, 1)
+            atoms = self._dither.atoms(self.points, self._shape[1])
+            others = _without(index, atoms, columns.covariance, columns.amplitudes)
+            start = self._unfolded_point(points[index], precisions[index], others)
+            moved, jet, _ = self._ascended(start, precisions[index], others, 1)
             if jet.inverse_rho > MIN_SCHUR * noise_precision:
                 new.ratios[index] = jet.power / jet.inverse_rho / levels[index]
             new.kept[index] = new.ratios[index] > self.threshold.ratio
@@ -156,6 +164,24 @@ class DitheredWorkspace(ObjectWorkspace):
                 precisions[index] = ABSENT * noise_precision
             self._place(points, precisions)
         return new
+
+    def _unfolded_point(self, point: FloatArray, precision: float, others: _Others) -> FloatArray:
+        """Return a point in the interval of Doppler frequency in which it explains most."""
+        motion = self._dither.motion
+        if motion.coupling == 0.0:
+            return point
+        step = np.array([-motion.ramp_share, fold_width(motion, self._shape[1])])
+        farthest = step[1] * (motion.folds + 0.5)
+        current = self._cost(point, precision, others)
+        turns = [turn for turn in range(-2 * motion.folds, 2 * motion.folds + 1) if turn != 0]
+        beside = [point + turn * step for turn in turns]
+        places = [each for each in beside if abs(each[1]) <= farthest]
+        values = [self._cost(each, precision, others).value for each in places]
+        best = int(np.argmax(values))
+        inverse_rho = max(current.inverse_rho, MIN_SCHUR * self.active.noise_precision)
+        loss = _fold_loss(self._dither, self._shape[1])
+        gain = max(FOLD_GAIN, FOLD_SHARE * loss * current.power / inverse_rho)
+        return places[best] if values[best] > current.value + gain else point
 
     def _place(self, points: FloatArray, precisions: FloatArray) -> None:
         """Posterior of all components at new points."""
@@ -193,7 +219,7 @@ class DitheredWorkspace(ObjectWorkspace):
     def _cost(self, point: FloatArray, precision: float, others: _Others) -> CostJet:
         """Cost (70) of one component with gradient and Hessian; see `cost_jet`."""
         num_samples, noise_precision = self._shape[1], self.active.noise_precision
-        rows = pair_jet(point, others.points, self._dither, num_samples)  # phi^H Phi
+        rows = pair_jet(point, others.atoms, self._dither, num_samples)  # phi^H Phi
         innovations = signal_jet(point, self._signals, self._dither) - rows @ others.amplitudes
         weighted = others.covariance @ rows[:3].conj().T  # C Phi^H phi
         powers = noise_precision**2 * (innovations @ innovations.conj().T).real
@@ -223,13 +249,16 @@ class DitheredWorkspace(ObjectWorkspace):
 
 
 def _without(
-    index: int, points: FloatArray, covariance: ComplexArray, amplitudes: ComplexArray
+    index: int,
+    atoms: tuple[ComplexArray, ...],
+    covariance: ComplexArray,
+    amplitudes: ComplexArray,
 ) -> _Others:
     """Posterior of the others as if one were not there."""
-    keep = np.arange(len(points)) != index
+    keep = np.arange(len(amplitudes)) != index
     column = covariance[keep, index] / covariance[index, index].real
     return _Others(
-        points[keep],
+        tuple(each[keep] for each in atoms),
         covariance[np.ix_(keep, keep)] - np.outer(column, covariance[keep, index].conj()),
         amplitudes[keep] - np.outer(column, amplitudes[index]),
     )
@@ -249,11 +278,35 @@ def _transforms(
     return phases.astype(np.complex64), (scale * turns).astype(np.complex64)
 
 
-def candidate_power(signals: ComplexArray, dither: RampDither) -> NDArray[np.float32]:
-    """(2P, 2N) power that atoms on a grid of half a cell explain of signals (A, P, N).
+@lru_cache(maxsize=4)
+def _fold_loss(dither: RampDither, num_samples: int) -> float:
+    """Power that an atom in the next interval of Doppler frequency misses, to what it explains."""
+    beside = np.array([[-dither.motion.ramp_share, fold_width(dither.motion, num_samples)]])
+    origin = dither.atoms(np.zeros((1, 2)), num_samples)
+    kept = float(abs(pair_jet(beside[0], origin, dither, num_samples)[0, 0]) ** 2)
+    return 1.0 / kept - 1.0
 
-    Doppler frequencies begin at -1/2, beats at zero.
+
+def candidate_power(
+    signals: ComplexArray, dither: RampDither, lead: float = 0.0
+) -> NDArray[np.float32]:
+    """(R, 2N) power that atoms on a grid of half a cell explain of signals (A, P, N).
+
+    Doppler frequencies are centred at zero, one interval or all that motion tells apart; beats
+    begin at zero. What is not in the first interval is lowered as `favour_first_interval` does it,
+    by its share and by the lead.
     """
+    if dither.motion.coupling != 0.0:
+        num_ramps, num_samples = signals.shape[1:]
+        num_rows = 2 * num_ramps * (2 * dither.motion.folds + 1)
+        dopplers = (np.arange(num_rows) - num_rows // 2) / (2 * num_ramps)
+        single = (signals / np.sqrt(num_ramps * num_samples)).astype(np.complex64)
+        moving = dithered_spectrum(single, dither, dopplers, 2 * num_samples, cells=MOVED_CELLS)
+        power = np.asarray((moving.real**2 + moving.imag**2).sum(axis=0))
+        share = 1.0 / (1.0 + FOLD_SHARE * _fold_loss(dither, num_samples))
+        beyond = abs(np.arange(num_rows) - num_rows // 2) > num_ramps
+        power[beyond] = np.maximum(share * power[beyond] - lead, 0.0)
+        return power
     phases, turns = _transforms(dither, signals.shape[2])
     single = signals.astype(np.complex64)
     across = phases * fft.ifft(single, 2 * signals.shape[2], axis=2, norm="forward")

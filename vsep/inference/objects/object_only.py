@@ -23,7 +23,7 @@ from vsep.inference.objects.nearby import pays_together, updated_nearby
 from vsep.inference.objects.workspace import ObjectThreshold, ObjectWorkspace, no_objects
 from vsep.kernels.moving_atoms import STATIONARY
 from vsep.parameters import PARAMETERS
-from vsep.signal.dithered_atoms import RampDither
+from vsep.signal.dithered_atoms import Coupling, RampDither
 from vsep.signal.template import SignalModel
 from vsep.units import from_db, to_db
 
@@ -61,8 +61,12 @@ class ObjectSettings:
         """Check the settings."""
         choices = PARAMETERS["range_migration"].choices or {}
         require_choice("range_migration", self.range_migration, tuple(choices))
-        if self.range_migration == "neglected" and not isinstance(self.model.migration, RampDither):
-            object.__setattr__(self, "model", replace(self.model, migration=STATIONARY))
+        if self.range_migration == "neglected":
+            dither = self.model.migration
+            coupling: Coupling = STATIONARY
+            if isinstance(dither, RampDither):
+                coupling = replace(dither, motion=STATIONARY)
+            object.__setattr__(self, "model", replace(self.model, migration=coupling))
         for name, unit in (("false_alarm_rate", "per frame"), ("max_iterations", "")):
             PARAMETERS[name].require(getattr(self, name), name, unit)
         if self.object_threshold_db is not None:

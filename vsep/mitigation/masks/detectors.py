@@ -9,6 +9,7 @@ from vsep.mitigation.masks.amplitude import amplitude_mask
 from vsep.mitigation.masks.prediction import prediction_mask
 from vsep.mitigation.masks.residual import residual_mask
 from vsep.mitigation.method import FrameArray, checked_frame
+from vsep.signal.dithered_atoms import RampDither
 
 DETECTORS: Final[dict[str, Callable[[FrameArray], BoolArray]]] = {
     "amplitude": amplitude_mask,
@@ -17,7 +18,9 @@ DETECTORS: Final[dict[str, Callable[[FrameArray], BoolArray]]] = {
 }
 
 
-def detect_interference(name: str, received: FrameArray) -> BoolArray:
+def detect_interference(
+    name: str, received: FrameArray, dither: RampDither | None = None
+) -> BoolArray:
     """Find the interfered samples of a frame.
 
     Parameters
@@ -26,6 +29,8 @@ def detect_interference(name: str, received: FrameArray) -> BoolArray:
         One of `DETECTORS`.
     received : (P, N) complex
         The frame.
+    dither : RampDither, optional
+        How its ramps were dithered; the residual's objects see it.
 
     Returns
     -------
@@ -47,4 +52,6 @@ def detect_interference(name: str, received: FrameArray) -> BoolArray:
     (True, False)
     """
     require_choice("mask", name, DETECTORS)
+    if dither is not None and name == "residual":
+        return frozen(residual_mask(checked_frame(received), dither))
     return frozen(DETECTORS[name](checked_frame(received)))

@@ -10,9 +10,11 @@ from scipy.ndimage import uniform_filter1d
 from vsep._typing import BoolArray
 from vsep.inference.core.run import run
 from vsep.inference.objects.masked import MaskedSeparator
+from vsep.kernels.moving_atoms import STATIONARY
 from vsep.mitigation.masks.prediction import prediction_mask
 from vsep.mitigation.masks.runs import closed, extended, grown
 from vsep.mitigation.method import FrameArray
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.filters import NoFilter
 from vsep.signal.template import SignalModel
 
@@ -25,10 +27,11 @@ MAX_GAP = 2
 MARGIN = 1
 
 
-def residual_mask(received: FrameArray) -> BoolArray:
+def residual_mask(received: FrameArray, dither: RampDither | None = None) -> BoolArray:
     """Flag samples that the objects fitted to the other samples do not explain.
 
-    `received` (P, N): the frame; it must not be zero everywhere. Returns (P, N). Raises
+    `received` (P, N): the frame; it must not be zero everywhere; `dither`: how its ramps were
+    dithered. Returns (P, N). Raises
     `InputError` if the frame cannot be fitted: a ramp shorter than eight samples, no signal.
     """
     num_ramps, num_samples = received.shape
@@ -38,6 +41,7 @@ def residual_mask(received: FrameArray) -> BoolArray:
         num_samples=num_samples,
         sample_rate_hz=1e6,
         anti_aliasing_filter=NoFilter(),
+        migration=dither or STATIONARY,
     )
     frame = model.check(np.asarray(received, dtype=np.complex128))
     mask = prediction_mask(frame)

@@ -11,7 +11,6 @@ from functools import partial
 from typing import Any, cast, get_args
 
 import numpy as np
-from scipy.fft import fft2
 
 from vsep._typing import BoolArray, frozen
 from vsep._validation import require_choice, require_range
@@ -28,6 +27,7 @@ from vsep.mitigation.sparse.operators import (
 )
 from vsep.mitigation.sparse.solver import Solver, SolverState, freeze_arrays
 from vsep.mitigation.sparse.support import least_squares
+from vsep.signal.dithered_atoms import RampDither
 from vsep.signal.spectra import Window, window_weights
 
 # No frame has this many times the energy of its clean samples, scaled to the whole frame.
@@ -75,6 +75,7 @@ class SparseMitigation:
     #: whether a last step fits the cells found by least squares, which undoes what a threshold took
     #: from them
     debias: bool = False
+    dither: RampDither | None = None  #: how ramps were dithered
 
     def __post_init__(self) -> None:
         """Check the settings that are not checked elsewhere."""
@@ -94,7 +95,7 @@ class SparseMitigation:
         slow, fast = (window_weights(count, self.window) for count in received.shape)
         window = np.outer(slow, fast).astype(received.real.dtype)
         scale = _level(window * received, mask)
-        operator = make_operator(self.domain, mask, received.dtype)
+        operator = make_operator(self.domain, mask, received.dtype, self.dither)
         measured = operator.measured((window * received) * (1.0 / scale))
         memory = SparseMemory(
             operator=operator,
@@ -177,7 +178,7 @@ def _filled(received: FrameArray, mask: BoolArray, memory: SparseMemory) -> Fram
     error = noise**2 * operator.num_cells / operator.num_measurements * share
     unwindowed = np.where(mask, 0.0, received).astype(np.complex128)
     power = float(np.sum(np.abs(unwindowed / memory.scale) ** 2)) / operator.num_measurements
-    synthesised = fft2(operator.to_map(spectrum), norm="ortho")
+    synthesised = operator.synthesis(spectrum)
     gain = memory.scale * window / (window**2 + (error / power if power > 0.0 else 0.0))
     cleaned: FrameArray = np.where(mask, synthesised * gain, received)
     return frozen(cleaned.astype(received.dtype, copy=False))

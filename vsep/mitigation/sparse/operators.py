@@ -10,6 +10,7 @@ in both dimensions, its adjoint the unitary inverse DFT. A keeps of W X the samp
 
 Solvers use nothing but this interface, so the two give the same iterates up to rounding. The rows
 of A are orthonormal: ``A A^H`` is the identity on the clean samples, and the norm of A is one.
+That W is a DFT holds for equal ramps; of dithered ones it is a `DitheredTransform`.
 """
 
 from typing import Any, Literal, Protocol, TypeAlias, get_args
@@ -22,6 +23,8 @@ from scipy.linalg import dft
 from vsep._typing import BoolArray, ComplexArray, IntArray, frozen
 from vsep._validation import require_choice
 from vsep.errors import InputError
+from vsep.signal.dithered_atoms import RampDither
+from vsep.signal.dithered_spectra import DitheredTransform, dithered_transform
 
 # Single or double precision; what comes out is of the precision that went in.
 Samples: TypeAlias = NDArray[np.complexfloating[Any, Any]]
@@ -48,6 +51,9 @@ class SensingOperator(Protocol):
     def forward(self, spectrum: Samples) -> Samples:
         """Return A x: the clean samples of the frame that a spectrum synthesises."""
 
+    def synthesis(self, spectrum: Samples) -> Samples:
+        """Return W x: the whole frame (P, N) that a spectrum synthesises."""
+
     def adjoint(self, samples: Samples) -> Samples:
         """Return A^H y: the spectrum of clean samples, the others being zero."""
 
@@ -73,6 +79,8 @@ class MaskedFft:
         True where a sample is interfered.
     precision : dtype
         complex64 or complex128.
+    dither : RampDither, optional
+        How ramps were dithered.
 
     Examples
     --------
@@ -85,12 +93,17 @@ class MaskedFft:
     12
     """
 
-    def __init__(self, interfered: BoolArray, precision: Any) -> None:
+    def __init__(
+        self, interfered: BoolArray, precision: Any, dither: RampDither | None = None
+    ) -> None:
         real = np.zeros(0, dtype=precision).real.dtype
         self._clean = frozen(np.asarray(~interfered, dtype=real))
         self._precision = np.dtype(precision)
         self.num_measurements = int(np.count_nonzero(~interfered))
         self.num_cells = interfered.size
+        self._dithered: DitheredTransform | None = None
+        if dither is not None:
+            self._dithered = dithered_transform(dither, interfered.shape[1], precision)
 
     def measured(self, frame: Samples) -> Samples:
         """(P, N) frame with its interfered samples set to zero, whatever they held."""
@@ -98,28 +111,50 @@ class MaskedFft:
 
     def forward(self, spectrum: Samples) -> Samples:
         """(P, N) samples of a (P, N) spectrum, zero where interfered."""
-        samples: Samples = fft2(spectrum, norm="ortho")
+        samples: Samples = self.synthesis(spectrum)
         samples *= self._clean
         return samples
 
+    def synthesis(self, spectrum: Samples) -> Samples:
+        """(P, N) frame W x of a spectrum, gaps included."""
+        if self._dithered is not None:
+            return self._dithered.synthesis(spectrum)
+        frame: Samples = fft2(spectrum, norm="ortho")
+        return frame
+
     def adjoint(self, samples: Samples) -> Samples:
         """(P, N) spectrum of (P, N) samples that are zero where interfered."""
+        if self._dithered is not None:
+            return self._dithered.analysis(samples)
         spectrum: Samples = ifft2(samples, norm="ortho")
         return spectrum
 
     def adjoint_of_scratch(self, samples: Samples) -> Samples:
         """(P, N) spectrum of (P, N) samples, in their own memory."""
+        if self._dithered is not None:
+            return self._dithered.analysis(samples)
         spectrum: Samples = ifft2(samples, norm="ortho", overwrite_x=True)
         return spectrum
 
     def inner_products(self, cells: IntArray, others: IntArray) -> ComplexArray:
         """(K, M) inner products of columns: the spectrum of the mask at their differences."""
+        if self._dithered is not None:
+            return self._dithered_products(cells, others)
         spectrum: ComplexArray = ifft2(self._clean.astype(np.float64))
         row, column = np.divmod(cells, spectrum.shape[1])
         other_row, other_column = np.divmod(others, spectrum.shape[1])
         # Negative differences count from the end, as the periodic spectrum wants it.
         differences = (other_row - row[:, None], other_column - column[:, None])
         return np.asarray(spectrum[differences].conj())
+
+    def _dithered_products(self, cells: IntArray, others: IntArray) -> ComplexArray:
+        """Inner products of columns that do not depend on differences only."""
+        products = np.empty((len(cells), len(others)), dtype=np.complex128)
+        for number, other in enumerate(others):
+            column = np.zeros(self._clean.shape, dtype=self._precision)
+            column.flat[other] = 1.0
+            products[:, number] = self.adjoint(self.forward(column)).ravel()[cells]
+        return products
 
     def from_map(self, values: RealSamples) -> RealSamples:
         """Return the (P, N) array itself."""
@@ -136,7 +171,9 @@ class ExplicitMatrix:
     Arguments are those of `MaskedFft`. Raises `InputError` if the matrix would not fit into memory.
     """
 
-    def __init__(self, interfered: BoolArray, precision: Any) -> None:
+    def __init__(
+        self, interfered: BoolArray, precision: Any, dither: RampDither | None = None
+    ) -> None:
         num_ramps, num_samples = interfered.shape
         self.num_measurements = int(np.count_nonzero(~interfered))
         self.num_cells = interfered.size
@@ -148,6 +185,11 @@ class ExplicitMatrix:
             )
         self._shape = interfered.shape
         self._kept = frozen(np.flatnonzero(~interfered))
+        self._dithered: DitheredTransform | None = None
+        if dither is not None:
+            self._dithered = dithered_transform(dither, num_samples, precision)
+            self._matrix: Samples = self._dithered_rows(precision)
+            return
         slow = dft(num_ramps, scale="sqrtn").astype(precision)
         fast = dft(num_samples, scale="sqrtn").astype(precision)
         ramp, sample = np.divmod(self._kept, num_samples)
@@ -155,7 +197,21 @@ class ExplicitMatrix:
         # ever made.
         rows = slow[ramp][:, :, None] * fast[sample][:, None, :]
         rows.flags.writeable = False
-        self._matrix: Samples = rows.reshape(len(self._kept), -1)
+        self._matrix = rows.reshape(len(self._kept), -1)
+
+    def _dithered_rows(self, precision: Any) -> Samples:
+        """(q, PN) kept samples of the frame of every cell."""
+        assert self._dithered is not None
+        cells = np.eye(self.num_cells, dtype=precision).reshape(-1, *self._shape)
+        columns = [self._dithered.synthesis(cell).ravel()[self._kept] for cell in cells]
+        return frozen(np.stack(columns, axis=1))
+
+    def synthesis(self, spectrum: Samples) -> Samples:
+        """(P, N) frame W x of a spectrum, gaps included."""
+        if self._dithered is not None:
+            return self._dithered.synthesis(self.to_map(spectrum))
+        frame: Samples = fft2(self.to_map(spectrum), norm="ortho")
+        return frame
 
     def measured(self, frame: Samples) -> Samples:
         """(q,) clean samples of a (P, N) frame."""
@@ -188,14 +244,16 @@ class ExplicitMatrix:
         return spectrum.reshape(self._shape)
 
 
-def make_operator(domain: str, interfered: BoolArray, precision: Any) -> SensingOperator:
+def make_operator(
+    domain: str, interfered: BoolArray, precision: Any, dither: RampDither | None = None
+) -> SensingOperator:
     """Return the operator of a mask.
 
     `domain`: one of `DOMAINS`; `interfered` (P, N): True where a sample is interfered; `precision`:
-    complex64 or complex128. Raises `InputError` if the domain is unknown or the explicit matrix
-    would not fit.
+    complex64 or complex128; `dither`: how ramps were dithered. Raises `InputError` if the domain is
+    unknown or the explicit matrix would not fit.
     """
     require_choice("The domain", domain, DOMAINS)
     if domain == "masked-2d":
-        return MaskedFft(interfered, precision)
-    return ExplicitMatrix(interfered, precision)
+        return MaskedFft(interfered, precision, dither)
+    return ExplicitMatrix(interfered, precision, dither)

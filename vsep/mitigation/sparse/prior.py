@@ -16,6 +16,8 @@ from vsep._validation import require_choice, require_range
 from vsep.errors import InputError
 from vsep.mitigation.cfar import Cfar
 from vsep.mitigation.method import FrameArray
+from vsep.signal.dithered_atoms import RampDither
+from vsep.signal.dithered_spectra import dithered_transform
 from vsep.signal.spectra import hann_window
 
 Reading: TypeAlias = Literal["likelihood", "density"]
@@ -64,7 +66,12 @@ class PriorModel:
         if self.divisor == 0.0:
             raise InputError("divisor is 0; it must not be zero.")
 
-    def see(self, history: tuple[SeenFrame, ...], frame: FrameArray) -> tuple[SeenFrame, ...]:
+    def see(
+        self,
+        history: tuple[SeenFrame, ...],
+        frame: FrameArray,
+        dither: RampDither | None = None,
+    ) -> tuple[SeenFrame, ...]:
         """Add a frame, original or recovered, to the history; the oldest falls out.
 
         One that is too small for the detector says nothing, and the history stays.
@@ -75,11 +82,18 @@ class PriorModel:
             Past frames, the oldest first.
         frame : (P, N) complex
             The next one.
+        dither : RampDither, optional
+            How its ramps were dithered.
         """
         if not self.detector.fits(frame.shape):
             return history
         window = np.outer(hann_window(frame.shape[0]), hann_window(frame.shape[1]))
-        magnitude = np.abs(ifft2(window * frame, norm="ortho"))
+        windowed = window * frame
+        if dither is None:
+            magnitude = np.abs(ifft2(windowed, norm="ortho"))
+        else:
+            transform = dithered_transform(dither, frame.shape[1], np.complex128)
+            magnitude = np.abs(transform.analysis(windowed))
         peaks = np.zeros(frame.shape, dtype=np.bool_)
         peaks[tuple(self.detector.peaks(magnitude**2).T)] = True
         seen = SeenFrame(magnitude=frozen(magnitude), peaks=frozen(peaks))

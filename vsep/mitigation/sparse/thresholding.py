@@ -26,6 +26,7 @@ from vsep.mitigation.sparse.filling import SparseMitigation, sparse_entry
 from vsep.mitigation.sparse.operators import Domain, RealSamples, Samples, SensingOperator
 from vsep.mitigation.sparse.prior import PriorModel, SeenFrame
 from vsep.mitigation.sparse.solver import Solver, SolverState, residual_update, zero_spectrum
+from vsep.signal.dithered_atoms import RampDither
 
 Shrinkage: TypeAlias = Literal["soft", "hard"]
 Threshold: TypeAlias = Literal["adaptive", "constant", "falling"]
@@ -138,14 +139,15 @@ def with_prior(
     history: tuple[SeenFrame, ...] = (),
     domain: Domain = "masked-2d",
     debias: bool = False,
+    dither: RampDither | None = None,
 ) -> SparseMitigation:
     """Make iterative thresholding with a prior from past frames; without any it is `solver` alone.
 
-    `name`, `solver`, `domain`, `debias` as of `SparseMitigation`; `prior`: the model; `history`:
-    what it has seen.
+    `name`, `solver`, `domain`, `debias`, `dither` as of `SparseMitigation`; `prior`: the model;
+    `history`: what it has seen.
     """
     solver = replace(solver, relief=prior.relief(history))
-    return SparseMitigation(name=name, solver=solver, domain=domain, debias=debias)
+    return SparseMitigation(name=name, solver=solver, domain=domain, debias=debias, dither=dither)
 
 
 pm_ist = partial(with_prior, name="pm-ist", solver=_SOFT, prior=SOFT_PRIOR)

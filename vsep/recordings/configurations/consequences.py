@@ -71,8 +71,7 @@ def consequences(radar: ChirpSequence, settings: RecordingSettings) -> Iterator[
         )
     yield (
         f"range migration: an object moves one range cell in a frame at "
-        f"{radar.one_cell_mps:.4g} m/s; "
-        + ("modelled" if radar.migration.coupling else "neglected")
+        f"{radar.one_cell_mps:.4g} m/s; " + ("modelled" if radar.motion.coupling else "neglected")
     )
 
 

@@ -133,7 +133,11 @@ def next_plan(comparison: Comparison, last: CompareStep) -> ComparePlan:
     """Return the plan of the next frame; methods with a prior have seen the repaired one."""
     plan = comparison.plan
     histories = {
-        method_run.name: prior.see(plan.histories.get(method_run.name, ()), state.observed)
+        method_run.name: prior.see(
+            plan.histories.get(method_run.name, ()),
+            state.observed,
+            comparison.static_picture.radar.dither,
+        )
         for method_run, state in zip(comparison.method_runs, last.state, strict=True)
         if (prior := _prior_of(method_run.name)) is not None
     }
@@ -163,7 +167,8 @@ def _method_run(plan: ComparePlan, name: str, scene: MadeScene, mask: BoolArray)
     if name not in ESTIMATORS:
         # One switch for all methods of the comparison: those without the setting do without.
         entry = MITIGATIONS.require(name)
-        repair = entry.make(**entry.accepted(debias=plan.debias, history=history))
+        settings = {"debias": plan.debias, "history": history, "dither": frame.radar.dither}
+        repair = entry.make(**entry.accepted(**settings))
     return MethodRun(
         name=name,
         received=frame.received,
