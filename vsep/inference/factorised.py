@@ -234,6 +234,7 @@ class FactorisedSeparator(ObjectSettings):
             self.burst_precision(state, state.noise_precision),
             weakest_share=schedule.weakest_burst_share(state.iteration),
             expected=self.expected_bursts,
+            beside_bursts=state.iteration in schedule.beside_bursts,
         ).run()
 
     def sample_weights(

@@ -52,6 +52,8 @@ class BurstSearch:
         Of the energy of a ramp's strongest burst: what a further burst of the ramp must have.
     expected : ExpectedBursts or None
         Places at which a lower threshold holds.
+    beside_bursts : bool
+        Whether only ramps are looked at that hold a burst.
     """
 
     def __init__(
@@ -62,8 +64,10 @@ class BurstSearch:
         *,
         weakest_share: float,
         expected: ExpectedBursts | None = None,
+        beside_bursts: bool = False,
     ) -> None:
         self.work = work
+        self.beside_bursts = beside_bursts
         self.residual = residual
         self.noise_precision = noise_precision
         self.weakest_share = weakest_share
@@ -209,7 +213,10 @@ class BurstSearch:
         least = self._least_scores()
         # No chirp scores more than the energy there is, or what is known from the last search.
         candidates = row_energies(noise_residual) >= least
-        candidates &= self._num_bursts() < work.schedule.bursts_per_ramp
+        num_bursts = self._num_bursts()
+        candidates &= num_bursts < work.schedule.bursts_per_ramp
+        if self.beside_bursts:
+            candidates &= num_bursts > 0
         if not self.keeps_every_template:
             needed = np.maximum(least, self.threshold / self.noise_precision)
             # Cauchy-Schwarz: sqrt(score) changes by ||change|| at most

@@ -40,6 +40,8 @@ class Schedule:
     early_search : tuple of int
         Iterations in which every ramp is searched for a single chirp; what disagrees with the
         search is dropped or restarted.
+    beside_bursts : tuple of int
+        Those of them that look for further bursts of the ramps which hold one.
     late_search_period : int or None
         After the last of these, every so many iterations; None never again.
     search_before_convergence : bool
@@ -113,6 +115,7 @@ class Schedule:
     smear_cells: float = 1.0
     merges_objects: bool = False
     refines_growing: bool = False
+    beside_bursts: tuple[int, ...] = ()
 
     def object_additions(self, iteration: int) -> int:
         """Object components that may be added in this iteration (counted from 0)."""
@@ -208,7 +211,9 @@ MEASURED: Final = replace(
 
 # Where ramps are long, searches cost more than all the rest. Those that remain find the bursts
 # beside the first ones, what is left before samples are weighed, and what their weights hid.
-LONG_RAMPS: Final = replace(ROBUST, early_search=(0, 2, 6, 12), late_object_additions=64)
+LONG_RAMPS: Final = replace(
+    ROBUST, early_search=(0, 2, 6, 12), beside_bursts=(2,), late_object_additions=64
+)
 LONG: Final = 512  # samples
 
 PAPER: Final = Schedule(
