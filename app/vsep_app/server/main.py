@@ -19,6 +19,7 @@ from vsep.errors import InputError
 from vsep_app.pages import EMBED, LEAD, PAGES
 from vsep_app.server.access import Access, EntryRules
 from vsep_app.server.announce import announcement, base_address, open_browser
+from vsep_app.server.component_facts import spare_components
 from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
 from vsep_app.server.entry import guard_entry, log_request
 from vsep_app.server.health import HealthHandler
@@ -78,6 +79,7 @@ def make_server(
     few_arenas()
     replace_handlers()
     remember_defaults()
+    spare_components()
     # The first looks at the signature of each callback of every page anew, the second through all
     # models of a page for mistakes of its author, which the tests would have met.
     settings.perform_error_diagnostics = False

@@ -84,7 +84,7 @@ def _make(self: Any, **properties: Any) -> None:
     for name, value in properties.items():
         if value is not Undefined and value is not Intrinsic:
             setattr(self, name, value)
-    for descriptor in _made_with(type(self)):
+    for descriptor in _made_with(self.__class__):
         if descriptor.name not in properties:
             descriptor._get(self)
     self._initialized = True
@@ -129,10 +129,10 @@ def _written(
     held, made, required = (
         self._property_values,
         self._unstable_default_values,
-        _required(type(self)),
+        _required(self.__class__),
     )
     result = {}
-    for descriptor in _own(type(self)):
+    for descriptor in _own(self.__class__):
         name = descriptor.name
         if (name in held or name in made or name in required) and query(descriptor):
             value = descriptor.get_value(self)
