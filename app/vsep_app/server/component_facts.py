@@ -35,7 +35,11 @@ ALIKE: Final = (
 """Classes that never change the bounds or choices of a parameter for one component alone."""
 
 # Panel 1.9 takes this name for the sign that a component is styled by Material UI; 1.10 sends none.
-_MODULES: Final[dict[str, Any]] = {"imports": {"@mui/material/": "./"}}
+# Nothing asks for what it leads to.
+_SIGN: Final = "@mui/material/"
+_MODULES: Final[dict[str, Any]] = {
+    "imports": {_SIGN: MaterialComponent._importmap["imports"][_SIGN]}
+}
 _FILES: Final[tuple[tuple[Any, str, Any], ...]] = tuple(
     (kind, name, classproperty(cache(vars(kind)[name].f)))
     for kind in (ReactiveESM, MaterialComponent)

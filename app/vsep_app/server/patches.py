@@ -1,7 +1,7 @@
 """Changes to Bokeh and Panel: all that this program alters of their behaviour, with the reason.
 
-Each entry names the report in the project it belongs to, and `tests/app/test_patches.py` shows that
-the project as it is still needs it.
+Each entry names the report in the project it belongs to, and `tests/app/test_patches.py` and the
+tests of the two modules show that the project as it is still needs it.
 
 =====================  ==========================================================================
 what is changed        upstream
@@ -12,6 +12,8 @@ what is changed        upstream
 `LoadedOnlyHandler`    Panel pull request 3284 made the route; no report on what it imports
 `model_facts`          Bokeh pull request 15322 keeps the overridden defaults of a class from 3.10
                        on; all else that a model works out anew, no report
+`component_facts`      Panel sends no modules with a bundle from 1.10 on; all else that a component
+                       works out anew, no report
 `begin_busy_check`     no report: a task of the whole server runs in the context of one document
 `leave_busy_state`     no report: param watches a reference whose place a value has taken
 `release_notifications` no report: Panel keeps the notifications of a page that has gone
