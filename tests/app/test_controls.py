@@ -157,3 +157,28 @@ def test_a_threshold_takes_the_place_of_the_false_alarm_rate_until_it_is_cleared
     assert (field.error_state, rate.disabled) == (False, False)
     controls.settings.object_threshold_db = 11.0
     assert field.value == "11.0"
+
+
+def test_a_widget_that_is_made_late_looks_as_if_it_had_been_there_always():
+    early, late = Controls(Settings(), lambda *_: None), Controls(Settings(), lambda *_: None)
+    there = list(early.widgets.values())
+    late.layout()
+    assert sum(len(group.widgets.made) for group in late._groups) < len(there) / 2
+    for controls in early, late:
+        controls.lock(["order", "seed"], ["wind"])
+        controls.settings.param.update(
+            preset="simulation-2-b",
+            assume_true_filter=False,
+            assumed_kind="butterworth",
+            filter_kind="butterworth",
+            object_threshold_db=9.0,
+            estimator="object-only",
+            interference=False,
+            snr_db=33.0,
+        )
+        controls.fit_frame(20e6, measured=True)
+        controls.settings.choose_preset(LOADED_FRAME)
+    shown = ("disabled", "visible", "value", "start", "end", "options")
+    for name, widget in early.widgets.items():
+        for one in shown:
+            assert getattr(late.widgets[name], one, None) == getattr(widget, one, None), (name, one)

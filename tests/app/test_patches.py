@@ -13,103 +13,19 @@ from types import SimpleNamespace
 import panel as pn
 import panel_material_ui as pmu
 import pytest
-from bokeh.core.property.descriptors import PropertyDescriptor
-from bokeh.document import Document
-from bokeh.models import ColumnDataSource, Slider
-from bokeh.plotting import figure
 from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import generate_jwt_token, generate_session_id, get_session_id
 from panel.io.server import ComponentResourceHandler
 from panel.util.parameters import edit_readonly
 from tornado.web import HTTPError
 from vsep_app.pages import PAGES
-from vsep_app.pages.base import PageContext
-from vsep_app.pages.tabs import Tabs
 from vsep_app.server.patches import (
     LoadedOnlyHandler,
     PromptHandler,
-    has_unstable_default,
     leave_busy_state,
-    remember_defaults,
 )
 
 IMPORTED = "wsgiref.simple_server"  # of the standard library, and of no use here
-
-
-@pytest.fixture(autouse=True)
-def as_bokeh_has_it(monkeypatch):
-    """Bokeh's own answers, whatever other tests have done; undone at the end."""
-    monkeypatch.setattr(PropertyDescriptor, "has_unstable_default", has_unstable_default)
-
-
-def opened(route):
-    """The document of a page, as a visitor opens it."""
-    context = PageContext(
-        pool=None, query={}, post=lambda function: function(), watched=lambda: True
-    )
-    document = Document()
-    document.add_root(Tabs(context, route).page().get_root(document))
-    return document
-
-
-@pytest.mark.parametrize("route", ["./", "recording"])
-def test_every_model_of_a_page_has_the_defaults_that_bokeh_gives_it(route):
-    document = opened(route)
-    classes = {type(model) for model in document.models}
-    assert len(classes) > 10
-    remember_defaults()
-    for model_class in classes:
-        model = next(each for each in document.models if type(each) is model_class)
-        for name in model_class.properties():
-            descriptor = model_class.lookup(name)
-            if isinstance(descriptor, PropertyDescriptor):
-                assert descriptor.has_unstable_default(model) == has_unstable_default(
-                    descriptor, model
-                )
-
-
-def test_models_made_afterwards_are_written_as_before():
-    def written():
-        plot = figure(width=300)
-        plot.line("x", "y", source=ColumnDataSource({"x": [1.0, 2.0], "y": [3.0, 4.0]}))
-        document = Document()
-        document.add_root(plot)
-        document.add_root(Slider(start=0, end=1, value=0.5, title="a"))
-        return without_ids(document.to_json().content)
-
-    before = written()
-    remember_defaults()
-    assert written() == before
-    assert written() == before
-
-
-def test_a_default_that_is_made_anew_is_shared_by_no_two_models():
-    remember_defaults()
-    first, second = ColumnDataSource(), ColumnDataSource()
-    first.data["x"] = [1.0]
-    assert "x" not in second.data
-    assert first.selected is not second.selected
-
-
-def without_ids(value):
-    """What is written, but for the running numbers of the models."""
-    if isinstance(value, dict):
-        return {key: without_ids(each) for key, each in value.items() if key != "id"}
-    return [without_ids(each) for each in value] if isinstance(value, list) else value
-
-
-def test_bokeh_works_out_anew_for_every_model_what_is_unstable(monkeypatch):
-    """The day it does no longer, `remember_defaults` is not needed."""
-    asked = []
-    told = ColumnDataSource.lookup("data").property
-
-    def count(self):
-        asked.append(self)
-        return type(told)._may_have_unstable_default(self)
-
-    monkeypatch.setattr(told, "_may_have_unstable_default", count.__get__(told), raising=False)
-    ColumnDataSource(), ColumnDataSource()
-    assert len(asked) >= 2
 
 
 def test_bokeh_lets_small_messages_wait():

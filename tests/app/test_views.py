@@ -18,7 +18,7 @@ from vsep_app.views.range_doppler import (
     miss_columns,
 )
 from vsep_app.views.signals import DelayView, FastTimeView
-from vsep_app.views.style import COLOURS, EDGE_SHARE, Axis
+from vsep_app.views.style import COLOURS, EDGE_SHARE, Axis, plain_figure
 from vsep_app.views.swiped_map import SwipedMap
 from vsep_app.views.tables import MISSING, log_html, table_html, value_text
 
@@ -338,3 +338,13 @@ def test_the_map_is_as_received_until_a_burst_is_cancelled_and_then_has_a_line(m
         assert view._line.location == place
     # The browser puts both together and says nothing of it.
     assert not view._shown.syncable
+
+
+def test_a_browser_keeps_sizes_and_colours_of_figures_to_itself_but_not_what_is_shown():
+    x, y = Axis(), Axis()
+    plot = plain_figure("name", "Title", ("x", "y"), (x, y))
+    quiet = [plot, plot.title, plot.toolbar, *plot.axis, *plot.grid]
+    assert len(quiet) == 7
+    assert not any(part.syncable for part in quiet)
+    assert x.range.syncable
+    assert y.range.syncable

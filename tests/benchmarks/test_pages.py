@@ -1,9 +1,9 @@
 """Time of the server for one opened page: its models made and written, as every visitor costs."""
 
 import pytest
-from vsep_app.server.patches import remember_defaults
+from vsep_app.server.model_facts import remember_defaults
 
-from tests.app.test_patches import as_bokeh_has_it, opened  # noqa: F401
+from tests.app.test_model_facts import as_bokeh_has_it, opened  # noqa: F401
 
 
 @pytest.mark.benchmark(group="page")

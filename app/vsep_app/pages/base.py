@@ -142,8 +142,8 @@ class PageParts:
         Everything else, from top to bottom.
     tools : sequence of Viewable
         Buttons of the header, left of the status.
-    folded : sequence of Viewable
-        Controls that are shown on demand, for the help.
+    folded : callable
+        Returns the controls that are shown on demand, for the help; they are made on demand, too.
     """
 
     description: str
@@ -151,7 +151,7 @@ class PageParts:
     sidebar: Sequence[Any]
     main: Sequence[Any]
     tools: Sequence[Any] = ()
-    folded: Sequence[Any] = ()
+    folded: Callable[[], Sequence[Any]] = tuple
 
     @property
     def header(self) -> list[Any]:
@@ -162,7 +162,7 @@ class PageParts:
     @property
     def explained(self) -> list[Any]:
         """What the help lists the controls of."""
-        return [*self.sidebar, *self.folded, *self.main]
+        return [*self.sidebar, *self.folded(), *self.main]
 
 
 def links_html(here: str) -> str:

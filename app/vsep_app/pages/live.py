@@ -156,7 +156,7 @@ class Dashboard(StagedPage):
             status=self.transport.status,
             tools=[self.share.layout()],
             sidebar=[*self.guide.layout(), *self.controls.layout()],
-            folded=self.controls.folded(),
+            folded=self.controls.folded,
             main=[self.toolbar, self.headline.layout(), self.fault.pane, body],
         )
 

@@ -47,7 +47,9 @@ class LiveViews:
             delay=self.delay.figure,
             range_doppler=self.map.after,
         )
-        self.progress = ProgressView()
+        #: Made when somebody asks for the curves.
+        self.progress: ProgressView | None = None
+        self._side: Picture | None = None
         self.tables = RunTables()
         self._hidden: frozenset[str] = frozenset()
         self._parts: dict[str, Any] = {}
@@ -84,7 +86,7 @@ class LiveViews:
             curves = Fold(
                 "Progress",
                 "Progress: evidence lower bound, noise power and separability over the iterations.",
-                lambda: [progress_card(self.progress)],
+                self._curves,
                 stretch=True,
             )
             panels = self.tables.panels("Objects", log_weight=6)
@@ -108,8 +110,17 @@ class LiveViews:
 
     def show_side(self, picture: Picture) -> None:
         """Draw tables and curves."""
-        self.progress.update(picture)
+        self._side = picture
+        if self.progress is not None:
+            self.progress.update(picture)
         self.tables.show(picture)
+
+    def _curves(self) -> list[Any]:
+        """Return the card of the curves, drawn."""
+        self.progress = ProgressView()
+        if self._side is not None:
+            self.progress.update(self._side)
+        return [progress_card(self.progress)]
 
     def _show_keys(self, picture: Picture) -> None:
         """Let the keys beside the views name a truth only where one is known."""

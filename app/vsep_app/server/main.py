@@ -19,16 +19,17 @@ from vsep.errors import InputError
 from vsep_app.pages import EMBED, LEAD, PAGES
 from vsep_app.server.access import Access, EntryRules
 from vsep_app.server.announce import announcement, base_address, open_browser
+from vsep_app.server.component_facts import spare_components
 from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
 from vsep_app.server.entry import guard_entry, log_request
 from vsep_app.server.health import HealthHandler
 from vsep_app.server.memory import begin_tidying, few_arenas, look_through_less
 from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT
+from vsep_app.server.model_facts import remember_defaults
 from vsep_app.server.opening import Opening
 from vsep_app.server.patches import (
     COMPONENT_ROUTE,
     begin_busy_check,
-    remember_defaults,
     replace_handlers,
 )
 from vsep_app.server.sessions import (
@@ -78,8 +79,11 @@ def make_server(
     few_arenas()
     replace_handlers()
     remember_defaults()
-    # Looks at the signature of each callback of every page anew.
+    spare_components()
+    # The first looks at the signature of each callback of every page anew, the second through all
+    # models of a page for mistakes of its author, which the tests would have met.
     settings.perform_error_diagnostics = False
+    settings.perform_document_validation = False
     loop: Any = IOLoop.current()
     registry = SessionRegistry(rules or ServerLimits(), experiments=guided, loop=loop.asyncio_loop)
     pages = [*PAGES.values(), EMBED, *([] if registry.lesson is None else [LEAD])]

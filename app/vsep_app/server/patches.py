@@ -1,7 +1,7 @@
 """Changes to Bokeh and Panel: all that this program alters of their behaviour, with the reason.
 
-Each entry names the report in the project it belongs to, and `tests/app/test_patches.py` shows that
-the project as it is still needs it.
+Each entry names the report in the project it belongs to, and `tests/app/test_patches.py` and the
+tests of the two modules show that the project as it is still needs it.
 
 =====================  ==========================================================================
 what is changed        upstream
@@ -10,8 +10,10 @@ what is changed        upstream
                        report; nor does Bokeh hold what a browser sends against any bound
 `OwnSessionHandler`    no report: Bokeh lets any address name the session that a page joins
 `LoadedOnlyHandler`    Panel pull request 3284 made the route; no report on what it imports
-`remember_defaults`    Bokeh pull request 15322 keeps the overridden defaults of a class from 3.10
-                       on; whether a default is unstable is asked of every model anew, no report
+`model_facts`          Bokeh pull request 15322 keeps the overridden defaults of a class from 3.10
+                       on; all else that a model works out anew, no report
+`component_facts`      Panel sends no modules with a bundle from 1.10 on; all else that a component
+                       works out anew, no report
 `begin_busy_check`     no report: a task of the whole server runs in the context of one document
 `leave_busy_state`     no report: param watches a reference whose place a value has taken
 `release_notifications` no report: Panel keeps the notifications of a page that has gone
@@ -23,12 +25,10 @@ what is changed        upstream
 
 import logging
 import sys
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 import panel as pn
-from bokeh.core.has_props import HasProps
-from bokeh.core.property.descriptors import PropertyDescriptor
 from bokeh.document import Document
 from bokeh.server.urls import per_app_patterns
 from panel.io.server import ComponentResourceHandler, DocHandler, WSHandler
@@ -210,27 +210,6 @@ COMPONENT_ROUTE = (r"/components/(.*)", LoadedOnlyHandler)
 def replace_handlers() -> None:
     """Let all servers made from now on have these handlers, and no route that no page uses."""
     per_app_patterns[:] = [(r"/ws", PromptHandler), (r"/?", OwnSessionHandler)]
-
-
-has_unstable_default = PropertyDescriptor.has_unstable_default
-_has_unstable_default_once = cache(has_unstable_default)
-_overridden_defaults: Any = HasProps._overridden_defaults
-_overridden_once = cache(_overridden_defaults.__func__)
-
-
-def remember_defaults() -> None:
-    """Let models ask once a class, not once a model, for its defaults and which are made anew."""
-    PropertyDescriptor.has_unstable_default = _of_its_class
-    HasProps._overridden_defaults = classmethod(_overridden_of_its_class)  # type: ignore[assignment]
-
-
-def _of_its_class(descriptor: Any, model: Any) -> bool:
-    return bool(_has_unstable_default_once(descriptor, model.__class__))
-
-
-def _overridden_of_its_class(model_class: type[HasProps]) -> dict[str, Any]:
-    overridden: dict[str, Any] = _overridden_once(model_class)
-    return overridden
 
 
 def leave_busy_state(page: Any) -> None:

@@ -209,7 +209,7 @@ class SessionRegistry:
             return self._enter(entry)
 
     def _enter(self, entry: PageEntry) -> Any:
-        pn.extension(notifications=True, respect_explicit_sizing=True)
+        pn.extension(notifications=True, browser_info=False, respect_explicit_sizing=True)
         document: Any = pn.state.curdoc
         release_notifications(document)
         if _has_gone(document.session_context):

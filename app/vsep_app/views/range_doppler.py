@@ -148,6 +148,7 @@ def add_colour_bar(plot: figure, scale: LinearColorMapper) -> None:
             major_label_text_font_size=LABEL_SIZE,
             ticker=BasicTicker(desired_num_ticks=5),
             background_fill_color=None,
+            syncable=False,
         ),
         "right",
     )

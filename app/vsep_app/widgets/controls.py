@@ -1,5 +1,7 @@
 """The controls of the side bar: groups of widgets, one for each record of a setting."""
 
+from abc import ABC, abstractmethod
+from collections import ChainMap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -32,7 +34,7 @@ from vsep_app.model.settings import (
 from vsep_app.widgets.fields import field, file_field
 from vsep_app.widgets.fold import Fold
 from vsep_app.widgets.layout import heading, small_text
-from vsep_app.widgets.setting_widgets import setting_widget
+from vsep_app.widgets.setting_widgets import SettingWidgets
 
 _MAIN = ("preset", "snr_db", "sir_db", "interferer_slope", "burst_shift")
 _LAST = ("seed", "interference")
@@ -57,15 +59,27 @@ def slope_remark(courses: Courses) -> str:
     return "" if np.all(courses.slopes) else _EQUAL_SLOPES
 
 
-class SceneControls:
+class Group(ABC):
+    """Widgets of some settings, and what becomes of them beside the others."""
+
+    widgets: SettingWidgets
+
+    @abstractmethod
+    def look(self, name: str, settings: Settings, *, loaded: bool) -> dict[str, Any]:
+        """Return the parameters of a widget that depend on other settings."""
+
+    def arrange(self, settings: Settings, *, loaded: bool) -> None:
+        """Show what has a meaning, of the widgets that there are."""
+        for name, widget in tuple(self.widgets.made.items()):
+            widget.param.update(**self.look(name, settings, loaded=loaded))
+
+
+class SceneControls(Group):
     """What makes the frame: preset, levels, the other radar, seed."""
 
     def __init__(self, settings: Settings) -> None:
-        self.widgets = {"preset": _preset_select(settings)}
-        records = *SCENE_PARAMETERS, PLACED
-        self.widgets |= {each.name: setting_widget(settings, each) for each in records}
-        self.widgets["seed"].param.update(sizing_mode=None, width=116)
-        self.widgets["interference"].margin = (8, 0, 0, 0)
+        self.widgets = SettingWidgets(settings, (PRESET, *SCENE_PARAMETERS, PLACED))
+        self.widgets.put("preset", _preset_select(settings))
         self.levels = pn.pane.HTML("", sizing_mode="stretch_width", margin=(2, 16, 2, 17))
         self.slope_note = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 2, 17))
 
@@ -78,8 +92,10 @@ class SceneControls:
         lines = [self.widgets[name] for name in _MAIN]
         lines.insert(lines.index(self.widgets["sir_db"]) + 1, self.levels)
         lines.insert(lines.index(self.widgets["interferer_slope"]) + 1, self.slope_note)
-        pair = pn.Row(*(self.widgets[name] for name in _LAST))
-        pair.sizing_mode = "stretch_width"
+        seed, interference = (self.widgets[name] for name in _LAST)
+        seed.param.update(sizing_mode=None, width=116)
+        interference.margin = (8, 0, 0, 0)
+        pair = pn.Row(seed, interference, sizing_mode="stretch_width")
         return [heading("Scene"), *lines, pair]
 
     def more(self) -> list[Any]:
@@ -87,16 +103,16 @@ class SceneControls:
         receiver = [each.name for each in RECEIVER_PARAMETERS]
         above = (*_MAIN, *_LAST, *receiver)
         errors = [self.widgets[name] for name in receiver]
-        lines = [widget for name, widget in self.widgets.items() if name not in above]
+        lines = [self.widgets[name] for name in self.widgets if name not in above]
         return [*lines, heading("Oscillator and receiver"), *errors]
 
-    def arrange(self, settings: Settings, *, loaded: bool) -> None:
-        """Show what has a meaning for the preset, with its ranges."""
+    def look(self, name: str, settings: Settings, *, loaded: bool) -> dict[str, bool]:
+        """Return what becomes of a widget: what has a meaning for the preset can be set."""
         recorded = isinstance(PRESETS.get(settings.preset), RecordedPreset)
-        for record in (*SCENE_PARAMETERS, PLACED):
-            unused = recorded and not record.of_recording
-            silent = record.of_bursts and not settings.interference
-            self.widgets[record.name].disabled = loaded or unused or silent
+        record = SETTINGS[name]
+        unused = recorded and not record.of_recording
+        silent = record.of_bursts and not settings.interference
+        return {"disabled": record is not PRESET and (loaded or unused or silent)}
 
     def suit_model(self, settings: Settings) -> None:
         """At the victim's slope take the convolution: the product form has no such burst."""
@@ -106,11 +122,12 @@ class SceneControls:
             settings.interference_model = _CONVOLUTION
 
 
-class FilterControls:
+class FilterControls(Group):
     """The anti-aliasing filter: the true one, and what the estimator assumes."""
 
     def __init__(self, settings: Settings) -> None:
-        self.widgets = {each.name: setting_widget(settings, each) for each in FILTER_PARAMETERS}
+        self.widgets = SettingWidgets(settings, FILTER_PARAMETERS)
+        self._offers_measured = True
 
     def layout(self) -> list[Any]:
         """Return the group."""
@@ -122,36 +139,42 @@ class FilterControls:
 
     def more(self) -> list[Any]:
         """Return the rest."""
-        return [widget for name, widget in self.widgets.items() if name not in _IN_SIGHT]
+        return [self.widgets[name] for name in self.widgets if name not in _IN_SIGHT]
 
-    def arrange(self, settings: Settings, *, loaded: bool) -> None:
-        """Show the fields of the chosen kinds."""
-        apart = not settings.assume_true_filter
-        for which, kind, shown in (
-            ("filter", settings.filter_kind, True),
-            ("assumed", settings.assumed_kind, apart),
-        ):
-            for part in ("kind", "cutoff", "rolloff", "order"):
-                widget = self.widgets[f"{which}_{part}"]
-                widget.visible = shown and (part == "kind" or part in FILTER_PARTS[kind])
-                widget.disabled = loaded and which == "filter"
+    def look(self, name: str, settings: Settings, *, loaded: bool) -> dict[str, Any]:
+        """Return what becomes of a widget: the fields of the chosen kinds are shown."""
+        which, _, part = name.partition("_")
+        if part not in ("kind", "cutoff", "rolloff", "order"):
+            return {}
+        of_assumed = which == "assumed"
+        kind = settings.assumed_kind if of_assumed else settings.filter_kind
+        look: dict[str, Any] = {
+            "visible": (part == "kind" or part in FILTER_PARTS[kind])
+            and not (of_assumed and settings.assume_true_filter),
+            "disabled": loaded and not of_assumed,
+        }
+        if name == "assumed_kind":
+            kinds = PARAMETERS[name].choices or {}
+            look["value"] = settings.assumed_kind
+            look["options"] = {
+                label: kind
+                for kind, label in kinds.items()
+                if self._offers_measured or kind != "measured"
+            }
+        return look
 
     def offer_measured(self, settings: Settings, *, offered: bool) -> None:
-        """Offer the measured filter of a frame that brings one."""
+        """Offer the measured filter of a frame that brings one, from the next look on."""
+        self._offers_measured = offered
         if not offered and settings.assumed_kind == "measured":
             settings.assumed_kind = "raised_cosine"
-        kinds = PARAMETERS["assumed_kind"].choices or {}
-        self.widgets["assumed_kind"].options = {
-            label: kind for kind, label in kinds.items() if offered or kind != "measured"
-        }
 
 
-class EstimatorControls:
+class EstimatorControls(Group):
     """The estimator, what decides on objects, and when to stop."""
 
     def __init__(self, settings: Settings) -> None:
-        records = (ESTIMATOR, *ESTIMATOR_PARAMETERS)
-        self.widgets = {each.name: setting_widget(settings, each) for each in records}
+        self.widgets = SettingWidgets(settings, (ESTIMATOR, *ESTIMATOR_PARAMETERS))
         self.threshold = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 0, 17))
 
     def layout(self) -> list[Any]:
@@ -162,19 +185,18 @@ class EstimatorControls:
 
     def thresholds(self) -> list[Any]:
         """Return what decides on objects and when to stop."""
-        lines = [
-            widget for name, widget in self.widgets.items() if name not in ("estimator", "schedule")
-        ]
-        lines.insert(lines.index(self.widgets["object_threshold_db"]) + 1, self.threshold)
+        names = [name for name in self.widgets if name not in ("estimator", "schedule")]
+        lines = [self.widgets[name] for name in names]
+        lines.insert(names.index("object_threshold_db") + 1, self.threshold)
         return lines
 
-    def arrange(self, settings: Settings, *, loaded: bool) -> None:
-        """Disable what plays no part; of a loaded frame the same as of any."""
+    def look(self, name: str, settings: Settings, *, loaded: bool) -> dict[str, bool]:
+        """Return what becomes of a widget: disabled if it plays no part, in any frame."""
         del loaded
-        self.widgets["schedule"].disabled = (
-            "schedule" not in ESTIMATORS[settings.estimator].settings
-        )
-        self.widgets["false_alarm_rate"].disabled = settings.object_threshold_db is not None
+        if name == "schedule":
+            return {"disabled": "schedule" not in ESTIMATORS[settings.estimator].settings}
+        by_hand = settings.object_threshold_db is not None
+        return {"disabled": name == "false_alarm_rate" and by_hand}
 
 
 class Controls:
@@ -200,9 +222,8 @@ class Controls:
         self._filters = FilterControls(settings)
         self._estimator = EstimatorControls(settings)
         self._groups = (self._scene, self._filters, self._estimator)
-        self.widgets: Mapping[str, Any] = {
-            name: widget for group in self._groups for name, widget in group.widgets.items()
-        }
+        groups: list[Any] = [each.widgets for each in self._groups]
+        self.widgets: Mapping[str, Any] = ChainMap(*groups)
         text = "A recorded frame: complex samples of all ramps with the radar's settings."
         self.upload = file_field("Load a frame file (.npz)", text, ".npz")
         self.refused = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 16, 8, 17))
@@ -214,16 +235,12 @@ class Controls:
         )
         scene.suit_model(settings)
         settings.param.watch(self._arrange, [name for name in self.widgets if _decides(name)])
-        self._sliders = {
-            name: widget
-            for group in (self._scene, self._filters)
-            for name, widget in group.widgets.items()
-            if isinstance(widget, pmu.FloatSlider | pmu.IntSlider)
-        }
-        for widget in self._sliders.values():
-            widget.param.watch(lambda _: moved(), "value")
-        self._arrange()
+        self._moved = moved
+        self._sliders: dict[str, Any] = {}
         self._filters.offer_measured(settings, offered=settings.assumed_kind == "measured")
+        for group in self._groups:
+            group.widgets.was_made = self._was_made
+        self._arrange()
 
     def moving_plan(self) -> Plan:
         """Return the plan that the sliders show, which is that of the settings once they rest."""
@@ -258,10 +275,11 @@ class Controls:
 
     def lock(self, names: Iterable[str], hidden: Iterable[str] = ()) -> None:
         """Let the controls of these settings stand still, hide some, and those of no others."""
-        for name in self._locked:
-            self.widgets[name].disabled = False
-        for name in self._hidden:
-            self.widgets[name].visible = True
+        for name, widget in self._made():
+            if name in self._locked:
+                widget.disabled = False
+            if name in self._hidden:
+                widget.visible = True
         self._hidden = frozenset(name for name in hidden if name in self.widgets)
         self._locked = self._hidden | {name for name in names if name in self.widgets}
         self._arrange()
@@ -283,24 +301,39 @@ class Controls:
         """Suit the assumed filter to a loaded frame; measured only where the frame brings it."""
         rate_mhz = sample_rate_hz / 1e6
         self._filters.offer_measured(self.settings, offered=measured)
+        self._arrange()
         self.settings.assumed_cutoff = rate_mhz / 4.0
         self.widgets["assumed_cutoff"].param.update(
             start=rate_mhz / 16.0, end=rate_mhz / 2.0, step=rate_mhz / 1000.0, value=rate_mhz / 4.0
         )
+
+    def _made(self) -> list[tuple[str, Any]]:
+        return [each for group in self._groups for each in group.widgets.made.items()]
+
+    def _was_made(self, name: str) -> None:
+        """Take in a widget that somebody has asked for."""
+        widget = self.widgets[name]
+        is_slider = isinstance(widget, pmu.FloatSlider | pmu.IntSlider)
+        if is_slider and name not in self._estimator.widgets:
+            self._sliders[name] = widget
+            widget.param.watch(lambda _: self._moved(), "value")
+        self._arrange()
 
     def _arrange(self, *_: Any) -> None:
         """Show what has a meaning for the scene, with its ranges."""
         loaded = self.settings.preset == LOADED_FRAME and not self.keeps_scene
         for group in self._groups:
             group.arrange(self.settings, loaded=loaded)
-        for name in self._locked:
-            self.widgets[name].disabled = True
-        for name in self._hidden:
-            self.widgets[name].visible = False
         preset = PRESETS.get(self.settings.preset)
-        for name, (start, end) in ({} if preset is None else preset.ranges()).items():
-            value = getattr(self.settings, name)
-            self.widgets[name].param.update(start=start, end=end, value=value)
+        ranges = {} if preset is None else preset.ranges()
+        for name, widget in self._made():
+            if name in self._locked:
+                widget.disabled = True
+            if name in self._hidden:
+                widget.visible = False
+            if name in ranges:
+                start, end = ranges[name]
+                widget.param.update(start=start, end=end, value=getattr(self.settings, name))
 
     def _uploaded(self, event: Any) -> None:
         if event.new:

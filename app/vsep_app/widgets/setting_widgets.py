@@ -4,7 +4,7 @@ A slider sets its setting when it is released. A widget never starts anything it
 watches the settings restarts the run or redraws the view.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import panel_material_ui as pmu
@@ -23,6 +23,48 @@ EMPTY_TEXTS = {"object_threshold_db": "from the false alarms"}
 # (pull request 8712) it would be taken for that.
 for _movable in (pmu.FloatSlider, pmu.IntSlider):
     _movable._auto_sync_value_throttled = False
+
+
+class SettingWidgets(Mapping[str, Any]):
+    """Widgets of settings by the names of these, each made when it is asked for.
+
+    Parameters
+    ----------
+    settings : Settings
+        What they set and show.
+    records : iterable of Parameter
+        Which settings; a widget that is not made like others is added with `put`.
+    """
+
+    def __init__(self, settings: Settings, records: Iterable[Parameter]) -> None:
+        self._settings = settings
+        self._records: dict[str, Parameter | None] = {each.name: each for each in records}
+        #: Those that are there so far.
+        self.made: dict[str, Any] = {}
+        #: Told the name of each that is made, if somebody listens.
+        self.was_made: Callable[[str], None] | None = None
+
+    def put(self, name: str, widget: Any) -> None:
+        """Add a widget that is there already."""
+        self._records[name], self.made[name] = None, widget
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a widget, which is made if it has to be."""
+        if name not in self.made:
+            record = self._records[name]
+            assert record is not None
+            self.made[name] = setting_widget(self._settings, record)
+            if self.was_made is not None:
+                self.was_made(name)
+        return self.made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of all."""
+        return iter(self._records)
+
+    def __len__(self) -> int:
+        """Return how many there are, made or not."""
+        return len(self._records)
 
 
 def setting_widget(settings: Settings, record: Parameter) -> Any:

@@ -1,0 +1,100 @@
+"""Changes to Panel's components: what each component works out anew is worked out once a class.
+
+A page is a hundred components or so. Panel copies all parameters of each of them, looks for the
+files of its class on the disk, sends with each where a browser would find the modules that the
+bundle of all of them holds already, makes a row around each pane for the case that it stands alone,
+and looks through the whole page for data that it has just made. `spare_components` ends that.
+"""
+
+from functools import cache, cached_property
+from typing import Any, Final
+
+import panel as pn
+import panel_material_ui as pmu
+from panel.custom import ReactiveESM
+from panel.pane.base import PaneBase
+from panel.reactive import ReactiveCustomBase
+from panel.util import classproperty
+from panel.viewable import Layoutable
+from panel_material_ui.base import MaterialComponent
+from param.parameterized import no_instance_params
+
+ALIKE: Final = (
+    pmu.Button,
+    pmu.DiscreteSlider,
+    pmu.FloatSlider,
+    pmu.IntSlider,
+    pmu.Select,
+    pmu.Switch,
+    pmu.TextInput,
+    pn.Column,
+    pn.Row,
+    pn.pane.Bokeh,
+    pn.pane.HTML,
+)
+"""Classes that never change the bounds or choices of a parameter for one component alone."""
+
+# Panel 1.9 takes this name for the sign that a component is styled by Material UI; 1.10 sends none.
+# Nothing asks for what it leads to.
+_SIGN: Final = "@mui/material/"
+_MODULES: Final[dict[str, Any]] = {
+    "imports": {_SIGN: MaterialComponent._importmap["imports"][_SIGN]}
+}
+_FILES: Final[tuple[tuple[Any, str, Any], ...]] = tuple(
+    (kind, name, classproperty(cache(vars(kind)[name].f)))
+    for kind in (ReactiveESM, MaterialComponent)
+    for name in ("_bundle_path", "_bundle_css")
+)
+
+
+def _bundled_modules(kind: Any) -> dict[str, Any]:
+    """Return where modules of a class are to be found: its bundle brings them."""
+    del kind
+    return _MODULES
+
+
+def _tag_own_data(kind: Any, data: Any, reference: str) -> None:
+    """Note in the data of a component which page it belongs to; parts of it have done so."""
+    del kind
+    tag = f"__ref:{reference}"
+    if tag not in data.tags:
+        data.tags.append(tag)
+
+
+def _make_pane(self: Any, object: Any = None, **params: Any) -> None:
+    """Make a pane; stands in for `PaneBase.__init__`, without the row."""
+    self._object_changing = False
+    super(PaneBase, self).__init__(object=object, **params)
+    applies = self.applies(self.object, **(params if self._applies_kw else {}))
+    if applies is False and self.object is not None:
+        self._type_error(self.object)
+
+
+def _row_around(pane: Any) -> Any:
+    """Return the row of a pane that somebody asks for, which follows its size."""
+    names = [name for name in Layoutable.param if name not in pane._skip_layoutable]
+    row = pane.default_layout(pane, **{name: getattr(pane, name) for name in names})
+    vars(pane)["layout"] = row
+    pane._internal_callbacks.append(pane.param.watch(pane._sync_layoutable, list(Layoutable.param)))
+    pane._sync_layoutable()
+    return row
+
+
+_layout = cached_property(_row_around)
+_layout.__set_name__(PaneBase, "layout")
+CHANGES: Final[tuple[tuple[Any, str, Any], ...]] = (
+    *_FILES,
+    (MaterialComponent, "_process_importmap", classmethod(_bundled_modules)),
+    (ReactiveCustomBase, "_patch_datamodel_ref", classmethod(_tag_own_data)),
+    (PaneBase, "__init__", _make_pane),
+    (PaneBase, "layout", _layout),
+)
+"""Whose, its name, and what stands in its place."""
+
+
+def spare_components() -> None:
+    """Let components of a class share what is the same for all of them."""
+    for kind in ALIKE:
+        no_instance_params(kind)
+    for owner, name, ours in CHANGES:
+        setattr(owner, name, ours)
