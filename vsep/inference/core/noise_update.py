@@ -17,6 +17,7 @@ from vsep.inference.core.state import ObjectComponents, SeparationState
 from vsep.signal.template import SignalModel
 
 NEARLY_NOISE_DB = 13.0  # over the threshold: what the strongest unmodelled line may have
+QUIETER = 0.5  # times 1/lambda: the ramps without bursts are quieter where bursts raise lambda
 STEADY = 0.1  # relative change of lambda in a step: by more, and sources are still unmodelled
 EVERY_FIRST = 4  # iterations in which the spectrum is estimated each time, then every second time
 LAST_ESTIMATE = 24  # iteration after which the spectrum stands still, so that a run can settle
@@ -77,6 +78,9 @@ def next_noise_spectrum(
         clean[interfered % model.num_ramps] = False
     if 2 * np.count_nonzero(clean) >= model.num_ramps:
         rows = rows if clean.all() else rows[:, clean]
+        # Beside a lambda that holds bursts lines look weak: these ramps may be full of them.
+        if not clean.all() and noise_precision * float(np.mean(np.abs(rows) ** 2)) < QUIETER:
+            return state.noise_spectrum
     else:
         rows = rows / np.sqrt(share)
     last = state.noise_spectrum
