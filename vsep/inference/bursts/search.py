@@ -352,13 +352,15 @@ class BurstSearch:
     def _initialise_column(self, ramp: int) -> bool:
         """Give the last column of a ramp its prior precision, and tell whether it stays.
 
-        An antenna may receive next to nothing of a burst that the others show.
+        An antenna may receive next to nothing of a burst that the others show, and beside the
+        other bursts of its ramp nothing may be left of one: no precision (77) explains that.
         """
         work, table = self.work, self.work.table
         active = work.posterior(ramp, self.residual, self.noise_precision)
         columns, last = table.columns_of(ramp), len(active) - 1
         rho, omega_sq = active.flat_prior_moments(last)  # (23)-(24)
-        if work.model.num_antennas > 1 and activation_ratio(rho, omega_sq) <= work.threshold:
+        least_ratio = work.threshold if work.model.num_antennas > 1 else 1.0
+        if activation_ratio(rho, omega_sq) <= least_ratio:
             table.amplitudes[columns] = np.append(active.without(last).amplitudes, 0.0)
             return False
         active.set_precision(last, converged_precision(rho, omega_sq))  # gamma from (77)

@@ -80,7 +80,7 @@ def next_noise_spectrum(
         rows = rows if clean.all() else rows[:, clean]
         # Beside a lambda that holds bursts lines look weak: these ramps may be full of them.
         if not clean.all() and noise_precision * float(np.mean(np.abs(rows) ** 2)) < QUIETER:
-            return state.noise_spectrum
+            return None
     else:
         rows = rows / np.sqrt(share)
     last = state.noise_spectrum
