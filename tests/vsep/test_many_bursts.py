@@ -37,7 +37,9 @@ def test_four_bursts_in_every_ramp_are_found_and_hide_few_objects():
     assert bench.missed(solution.objects, points) <= without + 5
 
 
-@pytest.mark.parametrize(("point", "realization"), [(51, 22), (51, 14), (41, 56), (24, 74), (16, 3)])
+@pytest.mark.parametrize(
+    ("point", "realization"), [(51, 22), (51, 14), (41, 56), (24, 74), (16, 3)]
+)
 def test_objects_within_a_cell_are_resolved_beside_strong_bursts(point, realization):
     # Ten objects, some within a cell, with one to three bursts in a quarter or half of the ramps.
     # Lines that are not found yet look like coloured noise beside bursts that are not.
