@@ -380,7 +380,7 @@ def test_what_cannot_be_shown_is_told_on_the_page_until_it_is_mended(dashboard):
 def test_the_first_page_waits_at_its_first_iteration_for_play(dashboard):
     page = dashboard.open().page
     dashboard.until(lambda: "iteration=0" in page.url, "it waits")
-    headline = page.locator("p.headline")
+    headline = page.locator("p.headline[aria-live]")
     assert headline.inner_text().startswith("10 objects and bursts of another radar in 4 ramps")
     assert "range-doppler-after" in dashboard.figures()
     dashboard.button("Play").click()

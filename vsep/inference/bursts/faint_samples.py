@@ -13,7 +13,6 @@ import numpy as np
 from scipy import fft, ndimage
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray
-from vsep.inference.core.row_energies import sum_of_antennas
 
 AROUND: Final = 9  # ramps whose mean power in a sample is that of the interference there
 FEWEST_RAMPS: Final = 4  # that tell whether it repeats itself
@@ -25,8 +24,8 @@ def noise_like_weights(rows: ComplexArray, support: BoolArray) -> FloatArray:
 
     Parameters
     ----------
-    rows : (A, P, N) complex
-        What objects and bursts leave of the frame.
+    rows : (P, N) complex
+        What objects and bursts leave of the frame of one antenna.
     support : (P, N) bool
         Where the interference is.
 
@@ -38,27 +37,24 @@ def noise_like_weights(rows: ComplexArray, support: BoolArray) -> FloatArray:
     Examples
     --------
     >>> rng = np.random.default_rng(0)
-    >>> rows = rng.standard_normal((1, 64, 64, 2)) @ np.array([1.0, 1.0j])
+    >>> rows = rng.standard_normal((64, 64, 2)) @ np.array([1.0, 1.0j])
     >>> support = np.zeros((64, 64), dtype=bool)
     >>> support[:, 16:48] = True
-    >>> rows[0, :, 16:48] *= 3.0
+    >>> rows[:, 16:48] *= 3.0
     >>> weights = noise_like_weights(rows, support)
-    >>> float(weights[support].mean().round(1)), weights[0, 0]
+    >>> float(weights[support].mean().round(1)), float(weights[0, 0])
     (0.1, 0.0)
-    >>> rows[0, :, 16:48] = rows[0, 0, 16:48]
-    >>> noise_like_weights(rows, support).max()
+    >>> rows[:, 16:48] = rows[0, 16:48]
+    >>> float(noise_like_weights(rows, support).max())
     0.0
     """
-    num_antennas = len(rows)
-    power = sum_of_antennas(rows.real**2 + rows.imag**2)
+    power = rows.real**2 + rows.imag**2
     weights = np.zeros(support.shape)
     outside = power[~support]
-    noise = float(outside.mean()) / num_antennas if outside.size else 0.0
+    noise = float(outside.mean()) if outside.size else 0.0
     if noise == 0.0:
         return weights
-    # The part of a vector of antennas along the interference, whose direction is not known
-    level = np.maximum(power / noise - (num_antennas - 1.0), 0.0)
-    held = _around(np.where(support, level, 0.0))
+    held = _around(np.where(support, power / noise, 0.0))
     share = _around(support.astype(np.float64))
     mean = np.maximum(np.where(support, held, 0.0) / np.maximum(share, 1e-9), 1.0)
     if not _repeats_itself(np.where(support, rows / np.sqrt(mean), 0.0), support):
@@ -74,6 +70,9 @@ def with_faint_samples(
 ) -> FloatArray:
     """Weights (A P, N) of samples with those of noise-like interference in their place.
 
+    To several antennas an interferer is one direction, which no weight of a sample describes: there
+    such samples do not count.
+
     Parameters
     ----------
     values : (A P, N) float
@@ -83,8 +82,9 @@ def with_faint_samples(
     noise_like, missing : (A P, N) bool
         Where such interference is, and what was never received.
     """
-    support = np.asarray(noise_like.reshape(rows.shape).any(axis=0))
-    faint = np.tile(noise_like_weights(rows, support), (len(rows), 1))
+    if len(rows) > 1:
+        return np.where(noise_like, 0.0, values)
+    faint = noise_like_weights(rows[0], noise_like)
     faint = faint if missing is None else np.where(missing, 0.0, faint)
     return np.where(noise_like, faint, values)
 
@@ -95,12 +95,12 @@ def _around(values: FloatArray) -> FloatArray:
 
 
 def _repeats_itself(rows: ComplexArray, support: BoolArray) -> bool:
-    """Whether whitened interference (A, P, N) adds up in some Doppler frequencies."""
+    """Whether whitened interference (P, N) adds up in some Doppler frequencies."""
     ramps = support.any(axis=1)
     count = int(np.count_nonzero(ramps))
     if count < FEWEST_RAMPS:
         return True
-    lines = fft.fft2(rows[:, ramps], axes=(1, 2))
-    power = sum_of_antennas(lines.real**2 + lines.imag**2)
+    lines = fft.fft2(rows[ramps])
+    power = lines.real**2 + lines.imag**2
     moment = count * np.sum(power**2, axis=0) / np.maximum(np.sum(power, axis=0), 1e-300) ** 2
     return float(moment.mean()) > REPEATED * 2.0 * count / (count + 1.0)
