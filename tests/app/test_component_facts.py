@@ -5,6 +5,7 @@ import json
 import panel as pn
 import panel_material_ui as pmu
 import pytest
+from panel.links import Callback
 from vsep_app.server.component_facts import ALIKE, CHANGES, spare_components
 
 from tests.app.test_model_facts import as_bokeh_has_it, opened, written  # noqa: F401
@@ -100,3 +101,25 @@ def test_components_of_a_class_have_their_own_values():
     assert not told
     second.value = 0.5
     assert len(told) == 1
+
+
+def test_links_are_looked_through_while_another_page_adds_some():
+    kept = [linked()]
+
+    def look():
+        for _ in zip(Callback.registry.values(), range(3), strict=False):
+            kept.append(linked())
+
+    with pytest.raises(RuntimeError, match="changed size during iteration"):
+        look()
+    spare_components()
+    kept.append(linked())
+    look()
+    assert [*Callback.registry.values()]
+
+
+def linked():
+    """A button with a link."""
+    button = pn.widgets.Button()
+    button.js_on_click(code="")
+    return button

@@ -1,8 +1,10 @@
 """What closed pages leave in the memory is given back."""
 
 import ctypes
+import gc
 import subprocess
 import sys
+import weakref
 
 import pytest
 from tornado.ioloop import IOLoop
@@ -53,9 +55,20 @@ def test_memory_is_given_back_once_pages_have_left(monkeypatch):
             return 0
         return count
 
+    cycle = Holder()
+    cycle.itself, gone = cycle, weakref.ref(cycle)
+    del cycle
+    gc.disable()
     loop.add_callback(memory.begin_tidying, loop, num_pages)
     loop.start()
     # Shutting the threads down waits for them.
     loop.asyncio_loop.run_until_complete(loop.asyncio_loop.shutdown_default_executor())
     loop.close()
+    gc.enable()
     assert len(given) == 4
+    # What refers to itself, as pages do, is looked for once nobody is there.
+    assert gone() is None
+
+
+class Holder:
+    """Something that refers to itself."""

@@ -4,14 +4,17 @@ A page is a hundred components or so. Panel copies all parameters of each of the
 files of its class on the disk, sends with each where a browser would find the modules that the
 bundle of all of them holds already, makes a row around each pane for the case that it stands alone,
 and looks through the whole page for data that it has just made. `spare_components` ends that.
+Nor may one page be lost because another one adds a link while all links are looked through.
 """
 
 from functools import cache, cached_property
 from typing import Any, Final
+from weakref import WeakKeyDictionary
 
 import panel as pn
 import panel_material_ui as pmu
 from panel.custom import ReactiveESM
+from panel.links import Callback
 from panel.pane.base import PaneBase
 from panel.reactive import ReactiveCustomBase
 from panel.util import classproperty
@@ -80,6 +83,15 @@ def _row_around(pane: Any) -> Any:
     return row
 
 
+class _Links(WeakKeyDictionary[Any, Any]):
+    """Links of all pages, of which a thread of another page may add some at any time."""
+
+    def values(self) -> Any:
+        """Return the links as they are now."""
+        held = vars(self)["data"].copy()  # at once, unlike an iteration
+        return [links for source, links in held.items() if source() is not None]
+
+
 _layout = cached_property(_row_around)
 _layout.__set_name__(PaneBase, "layout")
 CHANGES: Final[tuple[tuple[Any, str, Any], ...]] = (
@@ -88,6 +100,7 @@ CHANGES: Final[tuple[tuple[Any, str, Any], ...]] = (
     (ReactiveCustomBase, "_patch_datamodel_ref", classmethod(_tag_own_data)),
     (PaneBase, "__init__", _make_pane),
     (PaneBase, "layout", _layout),
+    (Callback, "registry", _Links(Callback.registry)),
 )
 """Whose, its name, and what stands in its place."""
 

@@ -14,7 +14,9 @@ from tornado.ioloop import IOLoop, PeriodicCallback
 
 MOST_ARENAS: Final = 2
 _M_ARENA_MAX: Final = -8  # glibc's number of the parameter
-MOST_NEW: Final = 50_000
+# New objects after which the young are looked through, times ten the younger ones, times two all: a
+# page is some 70,000, and one that has left waits for the last of these.
+NEW_OBJECTS: Final = 50_000, 10, 2
 PERIOD_MS: Final = 20_000
 LOOKS: Final = 3  # after a page has left: its document goes later
 
@@ -28,12 +30,12 @@ def few_arenas() -> None:
 def look_through_less() -> None:
     """Keep the collector from what stays, and from looking a hundred times while a page is made.
 
-    A page is half a million objects; with Python's own threshold of 700 new ones a tenth of its
-    time is the collector's, and more the more pages are open.
+    With Python's own threshold of 700 new ones a tenth of the time of a page is the collector's,
+    and more the more pages are open.
     """
     gc.collect()
     gc.freeze()
-    gc.set_threshold(MOST_NEW)
+    gc.set_threshold(*NEW_OBJECTS)
 
 
 def give_back() -> None:
@@ -43,7 +45,7 @@ def give_back() -> None:
 
 
 def begin_tidying(loop: IOLoop, num_pages: Callable[[], int]) -> None:
-    """Give memory back every now and then, if pages have left meanwhile.
+    """Give memory back every now and then, if pages have left; all of it once none is open.
 
     Parameters
     ----------
@@ -59,6 +61,8 @@ def begin_tidying(loop: IOLoop, num_pages: Callable[[], int]) -> None:
         now = num_pages()
         looks_left = LOOKS if now < before else max(0, looks_left - 1)
         if looks_left > 0:
+            if now == 0:
+                gc.collect()  # nobody waits for it
             # No lock of Python's is held meanwhile: the loop goes on.
             loop.run_in_executor(None, give_back)
         before = now
