@@ -15,10 +15,9 @@ from vsep_app.model.settings import Plan, Settings
 from vsep_app.model.static_picture import ByteArray, make_static_picture
 from vsep_app.teaching.experiment import Experiment
 from vsep_app.teaching.staging import Zoom
-from vsep_app.views.opening import png
+from vsep_app.views.opening import png, shown_map
 
 _LARGEST = (20, 64)  # pixels
-_EVERYTHING = (-np.inf, np.inf)
 
 
 def card_picture(plan: Plan, zoom: Zoom | None) -> bytes:
@@ -35,17 +34,7 @@ def card_picture(plan: Plan, zoom: Zoom | None) -> bytes:
     if frame.radar.num_ramps == 1:
         return png(_smaller(spectrogram_image(frame.received[0])[::-1]), colours=32)
     shown = zoom or Zoom()
-    chosen = [
-        (axis >= limits[0]) & (axis <= limits[1])
-        for axis, limits in (
-            (
-                static_picture.map_velocities_mps,
-                shown.velocity or static_picture.shown_velocities_mps or _EVERYTHING,
-            ),
-            (static_picture.map_ranges_m, shown.range or static_picture.shown_ranges_m),
-        )
-    ]
-    return png(_smaller(static_picture.map_before[np.ix_(*chosen)][::-1]), colours=32)
+    return png(_smaller(shown_map(static_picture, shown.range, shown.velocity)), colours=32)
 
 
 def _smaller(pixels: ByteArray) -> ByteArray:

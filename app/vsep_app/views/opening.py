@@ -10,6 +10,7 @@ import numpy as np
 from bokeh.palettes import Viridis256
 
 from vsep_app.model.picture import Picture
+from vsep_app.model.static_picture import StaticPicture
 from vsep_app.views.style import COLOURS
 
 _WIDTH, _HEIGHT = 1000, 200
@@ -94,20 +95,27 @@ def _segments(ends: Any, limits: Any, role: str) -> str:
 
 def _map_html(picture: Picture) -> str:
     """Return the map of the frame as received: the part of it that the views show."""
-    static_picture = picture.static_picture
-    shown = [
-        (axis >= limits[0]) & (axis <= limits[1])
-        for axis, limits in (
-            (static_picture.map_velocities_mps, static_picture.shown_velocities_mps or (-1e9, 1e9)),
-            (static_picture.map_ranges_m, static_picture.shown_ranges_m),
-        )
-    ]
-    pixels = static_picture.map_before[np.ix_(*shown)][::-1]
-    image = base64.b64encode(png(pixels)).decode()
+    image = base64.b64encode(png(shown_map(picture.static_picture))).decode()
     return (
         "<figure><figcaption>Range-Doppler, received</figcaption>"
         f'<img alt="" src="data:image/png;base64,{image}"></figure>'
     )
+
+
+def shown_map(
+    static_picture: StaticPicture, ranges_m: Any = None, velocities_mps: Any = None
+) -> "np.ndarray[Any, np.dtype[np.uint8]]":
+    """Return the map as received within limits, by default those of the views, upper row first."""
+    ranges = ranges_m or static_picture.shown_ranges_m
+    velocities = velocities_mps or static_picture.shown_velocities_mps or (-np.inf, np.inf)
+    chosen = [
+        (axis >= limits[0]) & (axis <= limits[1])
+        for axis, limits in (
+            (static_picture.map_velocities_mps, velocities),
+            (static_picture.map_ranges_m, ranges),
+        )
+    ]
+    return static_picture.map_before[np.ix_(*chosen)][::-1]
 
 
 def small_map(pixels: "np.ndarray[Any, np.dtype[np.uint8]]") -> bytes:
