@@ -8,7 +8,7 @@ prediction does not fit is separated like the first frame.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -110,10 +110,11 @@ def separate_warm(
     rows = separator.model.check(received)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         predicted = predicted_state(last, radar, elapsed_s, before)
-        if accelerating:
-            outcome = _with_accelerating(separator, rows, predicted, last.bursts)
-        else:
-            outcome = _from_prediction(separator, rows, predicted, last.bursts)
+        separate = _with_accelerating if accelerating else _from_prediction
+        try:
+            outcome = separate(separator, rows, predicted, last.bursts)
+        except np.linalg.LinAlgError:
+            outcome = None
     if outcome is None:
         outcome = separate_cold(separator, rows, last, accelerating=accelerating)
     return replace(outcome, seconds=computing_s() - began)
@@ -126,29 +127,13 @@ def _from_prediction(
     last_bursts: Sequence[BurstComponents],
 ) -> FrameSolution | None:
     """Separate a frame from what another predicts; None where that does not fit."""
-    start: Start = "warm"
-    estimator: Estimator = (warm := replace(separator, schedule=WARM))
-    objects_only = _object_only(separator)
-    try:
-        possible = separator.missing is None and separator.model.is_stationary
-        if possible and not _is_flooded(rows, predicted):
-            clean = separate_clean(objects_only, rows, predicted)
-            if clean is not None:
-                return FrameSolution(clean, "clean", 0.0)
-        fit = fit_clean_samples(separator, rows, predicted)
-        if not fit.is_usable:
-            return None
-        state = fit.state
-        if fit.is_clean:
-            start, estimator = "clean", objects_only
-        else:
-            state = fitted_bursts(warm, rows, state, last_bursts, fit.interfered)
-    except np.linalg.LinAlgError:
-        return None
-    solution = run(estimator, rows, state)
-    if solution.termination is Termination.NONFINITE:
-        return None
-    return FrameSolution(solution, start, 0.0)
+    possible = separator.missing is None and separator.model.is_stationary
+    if possible and not _is_flooded(rows, predicted):
+        clean = separate_clean(_object_only(separator), rows, predicted)
+        if clean is not None:
+            return FrameSolution(clean, "clean", 0.0)
+    fitted = _fitted(separator, rows, predicted, last_bursts)
+    return None if fitted is None else _ended(fitted.estimator, rows, fitted.state, fitted.start)
 
 
 def _with_accelerating(
@@ -158,27 +143,47 @@ def _with_accelerating(
     last_bursts: Sequence[BurstComponents],
 ) -> FrameSolution | None:
     """As `_from_prediction`, beside objects that accelerate."""
-    start: Start = "warm"
-    warm = replace(separator, schedule=WARM)
-    inner: Estimator = warm
     model = separator.model
-    try:
-        fits, others = taken_off(rows, predicted, model)
-        signal = fitted_signal(fits, model.shape, model.num_antennas)
-        fit = fit_clean_samples(separator, rows - signal, others)
-        if not fit.is_usable:
-            return None
-        state = fit.state
-        if fit.is_clean:
-            start, inner = "clean", _object_only(separator)
-        else:
-            left = rows - signal
-            state = fitted_bursts(warm, left, state, last_bursts, fit.interfered)
-    except np.linalg.LinAlgError:
+    fits, others = taken_off(rows, predicted, model)
+    signal = fitted_signal(fits, model.shape, model.num_antennas)
+    fitted = _fitted(separator, rows - signal, others, last_bursts)
+    if fitted is None:
         return None
+    state = fitted.state
     objects = joined_objects(state.objects, fits, state.effective_precision)
     state = replace(state, objects=objects, object_signal=state.object_signal + signal)
-    solution = run(AcceleratingSeparator(inner=inner), rows, state)
+    return _ended(AcceleratingSeparator(inner=fitted.estimator), rows, state, fitted.start)
+
+
+class _Fitted(NamedTuple):
+    """What a run begins with."""
+
+    start: Start
+    estimator: Estimator
+    state: SeparationState
+
+
+def _fitted(
+    separator: FactorisedSeparator,
+    rows: ComplexArray,
+    predicted: SeparationState,
+    last_bursts: Sequence[BurstComponents],
+) -> _Fitted | None:
+    """Fit what is predicted to a frame; None where too few samples are without bursts."""
+    fit = fit_clean_samples(separator, rows, predicted)
+    if not fit.is_usable:
+        return None
+    if fit.is_clean:
+        return _Fitted("clean", _object_only(separator), fit.state)
+    warm = replace(separator, schedule=WARM)
+    return _Fitted("warm", warm, fitted_bursts(warm, rows, fit.state, last_bursts, fit.interfered))
+
+
+def _ended(
+    estimator: Estimator, rows: ComplexArray, state: SeparationState, start: Start
+) -> FrameSolution | None:
+    """Run to the end; None where a value became infinite."""
+    solution = run(estimator, rows, state)
     if solution.termination is Termination.NONFINITE:
         return None
     return FrameSolution(solution, start, 0.0)

@@ -77,10 +77,11 @@ def next_noise_spectrum(
     if interfered is not None:
         clean[interfered % model.num_ramps] = False
     if 2 * np.count_nonzero(clean) >= model.num_ramps:
-        rows = rows if clean.all() else rows[:, clean]
-        # Beside a lambda that holds bursts lines look weak: these ramps may be full of them.
-        if not clean.all() and noise_precision * float(np.mean(np.abs(rows) ** 2)) < QUIETER:
-            return None
+        if not clean.all():
+            rows = rows[:, clean]
+            # Beside a lambda that holds bursts lines look weak: these ramps may be full of them.
+            if noise_precision * float(np.mean(np.abs(rows) ** 2)) < QUIETER:
+                return None
     else:
         rows = rows / np.sqrt(share)
     last = state.noise_spectrum
