@@ -2,7 +2,6 @@ import asyncio
 import json
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 from vsep_app.pages.base import PageContext
@@ -71,7 +70,7 @@ def test_a_closed_page_stops_its_study_and_removes_its_folder():
         await until(lambda: page._panels)
         content = page._rows().read().splitlines()
         page.close()
-        await until(lambda: not Path(page._folder.name).exists())
+        await until(lambda: not page._folder.path.exists())
         return content
 
     content = asyncio.run(context())

@@ -33,6 +33,7 @@ from vsep.studies.trial import FAILED, Row
 from vsep_app.figures.backends import holoviews
 from vsep_app.pages.base import PageBase, PageContext, PageParts
 from vsep_app.pages.studies.curves import StudyCurves
+from vsep_app.pages.studies.folder import PageFolder
 from vsep_app.pages.studies.form import StudyForm
 from vsep_app.pages.studies.scatter import Dots, ScatterChoice, StudyScatter, make_dots
 from vsep_app.pages.studies.session import KEEP_ROWS, StudySession, StudySnapshot
@@ -74,9 +75,9 @@ class StudyPage(PageBase):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._folder = tempfile.TemporaryDirectory(prefix="vsep-studies-")
+        self._folder = PageFolder()
         # Rows that are opened get a folder of their own: they must not mix with those made here.
-        self._home = Path(self._folder.name)
+        self._home = self._folder.path
         self.session: StudySession | None = None
         self._name = ""
         self._panels: Sequence[AnyPanel] = ()
@@ -134,9 +135,9 @@ class StudyPage(PageBase):
     async def load(self, name: str, content: bytes) -> None:
         """Open a file of rows; a bad one becomes a notification and nothing else changes."""
         try:
-            home = Path(tempfile.mkdtemp(dir=self._folder.name))
-            reading = asyncio.get_running_loop().run_in_executor
-            study = await reading(self._context.pool, KEEP_ROWS, home / _UPLOADED, content, name)
+            home = Path(self._folder.write(partial(tempfile.mkdtemp, dir=self._folder.path)))
+            reading = partial(self._context.pool.submit, KEEP_ROWS, home / _UPLOADED, content, name)
+            study = await asyncio.wrap_future(self._folder.begin(reading))
             if self._closed or self._is_busy():
                 return
             self.form.take(study)
@@ -156,7 +157,8 @@ class StudyPage(PageBase):
             return
         try:
             study, path = self.form.study(), self.form.path(self._home)
-            if await _in_thread(partial(copy_shipped_rows, name, path)):
+            copy = partial(copy_shipped_rows, name, path)
+            if await _in_thread(self._folder.write, copy):
                 session = await self._read_session(study, path)
                 self._context.post(partial(self._adopt, session, name))
         except (InputError, OSError) as error:
@@ -185,7 +187,8 @@ class StudyPage(PageBase):
 
     async def _read_session(self, study: Study, path: Path) -> StudySession:
         workers = self.form.workers.value if self._context.most_studies is None else 1
-        return await _in_thread(partial(StudySession, study, path, workers=workers))
+        read = partial(StudySession, study, path, workers=workers)
+        return await _in_thread(self._folder.write, read)
 
     def _adopt(self, session: StudySession, name: str) -> None:
         """Show a session unless another one runs; called with the document locked."""
@@ -290,8 +293,8 @@ async def _in_thread(function: Callable[..., _Result], *arguments: Any) -> _Resu
     return await asyncio.get_running_loop().run_in_executor(study_pool(), function, *arguments)
 
 
-def _clean_up(session: StudySession | None, folder: "tempfile.TemporaryDirectory[str]") -> None:
-    """Remove a temporary folder once nothing writes into it any more."""
+def _clean_up(session: StudySession | None, folder: PageFolder) -> None:
+    """Remove the folder of a page after the study that fills it."""
     if session is not None:
         session.wait()
-    folder.cleanup()
+    folder.close()
