@@ -83,6 +83,28 @@ def test_a_pane_that_stands_alone_has_a_row_around_it_that_follows_its_size():
         pn.pane.HTML(3.0)
 
 
+def test_a_text_that_changes_is_written_as_by_panel():
+    def shown():
+        pane = pn.pane.HTML("<p>a & b</p>", width=120, stylesheets=["p { color: red }"])
+        root = pn.Column(pane).get_root()
+        pane.object = "<p>c & d</p>"
+        pane.width, pane.visible = 60, False
+        pane.object = None
+        model = root.children[0]
+        return {name: str(value) for name, value in model.properties_with_values().items()}
+
+    by_panel = shown()
+    spare_components()
+    ours = shown()
+    changing = {"stylesheets"}  # whose numbers count up
+    assert {name: ours[name] for name in ours.keys() - changing} == {
+        name: by_panel[name] for name in by_panel.keys() - changing
+    }
+    assert len(ours["stylesheets"].split("ImportedStyleSheet")) == len(
+        by_panel["stylesheets"].split("ImportedStyleSheet")
+    )
+
+
 def test_panel_makes_a_row_for_every_pane_and_copies_every_parameter():
     """The day it does no longer, `spare_components` is not needed."""
     assert "layout" in vars(pn.pane.HTML(""))
@@ -116,6 +138,41 @@ def test_links_are_looked_through_while_another_page_adds_some():
     kept.append(linked())
     look()
     assert [*Callback.registry.values()]
+
+
+@pytest.mark.parametrize("change", [lambda: None, spare_components])
+def test_a_link_of_what_comes_later_is_made_and_no_other_again(change):
+    change()
+    first, second = linked(), linked()
+    place = pn.Column()
+    root = pn.Column(first, place).get_root()
+    place[:] = [pn.Row(second)]
+    place.append(pn.pane.HTML("nothing to link"))
+    (held,) = first._models[root.ref["id"]][0].js_event_callbacks.values()
+    (later,) = second._models[root.ref["id"]][0].js_event_callbacks.values()
+    assert len(held) == len(later) == 1
+
+
+def test_the_whole_page_is_looked_through_where_no_link_begins():
+    """The day it is no longer, `_process_links` is not needed."""
+    looked = []
+
+    class Watched(pn.Column):
+        def select(self, selector=None):
+            looked.append(selector)
+            return super().select(selector)
+
+    def looks():
+        place = pn.Column()
+        page = Watched(linked(), place)
+        page.get_root()
+        looked.clear()
+        place[:] = [pn.pane.HTML("nothing to link")]
+        return len(looked)
+
+    before = looks()
+    spare_components()
+    assert looks() < before
 
 
 def linked():

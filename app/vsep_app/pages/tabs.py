@@ -24,7 +24,7 @@ from vsep_app.pages.base import PageBase, PageContext, PageParts, framed, links,
 from vsep_app.server.lesson import Glance, View
 from vsep_app.teaching.help import Help
 from vsep_app.widgets.keys import PAGE_PREFIX, Keys
-from vsep_app.widgets.layout import html_pane, stylesheet, unseen_title
+from vsep_app.widgets.layout import at_once, html_pane, stylesheet, unseen_title
 from vsep_app.widgets.lesson_notice import LessonNotice
 from vsep_app.widgets.location import read_query, search_of
 
@@ -213,7 +213,7 @@ class Tabs(PageBase):
 
     def _open(self, address: str, query: dict[str, Any]) -> None:
         """Make the page of a tab and begin with it; called with the document locked."""
-        with pn.io.hold():
+        with at_once():
             self._make(address, query)
         self._context.post(partial(self._start, address))
 
@@ -288,9 +288,12 @@ class Tabs(PageBase):
         document = pn.state.curdoc
         # Panel would look for its files elsewhere; but all pages lie in one folder.
         kept = {} if document is None else dict(document.template_variables)
+        sheets = pn.state._stylesheets.get(document)
         location.param.update(pathname=f"{folder}/{self.address.removeprefix('./')}", search=search)
         if document is not None:
             document.template_variables.update(kept)
+        if sheets is not None:
+            pn.state._stylesheets[document] = sheets
         if self.seat is not None:
             self.seat.lead()
 

@@ -3,8 +3,9 @@
 A page is a hundred components or so. Panel copies all parameters of each of them, looks for the
 files of its class on the disk, sends with each where a browser would find the modules that the
 bundle of all of them holds already, makes a row around each pane for the case that it stands alone,
-and looks through the whole page for data that it has just made. `spare_components` ends that.
-Nor may one page be lost because another one adds a link while all links are looked through.
+asks for all properties of a text that changes, and looks through the whole page for data that it
+has just made, or for links that may concern what has changed. `spare_components` ends that. Nor may
+one page be lost because another one adds a link while all links are looked through.
 """
 
 from functools import cache, cached_property
@@ -18,7 +19,7 @@ from panel.links import Callback
 from panel.pane.base import PaneBase
 from panel.reactive import ReactiveCustomBase
 from panel.util import classproperty
-from panel.viewable import Layoutable
+from panel.viewable import Layoutable, Viewable
 from panel_material_ui.base import MaterialComponent
 from param.parameterized import no_instance_params
 
@@ -83,6 +84,12 @@ def _row_around(pane: Any) -> Any:
     return row
 
 
+def _write_text(self: Any, ref: str, model: Any) -> None:
+    """Write the text of a pane anew, and nothing else: what else changes is written by itself."""
+    del ref
+    model.text = self._transform_object(self.object)["object"]
+
+
 class _Links(WeakKeyDictionary[Any, Any]):
     """Links of all pages, of which a thread of another page may add some at any time."""
 
@@ -92,6 +99,19 @@ class _Links(WeakKeyDictionary[Any, Any]):
         return [links for source, links in held.items() if source() is not None]
 
 
+def _process_links(
+    kind: Any, root_view: Any, root_model: Any, changed: Any = None, old_models: Any = None
+) -> None:
+    """Make the links of what is new; where no link begins, the whole page is not looked through.
+
+    No link of this program ends at a component: they bring their models as arguments.
+    """
+    if changed is None or any(each in kind.registry for each in changed.select()):
+        _process_all_links(kind, root_view, root_model, changed, old_models)
+
+
+_process_all_links = vars(Callback)["_process_callbacks"].__func__
+_hooks = [each for each in Viewable._preprocessing_hooks if each != Callback._process_callbacks]
 _layout = cached_property(_row_around)
 _layout.__set_name__(PaneBase, "layout")
 CHANGES: Final[tuple[tuple[Any, str, Any], ...]] = (
@@ -100,7 +120,11 @@ CHANGES: Final[tuple[tuple[Any, str, Any], ...]] = (
     (ReactiveCustomBase, "_patch_datamodel_ref", classmethod(_tag_own_data)),
     (PaneBase, "__init__", _make_pane),
     (PaneBase, "layout", _layout),
+    (pn.pane.HTML, "_update", _write_text),
     (Callback, "registry", _Links(Callback.registry)),
+    (Callback, "_process_callbacks", classmethod(_process_links)),
+    # Panel adds the one that is there when it makes the next link.
+    (Viewable, "_preprocessing_hooks", _hooks),
 )
 """Whose, its name, and what stands in its place."""
 

@@ -24,6 +24,7 @@ from vsep_app.server.connections import HTTP_BOUNDS, bound_connections
 from vsep_app.server.entry import guard_entry, log_request
 from vsep_app.server.health import HealthHandler
 from vsep_app.server.memory import begin_tidying, few_arenas, look_through_less
+from vsep_app.server.message_facts import look_up_models
 from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT
 from vsep_app.server.model_facts import remember_defaults
 from vsep_app.server.opening import Opening
@@ -80,6 +81,7 @@ def make_server(
     replace_handlers()
     remember_defaults()
     spare_components()
+    look_up_models()
     # The first looks at the signature of each callback of every page anew, the second through all
     # models of a page for mistakes of its author, which the tests would have met.
     settings.perform_error_diagnostics = False

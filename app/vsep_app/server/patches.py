@@ -15,6 +15,7 @@ what is changed        upstream
 `component_facts`      Panel sends no modules with a bundle from 1.10 on; all else that a component
                        works out anew, no report; nor on links of all pages that are looked
                        through while another page adds some
+`message_facts`        no report: Bokeh makes a table of all models of a page for each message
 `begin_busy_check`     no report: a task of the whole server runs in the context of one document
 `leave_busy_state`     no report: param watches a reference whose place a value has taken
 `release_notifications` no report: Panel keeps the notifications of a page that has gone

@@ -11,7 +11,7 @@ from vsep_app.model.score import Score
 from vsep_app.teaching.experiment import LIVE, Experiment
 from vsep_app.teaching.question import number_of
 from vsep_app.widgets.fields import field
-from vsep_app.widgets.layout import heading, html_pane
+from vsep_app.widgets.layout import at_once, heading, html_pane
 
 PREDICT_PREFIX = "predict "
 EXPERIMENT_PREFIX = "experiment "
@@ -178,13 +178,15 @@ class Guide:
         if asked is not None:
             unit = f" [{asked.unit}]" if asked.unit else ""
             self.number.label = f"Your answer{unit}"
-        if bool(len(self._buttons)) != knows:
-            # What nobody needs yet costs the browser nothing.
-            self._buttons[:] = [self.ask, self.again] if knows else []
+        names = experiment.staging.show if experiment is not None else ()
+        if knows:
+            # What nobody needs yet costs the browser nothing; what stays costs nothing again.
+            shown = [self._widgets[name] for name in names if name in self._widgets]
+            with at_once():
+                _place(self._buttons, [self.ask, self.again])
+                _place(self.controls, shown)
         self._buttons.visible = knows
-        names = experiment.staging.show if experiment is not None and knows else ()
-        self.controls[:] = [self._widgets[name] for name in names if name in self._widgets]
-        self.controls.visible = bool(names)
+        self.controls.visible = knows and bool(names)
         if experiment is not None:
             self.texts.object = texts_html(
                 experiment,
@@ -287,6 +289,12 @@ def _opens(one: Experiment) -> str:
 
 def _paragraphs(text: str) -> str:
     return "".join(f"<p>{escape(part.strip())}</p>" for part in text.split("\n\n"))
+
+
+def _place(layout: Any, objects: list[Any]) -> None:
+    """Put objects into a layout, unless they stand there."""
+    if list(layout) != objects:
+        layout[:] = objects
 
 
 def _text_pane() -> Any:

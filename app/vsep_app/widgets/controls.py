@@ -71,7 +71,7 @@ class Group(ABC):
     def arrange(self, settings: Settings, *, loaded: bool) -> None:
         """Show what has a meaning, of the widgets that there are."""
         for name, widget in tuple(self.widgets.made.items()):
-            widget.param.update(**self.look(name, settings, loaded=loaded))
+            _change(widget, **self.look(name, settings, loaded=loaded))
 
 
 class SceneControls(Group):
@@ -333,13 +333,20 @@ class Controls:
                 widget.visible = False
             if name in ranges:
                 start, end = ranges[name]
-                widget.param.update(start=start, end=end, value=getattr(self.settings, name))
+                _change(widget, start=start, end=end, value=getattr(self.settings, name))
 
     def _uploaded(self, event: Any) -> None:
         if event.new:
             self.upload.param.update(uploaded_label="Uploaded {filename}", color="primary")
             self.refused.object = ""
             self._load(self.upload.filename or "frame.npz", event.new)
+
+
+def _change(widget: Any, **values: Any) -> None:
+    """Set what has another value: an update costs as much where nothing changes."""
+    changed = {name: value for name, value in values.items() if getattr(widget, name) != value}
+    if changed:
+        widget.param.update(**changed)
 
 
 def _decides(name: str) -> bool:

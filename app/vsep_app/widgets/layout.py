@@ -1,6 +1,7 @@
 """Building blocks of the page: cards, panels, theme and style sheets."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import panel as pn
@@ -25,6 +26,14 @@ ICON_ONLY = {
 def stylesheet(name: str) -> str:
     """Return a style sheet of ``assets/css``."""
     return path(f"css/{name}.css").read_text(encoding="utf-8")
+
+
+@contextmanager
+def at_once() -> Iterator[None]:
+    """Send all changes as one, and look through the document once: Bokeh does so after each."""
+    document = pn.state.curdoc
+    with pn.io.hold(), nullcontext() if document is None else document.models.freeze():
+        yield
 
 
 def html_pane(sheet: str, text: str = "", **options: Any) -> Any:
