@@ -36,8 +36,10 @@ def bokeh_figure(element: Any, *, x_range: Any = None, y_range: Any = None) -> A
 
     Without a range of its own it follows the data until a user zooms, and then keeps that zoom.
     """
-    # A document of its own: the renderer sets the theme of the one it is given.
-    plot = holoviews("bokeh").renderer("bokeh").get_plot(element, doc=Document()).state
+    drawn = holoviews("bokeh").renderer("bokeh").get_plot(element)
+    # The renderer takes the document of the whole program, which holds what is drawn for good.
+    drawn.document = Document()
+    plot = drawn.state
     plot.update(x_range=x_range or DataRange1d(), y_range=y_range or DataRange1d())
     plot.output_backend = "canvas"
     return plot
