@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from bokeh.document import Document
+from bokeh.model import Model
 from vsep_app.jobs.run_session import RunSession
 from vsep_app.pages.base import PageBase
 from vsep_app.server import main, sessions
@@ -45,7 +46,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 
 def living() -> list[Any]:
-    """Return pages, runs and documents that something holds."""
+    """Return pages, runs, documents and their models that something holds."""
     gc.collect()
     return [one for one in gc.get_objects() if is_of_a_page(type(one))]
 
@@ -53,7 +54,7 @@ def living() -> list[Any]:
 @cache
 def is_of_a_page(kind: type) -> bool:
     """Whether objects of a class belong to one page."""
-    return issubclass(kind, PageBase | RunSession | Document)
+    return issubclass(kind, PageBase | RunSession | Document | Model)
 
 
 async def visit_all(url: str) -> list[str]:

@@ -1,4 +1,6 @@
+import gc
 import re
+import weakref
 
 import numpy as np
 import pytest
@@ -67,6 +69,12 @@ IMAGE = ImagePanel(
     series=(series("crosses", role="true object"),),
 )
 OTHER = FigurePanel(title="Fig. Y", x_label="x", y_label="y", series=(series(),), log_x=False)
+
+
+def test_a_figure_that_nobody_holds_is_gone():
+    drawn = weakref.ref(draw_panel(PANEL))
+    gc.collect()
+    assert drawn() is None
 
 
 def test_a_panel_shows_every_series_its_unit_and_its_note():
