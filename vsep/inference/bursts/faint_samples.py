@@ -7,6 +7,7 @@ both sides of a wide gap in all ramps tell distances apart that the sides do not
 what differs from ramp to ramp. What repeats itself would add up as objects do, and does not count.
 """
 
+import math
 from typing import Final
 
 import numpy as np
@@ -51,7 +52,8 @@ def noise_like_weights(rows: ComplexArray, support: BoolArray) -> FloatArray:
     power = rows.real**2 + rows.imag**2
     weights = np.zeros(support.shape)
     outside = power[~support]
-    noise = float(outside.mean()) if outside.size else 0.0
+    # Interference that is not found yet is outside as well; a median hardly sees it.
+    noise = float(np.median(outside)) / math.log(2.0) if outside.size else 0.0
     if noise == 0.0:
         return weights
     held = _around(np.where(support, power / noise, 0.0))
