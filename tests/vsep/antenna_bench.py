@@ -2,16 +2,17 @@
 
 As a script it writes the table of `assets/docs/antennas.md`:
 
-    python tests/vsep/antenna_bench.py assets/results
+    python -m tests.vsep.antenna_bench assets/results
 """
 
-import csv
 import sys
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from tests.vsep.result_tables import write_table
 from vsep.analysis.angles import angle_bound_deg, object_angles
 from vsep.analysis.crlb import shared_dispersion_bound
 from vsep.analysis.intervals import (
@@ -193,17 +194,20 @@ def _bound_rows(num_frames):
                 yield f"{kind} median error over its bound (0.674), {name}", *where, middle
 
 
-def main(folder):
-    """Write the table."""
-    with (Path(folder) / "antennas.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["what", "antennas", "snr_db", "value", "low", "high", "samples"])
-        for rows in (_noise_rows(1500), _detection_rows(300), _bound_rows(100)):
-            for what, num_antennas, snr_db, found in rows:
-                figures = [f"{each:.4g}" for each in (found.value, found.low, found.high)]
-                writer.writerow([what, num_antennas, snr_db, *figures, found.num_samples])
-                stream.flush()
+def rows():
+    """Yield the rows of the table."""
+    figures = chain(_noise_rows(1500), _detection_rows(300), _bound_rows(100))
+    for what, num_antennas, snr_db, found in figures:
+        yield {
+            "what": what,
+            "antennas": num_antennas,
+            "snr_db": snr_db,
+            "value": found.value,
+            "low": found.low,
+            "high": found.high,
+            "samples": found.num_samples,
+        }
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    write_table(Path(sys.argv[1]) / "antennas.csv", rows())

@@ -2,10 +2,9 @@
 
 As a script it writes the table of `assets/docs/mitigation.md`:
 
-    python tests/vsep/impaired_bench.py assets/results
+    python -m tests.vsep.impaired_bench assets/results
 """
 
-import csv
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.vsep.noise_bench import FILTER, model_of, nearest
+from tests.vsep.result_tables import write_table
 from vsep.analysis.intervals import binomial_interval, bootstrap_interval, mean
 from vsep.inference.core.progress import Termination
 from vsep.inference.core.run import run
@@ -191,18 +191,5 @@ def row_of(name, frames=FRAMES):
     return row
 
 
-def main(folder):
-    """Write the table, a row a case."""
-    with open(Path(folder) / "impaired-bursts.csv", "w", newline="", encoding="utf-8") as stream:
-        table = None
-        for name in IMPAIRED:
-            row = row_of(name)
-            if table is None:
-                table = csv.DictWriter(stream, fieldnames=list(row))
-                table.writeheader()
-            table.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
-            stream.flush()
-
-
 if __name__ == "__main__":
-    main(sys.argv[1])
+    write_table(Path(sys.argv[1]) / "impaired-bursts.csv", map(row_of, IMPAIRED))

@@ -2,15 +2,15 @@
 
 As a script it writes the table and the figure of `assets/docs/results.md`:
 
-    python tests/vsep/interference_cost.py assets/results
+    python -m tests.vsep.interference_cost assets/results
 """
 
-import csv
 import sys
 from pathlib import Path
 
 import numpy as np
 
+from tests.vsep.result_tables import write_table
 from vsep.analysis.burst_model import Burst
 from vsep.analysis.crlb import (
     _as_real,
@@ -107,38 +107,47 @@ def ratios(frames):
         yield what, len(chosen), float(np.divide(*pairs.sum(axis=0))), float(low), float(high)
 
 
+def rows_of(index):
+    """Rows of the table at one point."""
+    frames = [compared(index, realization) for realization in range(POINTS[index])]
+    sir_db = make_study("fig-5").points[index].sir_db
+    return [
+        {
+            "sir_db": sir_db,
+            "ratio_to_no_interference": what,
+            "frames": count,
+            "value": value,
+            "low": low,
+            "high": high,
+        }
+        for what, count, value, low, high in ratios([row for row in frames if row])
+    ]
+
+
 def main(folder):
     """Write the table and the figure."""
-    tables = {
-        index: list(ratios([row for row in map(lambda r: compared(index, r), range(count)) if row]))
-        for index, count in POINTS.items()
-    }
-    write(Path(folder), tables)
+    tables = [rows_of(index) for index in POINTS]
+    write_table(folder / "interference-cost.csv", [row for rows in tables for row in rows])
+    draw(folder / "interference-cost.png", tables)
 
 
-def write(folder, tables):
-    """Write tables by the index of their point."""
+def draw(path, tables):
+    """Draw the rows of every point."""
     import matplotlib.pyplot as plt
 
-    levels = {index: make_study("fig-5").points[index].sir_db for index in tables}
-    with (folder / "interference-cost.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["sir_db", "ratio_to_no_interference", "frames", "value", "low", "high"])
-        for index, rows in tables.items():
-            for what, count, *values in rows:
-                writer.writerow([levels[index], what, count, *(f"{each:.4f}" for each in values)])
     figure, axis = plt.subplots(figsize=(7.2, 3.0), layout="constrained")
-    for place, (index, rows) in enumerate(tables.items()):
-        values, low, high = np.array([row[2:] for row in rows]).T
+    for place, rows in enumerate(tables):
+        values, low, high = np.array([(row["value"], row["low"], row["high"]) for row in rows]).T
         places = np.arange(len(rows)) + 0.2 * place
         reach = [values - low, high - values]
-        axis.errorbar(values, -places, xerr=reach, fmt="os"[place], label=f"{levels[index]:g} dB")
+        label = f"{rows[0]['sir_db']:g} dB"
+        axis.errorbar(values, -places, xerr=reach, fmt="os"[place], label=label)
     axis.axvline(1.0, color="grey", linewidth=0.8)
     axis.set_yticks(-np.arange(len(RATIOS)), [what for what, *_ in RATIOS])
     axis.set_xlabel("mean error to that without interference")
     axis.legend(title="SIR", loc="center right")
-    figure.savefig(folder / "interference-cost.png", dpi=100)
+    figure.savefig(path, dpi=100)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(Path(sys.argv[1]))

@@ -1,8 +1,8 @@
 """Figure 3b with other readings of the paper's algorithms than their letter.
 
-As a script it writes the table of `assets/docs/results.md`, in half an hour on one core:
+As a script it writes the table of `assets/docs/results.md`, in a quarter of an hour on one core:
 
-    python tests/vsep/readings_bench.py assets/results
+    python -m tests.vsep.readings_bench assets/results
 """
 
 import sys

@@ -1,12 +1,10 @@
 """What is measured on the radarlab recordings, where the folder of `VSEP_RECORDINGS` holds them.
 
-As a script it writes the table of `assets/docs/calibration.md`:
+As a script it writes the tables of `assets/docs/calibration.md`, and says how long a run takes:
 
-    VSEP_RECORDINGS=folder python tests/vsep/recording_bench.py assets/results
+    VSEP_RECORDINGS=folder python -m tests.vsep.recording_bench assets/results
 """
 
-import csv
-import json
 import os
 import sys
 import time
@@ -17,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.vsep.result_tables import write_table
 from vsep.calibration.calibrate import calibrate
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
@@ -132,6 +131,7 @@ def car_row(index, signals, mask, response):
     moving = antenna - static_clutter(antenna)
     state, seconds = separated(moving, response.filter_of(index))
     kept, seconds_kept = separated(antenna, response.filter_of(index))
+    sys.stdout.write(f"antenna {index}: {seconds:.1f} s, clutter kept {seconds_kept:.1f} s\n")
     own = calibrate([antenna[None]], RATE).estimate.response.filter_of(0)
     by_own, _ = separated(moving, own)
     hit = mask.any(axis=1)
@@ -161,10 +161,8 @@ def car_row(index, signals, mask, response):
         "objects_not_in_masked": int(stray.sum()),
         "bursts": len(state.bursts),
         "iterations": state.iteration,
-        "processor_seconds": seconds,
         "objects_clutter_kept": kept.objects.num_components,
         "iterations_clutter_kept": kept.iteration,
-        "processor_seconds_clutter_kept": seconds_kept,
     }
 
 
@@ -252,24 +250,20 @@ def sweep_point(observation, objects, response, max_iterations):
     return row
 
 
-def write_rows(path, rows):
-    rows = list(rows)
-    with open(path, "w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(stream, fieldnames=list(rows[0]))
-        table.writeheader()
-        table.writerows(rows)
+def car_rows():
+    """Yield the rows of the interfered recording, one an antenna."""
+    signals, mask = recording(INTERFERED)
+    response = calibrate([signals], RATE, SLOPE).estimate.response
+    for index in range(len(signals)):
+        yield car_row(index, signals, mask, response)
 
 
 def main(folder):
     """Write both tables."""
-    signals, mask = recording(INTERFERED)
-    response = calibrate([signals], RATE, SLOPE).estimate.response
-    rows = [car_row(index, signals, mask, response) for index in range(len(signals))]
-    write_rows(Path(folder) / "recording-20180608.csv", rows)
-    sys.stdout.write(json.dumps(rows, indent=1) + "\n")
+    write_table(folder / "recording-20180608.csv", car_rows())
     sweep = sweep_rows((20e12, 5e12, 1e12, 0.5e12), (-40.0, -20.0, 0.0))
-    write_rows(Path(folder) / "recording-20180613-bursts.csv", sweep)
+    write_table(folder / "recording-20180613-bursts.csv", sweep)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(Path(sys.argv[1]))

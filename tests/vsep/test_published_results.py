@@ -117,6 +117,18 @@ def test_the_table_of_the_letter_is_that_of_the_files():
             assert found == pytest.approx(figures[float(cells[0])], abs=half + 1e-6)
 
 
+def test_a_thousand_iterations_of_the_letter_are_those_of_the_file():
+    found = {
+        row["sir_db"]: "{:.2f} [{:.2f}, {:.2f}]".format(
+            *(float(row[key]) for key in ("value", "low", "high"))
+        )
+        for row in kept("fig-3b-readings.csv")
+        if (row["method"], row["metric"]) == ("letter-1000", "detection_rate")
+    }
+    said = "{}, {} and {} of 60 frames each".format(*(found[f"{sir}.0"] for sir in (-50, -40, -30)))
+    assert said in " ".join(TEXT.split())
+
+
 def test_the_table_of_remedies_is_that_of_the_reproduction():
     lines = TEXT.splitlines()
     start = next(i for i, line in enumerate(lines) if line.startswith("| misses / false alarms"))

@@ -5,11 +5,14 @@ import gzip
 import json
 import math
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tests.vsep.mitigation_tables import DOCUMENT, with_tables
+from tests.vsep.readings_bench import study_of
+from tests.vsep.result_tables import CHECKSUMS, without_recipe
 from vsep._version import __version__
 from vsep.files.results import as_json
 from vsep.reproduction.claims import judge, limits_text
@@ -17,11 +20,13 @@ from vsep.reproduction.figures import FIGURES
 from vsep.reproduction.paper_claims import CLAIMS
 from vsep.reproduction.recipe import read_recipes, recipe_of, table_checksum
 from vsep.studies.catalogue import CATALOGUE, make_study
+from vsep.studies.study import TrialSettings
 from vsep.studies.summary import summarise
 from vsep.studies.trial import run_trial
 
-ROWS = tuple((Path(__file__).parents[2] / "assets" / "results" / "rows").iterdir())
-FOLDER = Path(__file__).parents[2] / "assets" / "results" / "reproduction"
+RESULTS = Path(__file__).parents[2] / "assets" / "results"
+ROWS = tuple((RESULTS / "rows").iterdir())
+FOLDER = RESULTS / "reproduction"
 RECIPES = read_recipes(FOLDER)
 # A figure, a point of it and a method: run again as a whole, in a second or two each.
 SPOTS = {"3b": (23, "object-only"), "mru-size": (3, "iht")}
@@ -38,13 +43,49 @@ MORE_SPOTS = {  # seconds each
     "mru-solver": (3, "ist"),
     "7": (0, "no-interference"),
 }
+
+
+def spot(study, index, method, realizations, settings=None):
+    """A study of one point and one method."""
+    return make_study(
+        study,
+        realizations=realizations,
+        methods=(method,),
+        selection=str(index),
+        settings=settings,
+    )
+
+
+OF_STUDIES = {  # the same of the tables of printed commands
+    "fig-3ab": spot("fig-3", 8, "object-only", 500),
+    "fig-3c": spot("fig-3", 30, "factorised", 500),
+    "fig-5": spot("fig-5", 0, "no-interference", 200),
+    "fig-5-three-bursts": spot("fig-5", 51, "no-interference", 50),
+    "false-alarms": spot("false-alarms", 3, "factorised", 150),
+    "baselines": spot("baselines", 8, "masked", 100),
+    "fig-3b-paper-schedule": spot("fig-3", 23, "factorised", 500, TrialSettings(schedule="paper")),
+    "fig-3b-readings": replace(study_of("weights-follow"), selected=(23,)),
+}
 NOT_REPEATED = {"seconds", "iteration_ms"}  # of a machine
-TEXTS = ("version", "interval", "mask", "method", "metric")
 
 
-def lines_of(name):
-    with (FOLDER / f"{name}.csv").open(newline="", encoding="utf-8") as file:
+def lines_of(name, folder=FOLDER):
+    with (folder / f"{name}.csv").open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("path", sorted(RESULTS.rglob("*.csv")), ids=lambda path: path.stem)
+def test_every_table_is_of_the_version_released_here(path):
+    versions = {line["version"] for line in lines_of(path.stem, path.parent)}
+    minor = __version__.rpartition(".")[0]
+    assert {version.rpartition(".")[0] for version in versions} == {minor}
+
+
+def test_no_hand_has_changed_a_table_without_a_recipe():
+    text = (RESULTS / CHECKSUMS).read_text(encoding="utf-8")
+    told = dict(reversed(line.split("  ")) for line in text.splitlines())
+    made = {name: table_checksum(path) for name, path in without_recipe(RESULTS).items()}
+    assert made == told
 
 
 def test_every_table_has_its_recipe():
@@ -80,23 +121,38 @@ def test_a_spot_of_every_other_table_gives_what_it_says(name):
     require_same(name, *MORE_SPOTS[name])
 
 
+def test_every_table_of_a_study_has_a_spot():
+    of_studies = {
+        path.stem
+        for path in RESULTS.glob("*.csv")
+        if path.read_text(encoding="utf-8").startswith("study,")
+    }
+    assert of_studies == set(OF_STUDIES)
+
+
+@pytest.mark.slow  # `make test` runs spots of the tables of the reproduction
+@pytest.mark.parametrize("name", OF_STUDIES)
+def test_a_spot_of_every_table_of_a_study_gives_what_it_says(name):
+    require_rows(OF_STUDIES[name], lines_of(name, RESULTS))
+
+
 def require_same(name, index, method):
     """Run a point and a method of a table again, all realisations, and compare."""
     study = FIGURES[name].study_of(RECIPES[name]["extent"])
-    alone = make_study(
-        study.name,
-        realizations=study.realizations,
-        methods=(method,),
-        selection=str(index),
-        settings=study.settings,
-    )
+    alone = spot(study.name, index, method, study.realizations, study.settings)
+    require_rows(alone, lines_of(name))
+
+
+def require_rows(alone, lines):
+    """Run a study of one point and method and compare with the lines of its table."""
+    (index,), (method,) = alone.point_indices, alone.methods
     rows = [
-        row for number in range(study.realizations) for row in run_trial(alone.trial(index, number))
+        row for number in range(alone.realizations) for row in run_trial(alone.trial(index, number))
     ]
     again = {measure.metric: measure.interval for measure in summarise(rows)}
     told = {
         line["metric"]: line
-        for line in lines_of(name)
+        for line in lines
         if (int(line["point_index"]), line["method"]) == (index, method)
     }
     assert len(told) >= 8

@@ -2,17 +2,18 @@
 
 As a script it writes the table of `assets/docs/recordings.md`:
 
-    python tests/vsep/lattice_bench.py assets/results
+    python -m tests.vsep.timing_scenes assets/results
 """
 
-import csv
 import sys
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from tests.vsep.result_tables import write_table
 from vsep.analysis.intervals import binomial_interval, poisson_interval
 from vsep.inference.core.run import run
 from vsep.inference.factorised import FactorisedSeparator
@@ -25,6 +26,7 @@ VALUES = {"slope_hz_per_s": 29e12, "sample_rate_hz": 20e6, "ramp_period_s": 20e-
 RADAR = replace(preset_radar("simulation-1"), start_frequency_hz=77e9, num_ramps=64, **VALUES)
 MODEL = SignalModel.of_radar(RADAR, RaisedCosineFilter(cutoff_hz=5e6, rolloff=0.25))
 STRONG_DB = 25.0  # energy of a burst over the noise power of a sample
+FRAMES = 12
 NEAR = 3.0  # samples within which a burst is the true one
 
 
@@ -90,39 +92,29 @@ def compared(slope_hz_per_s, weak_db, seed):
     return plain, prior, len(timings)
 
 
-def rows(num_frames):
-    """Yield the rows of the table."""
-    for slope in (-19e12, -6e12):
-        for weak_db in (8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0):
-            outcomes = [compared(slope, weak_db, seed) for seed in range(num_frames)]
-            for name, index in (("search alone", 0), ("with the lattice", 1)):
-                counts = np.array([each[index] for each in outcomes]).sum(axis=0)
-                share = binomial_interval(int(counts[1]), int(counts[0]))
-                false = poisson_interval(int(counts[2]), num_frames * RADAR.num_ramps)
-                yield slope, weak_db, name, share, false
-
-
-def main(folder, num_frames=12):
-    """Write the table."""
-    with (Path(folder) / "interferer-timing.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        head = [
-            "slope_difference_hz_per_s",
-            "energy_db",
-            "method",
-            "found",
-            "low",
-            "high",
-            "bursts",
-        ]
-        writer.writerow([*head, "false_a_ramp", "false_low", "false_high", "ramps"])
-        for slope, weak_db, name, share, false in rows(num_frames):
-            figures = [f"{each:.4g}" for each in (share.value, share.low, share.high)]
-            figures += [share.num_samples]
-            figures += [f"{each:.3g}" for each in (false.value, false.low, false.high)]
-            writer.writerow([f"{slope:g}", weak_db, name, *figures, false.num_samples])
-            stream.flush()
+def rows_of(slope_hz_per_s, weak_db):
+    """Yield the rows of the table for one slope and level, without and with the second pass."""
+    outcomes = [compared(slope_hz_per_s, weak_db, seed) for seed in range(FRAMES)]
+    for index, method in enumerate(("search alone", "with the timing")):
+        bursts, found, false = np.sum([each[index] for each in outcomes], axis=0).tolist()
+        share = binomial_interval(found, bursts)
+        rate = poisson_interval(false, FRAMES * RADAR.num_ramps)
+        yield {
+            "slope_difference_hz_per_s": slope_hz_per_s,
+            "energy_db": weak_db,
+            "method": method,
+            "found": share.value,
+            "low": share.low,
+            "high": share.high,
+            "bursts": bursts,
+            "false_a_ramp": rate.value,
+            "false_low": rate.low,
+            "false_high": rate.high,
+            "ramps": rate.num_samples,
+        }
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *map(int, sys.argv[2:]))
+    places = product((-19e12, -6e12), (8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0))
+    table = (row for place in places for row in rows_of(*place))
+    write_table(Path(sys.argv[1]) / "interferer-timing.csv", table)

@@ -15,6 +15,7 @@ from scipy import fft, ndimage
 from vsep._typing import BoolArray, ComplexArray, FloatArray
 
 AROUND: Final = 9  # ramps whose mean power in a sample is that of the interference there
+LOUDEST: Final = 30.0  # times its median: what the power of noise exceeds in 1e-9 of all samples
 FEWEST_RAMPS: Final = 4  # that tell whether it repeats itself
 REPEATED: Final = 1.25  # times the fourth moment over Doppler frequencies that noise has
 
@@ -51,7 +52,9 @@ def noise_like_weights(rows: ComplexArray, support: BoolArray) -> FloatArray:
     power = rows.real**2 + rows.imag**2
     weights = np.zeros(support.shape)
     outside = power[~support]
-    noise = float(outside.mean()) if outside.size else 0.0
+    noise = 0.0
+    if outside.size:  # where interference that is not found yet may be as well
+        noise = float(outside[outside <= LOUDEST * np.median(outside)].mean())
     if noise == 0.0:
         return weights
     held = _around(np.where(support, power / noise, 0.0))
