@@ -8,7 +8,8 @@ from vsep._typing import ComplexArray
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.objects.object_only import expected_error
-from vsep.inference.objects.workspace import ObjectWorkspace
+from vsep.inference.objects.workspace import LARGE, ObjectWorkspace
+from vsep.kernels.object_posterior import separable_projections
 
 
 def separation_bound(
@@ -51,12 +52,17 @@ def separation_bound(
     return bound + noise_bound(num_used, noise_precision, error)  # likelihood and q(lambda)
 
 
-def separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray) -> float:
+def separability_ratio_db(objects: ObjectWorkspace, interference: InterferenceWorkspace) -> float:
     """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
-    count = len(objects.ids)
-    active = objects.active
+    count, rows, signal = len(objects.ids), interference.table.interfered, interference.signal
+    active, alone = objects.active, objects.is_stationary and objects.num_antennas == 1
     own = active.gram[:count, :count] @ active.amplitudes[:count]  # Phi^H Phi alpha
-    other = objects.products(interference)  # Phi^H U Psi beta
+    # Phi^H U Psi beta; in large frames of the rows with bursts alone
+    if signal.size >= LARGE and 0 < len(rows) < len(signal) and alone:
+        beat, doppler = objects.factors
+        other = separable_projections(signal[rows], beat, doppler.take(rows, axis=1))
+    else:
+        other = objects.products(signal)
     energies = float(np.vdot(own, own).real), float(np.vdot(other, other).real)
     if 0.0 in energies:
         return float("nan")

@@ -21,7 +21,9 @@ class ChannelGrid:
     def __init__(self, num_samples: int, num_bins: int) -> None:
         self.num_samples = num_samples
         self.num_bins = num_bins
-        self.twiddle = _twiddle(num_samples, num_bins)
+        # Left writable, as kernels have one machine code for such arrays.
+        self.twiddle: ComplexArray = np.exp(-2j * np.pi * np.arange(num_bins) / num_bins)
+        self.twiddle /= np.sqrt(num_samples)
         self.scale = float(num_bins / np.sqrt(num_samples))
 
     def atoms(self, bins: IntArray) -> ComplexArray:
@@ -52,9 +54,9 @@ class ChannelGrid:
 
 
 @lru_cache(maxsize=16)
-def _twiddle(num_samples: int, num_bins: int) -> ComplexArray:
-    """(K,) values of the atoms; left writable, as kernels have one machine code for such arrays."""
-    return np.asarray(np.exp(-2j * np.pi * np.arange(num_bins) / num_bins) / np.sqrt(num_samples))
+def channel_grid(num_samples: int, num_bins: int) -> ChannelGrid:
+    """Return the grid of a size; the same for all frames."""
+    return ChannelGrid(num_samples, num_bins)
 
 
 def channel_posterior(

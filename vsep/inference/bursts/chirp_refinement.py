@@ -205,6 +205,8 @@ def refine_chirps(
         steps, promises = gauss_newton_steps(gradients, curvatures, present.slope, longest)
         # Bursts whose quadratic model promises a gain try their step, a quarter of it, and so on.
         trying = (promises >= least_gain).nonzero()[0]
+        if len(trying) == 0:
+            break
         still = np.zeros(len(moving), dtype=bool)
         for _ in range(HALVINGS):
             if len(trying) == 0:

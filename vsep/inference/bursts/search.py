@@ -19,6 +19,7 @@ from vsep.inference.bursts.expected_bursts import (
 )
 from vsep.inference.bursts.giving_up import NoiseLike, given_up
 from vsep.inference.bursts.long_chirps import lone_tones, with_long_chirps
+from vsep.inference.bursts.sequence import MANY_BURSTS
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.progress import EventKind
 from vsep.inference.core.row_energies import row_energies, squared_norms, sum_of_antennas
@@ -104,7 +105,7 @@ class BurstSearch:
         """
         work = self.work
         work.correct(NO_CORRECTION)
-        work.keep_strongest_columns()
+        work.table.keep_strongest_columns(work.bursts_per_row >= MANY_BURSTS - 1)
         for _ in range(work.schedule.bursts_per_ramp):
             work.recompute(self.residual, self.noise_precision)
             count = len(work.table)
@@ -221,7 +222,9 @@ class BurstSearch:
             needed = np.maximum(least, self.threshold / self.noise_precision)
             # Cauchy-Schwarz: sqrt(score) changes by ||change|| at most
             candidates &= last.limits_of(noise_residual) >= needed
-        candidates[[*changed, *given_up(work)]] = False
+        settled = [*changed, *given_up(work)]
+        if settled:
+            candidates[settled] = False
         ramps = candidates.nonzero()[0]
         if len(ramps) == 0:
             return

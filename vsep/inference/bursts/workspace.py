@@ -8,7 +8,7 @@ from scipy import fft
 from scipy.linalg import LinAlgError
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
-from vsep.inference.bursts.channel import ChannelGrid, channel_posterior
+from vsep.inference.bursts.channel import channel_grid, channel_posterior
 from vsep.inference.bursts.chirp_refinement import (
     ChannelCosts,
     place_chirps,
@@ -95,7 +95,7 @@ class InterferenceWorkspace:
         self.schedule = schedule
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
-        self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
+        self.grid = channel_grid(model.num_samples, model.num_grid_bins)
         self.events: list[ComponentEvent] = []
         self.table = BurstTable(self.model, bursts)
         self._summed: tuple[ComplexArray | None, ComplexArray] = None, self.table.signals
@@ -120,13 +120,17 @@ class InterferenceWorkspace:
         return 1 if self.noise_like is not None else self.schedule.object_additions(iteration)
 
     def revised_weights(
-        self, weights: SampleWeights | None, missing: BoolArray | None, unexplained: ComplexArray
+        self,
+        weights: SampleWeights | None,
+        missing: BoolArray | None,
+        received: ComplexArray,
+        objects: ComplexArray,
     ) -> SampleWeights | None:
         """Return the weights of the samples after a search.
 
         Crowded rows in which it has begun a burst count, as far as they were received, because the
         burst would have no sample to be fitted to. Samples of interference that is no chirps count
-        by how faint it is in what no source explains, (A P, N).
+        by how faint it is in what no source explains of the frame, (A P, N).
         """
         kinds = EventKind.CHIRP_STARTED, EventKind.CHIRP_RESTARTED
         ramps = [event.ramp for event in self.events if event.kind in kinds]
@@ -138,19 +142,10 @@ class InterferenceWorkspace:
             weights = weights.counting(rows, missing)
         if self.noise_like is None:
             return weights
-        values = np.ones(unexplained.shape) if weights is None else weights.values
-        left = unexplained.reshape(self.model.num_antennas, *self.model.shape)
+        left = received - objects - self.signal
+        values = np.ones(left.shape) if weights is None else weights.values
+        left = left.reshape(self.model.num_antennas, *self.model.shape)
         return SampleWeights(with_faint_samples(values, left, self.noise_like, missing))
-
-    def keep_strongest_columns(self) -> None:
-        """Leave one channel component of each burst where a ramp holds several."""
-        table = self.table
-        order = np.lexsort((-np.abs(table.amplitudes), table.owners))
-        _, first = np.unique(table.owners[order], return_index=True)
-        stay = np.zeros(len(table.owners), dtype=np.bool_)
-        stay[order[first]] = True
-        several = self.bursts_per_row[table.rows] >= MANY_BURSTS - 1
-        table.remove_columns(np.flatnonzero(~stay & several[table.owners]).tolist())
 
     @property
     def trace(self) -> float:
@@ -175,8 +170,11 @@ class InterferenceWorkspace:
         if signals is table.signals:
             return total
         total = np.zeros(self.model.rows_shape, dtype=np.complex128)
-        for places in table.in_rounds():
-            total[table.rows[places]] += table.signals[places]
+        if len(table.interfered) == len(table):  # one burst in a row, as mostly
+            total[table.rows] = table.signals
+        else:
+            for places in table.in_rounds():
+                total[table.rows[places]] += table.signals[places]
         self._summed = table.signals, total
         return total
 
@@ -304,17 +302,15 @@ class InterferenceWorkspace:
             Newton steps at most.
         """
         table = self.table
-        places = places[table.num_columns[places] > 0]
+        if not table.num_columns.all():
+            places = places[table.num_columns[places] > 0]
         if len(places) == 0:
             return
         # A burst has one place at all antennas: the sum over them is maximised.
-        ramps, own, numbers = table.ramps_of_bursts[places], places, np.arange(len(places))
+        own, numbers = places, np.arange(len(places))
         if self.model.num_antennas > 1:
             own, numbers = np.unique(places % self.num_shared, return_inverse=True)
-        moving, shared = np.zeros((2, len(table.interfered)), dtype=np.int64)
-        shared -= 1
-        moving[ramps] = places - table.first_burst[ramps]
-        shared[ramps] = numbers
+        moving, shared = table.moving(places, numbers)
         # (71) of each ramp as a function of one of its bursts' templates
         costs = ChannelCosts(
             ramps=self.flat(),

@@ -192,6 +192,8 @@ def _smooth_spectrum(
     excess = _excess(periodogram, np.full(periodogram.shape, np.log(periodogram.mean())), looks)
     if float((looks * (centred @ excess) ** 2 / norms).max()) <= convincing:
         return None
+    means = terms.mean(axis=1)
+    energies = norms + len(periodogram) * means**2
     active: list[int] = []
     basis = np.ones((1, len(periodogram)))
     coefficients = np.array([np.log(np.mean(periodogram))])
@@ -199,10 +201,11 @@ def _smooth_spectrum(
         excess = _excess(periodogram, coefficients @ basis, looks)
         # score test: what of each term the active ones do not explain already
         orthonormal = np.linalg.qr(basis.T)[0]
-        beside = terms - (terms @ orthonormal) @ orthonormal.T
-        left = np.einsum("jn,jn->j", beside, beside)
-        usable = left > 0.05 * np.einsum("jn,jn->j", terms, terms)
-        score = np.where(usable, looks * (beside @ excess) ** 2 / np.maximum(left, 1e-12), 0.0)
+        explained = terms @ orthonormal
+        left = energies - np.einsum("jk,jk->j", explained, explained)
+        beside = terms @ excess - explained @ (orthonormal.T @ excess)
+        usable = left > 0.05 * energies
+        score = np.where(usable, looks * beside**2 / np.maximum(left, 1e-12), 0.0)
         best = int(np.argmax(score))
         if score[best] <= (FURTHER if active else convincing):
             break
