@@ -10,8 +10,7 @@ import numpy as np
 from scipy import fft
 
 from vsep._typing import ComplexArray, FloatArray, IntArray
-from vsep.inference.objects.sbl import ActiveSet
-from vsep.kernels.channel import Channel, channel_fit, grid_atoms
+from vsep.kernels.channel import grid_atoms
 from vsep.kernels.channel_products import fill_product_rows
 
 
@@ -57,27 +56,6 @@ class ChannelGrid:
 def channel_grid(num_samples: int, num_bins: int) -> ChannelGrid:
     """Return the grid of a size; the same for all frames."""
     return ChannelGrid(num_samples, num_bins)
-
-
-def channel_posterior(
-    templates: ComplexArray, residual: ComplexArray, channel: Channel, noise_precision: float
-) -> ActiveSet:
-    """Weight posterior (60)-(62) of the columns of one ramp.
-
-    Parameters
-    ----------
-    templates : (B, N) complex
-        Templates of the ramp's bursts.
-    residual : (N,) complex
-        Received ramp minus the object estimate.
-    channel : Channel
-        Burst, bin and prior precision of every column.
-    noise_precision : float
-        lambda.
-    """
-    # C_beta from (62), beta from (61)
-    fit = channel_fit(templates, residual, channel, noise_precision)
-    return ActiveSet.fitted(fit, channel.precisions, noise_precision)
 
 
 def passive_ratios(

@@ -176,13 +176,13 @@ class BurstTable:
         """Return where the columns of an interfered ramp stand."""
         return slice(int(self.first_column[ramp]), int(self.first_column[ramp + 1]))
 
-    def covariance_of(self, ramp: int) -> ComplexArray:
-        """(K, K) covariance of the columns of an interfered ramp, in the last posterior."""
+    def covariance_of(self, ramp: int, covariances: ComplexArray) -> ComplexArray:
+        """(K, K) covariance of the columns of an interfered ramp, of those of all."""
         sizes = np.diff(self.first_column)
-        if len(self.covariances) != np.sum(sizes**2):
+        if len(covariances) != np.sum(sizes**2):
             return np.zeros((0, 0), dtype=np.complex128)
         place, size = int(np.sum(sizes[:ramp] ** 2)), int(sizes[ramp])
-        return self.covariances[place : place + size**2].reshape(size, size)
+        return covariances[place : place + size**2].reshape(size, size)
 
     def ramps(self) -> dict[int, RampBursts]:
         """Return what every interfered row holds, by its number."""
@@ -199,7 +199,7 @@ class BurstTable:
             bins=self.bins[columns],
             precisions=self.precisions[columns],
             amplitudes=self.amplitudes[columns],
-            covariance=self.covariance_of(ramp),
+            covariance=self.covariance_of(ramp, self.covariances),
             signals=self.signals[first:last],
         )
 

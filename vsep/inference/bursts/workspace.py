@@ -8,7 +8,7 @@ from scipy import fft
 from scipy.linalg import LinAlgError
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
-from vsep.inference.bursts.channel import channel_grid, channel_posterior
+from vsep.inference.bursts.channel import channel_grid
 from vsep.inference.bursts.chirp_refinement import (
     ChannelCosts,
     place_chirps,
@@ -24,9 +24,8 @@ from vsep.inference.core.row_energies import squared_norms
 from vsep.inference.core.schedule import Schedule
 from vsep.inference.core.search_cache import SearchCache
 from vsep.inference.core.state import NO_CORRECTION, BurstComponents, FilterCorrection
-from vsep.inference.objects.sbl import ActiveSet
-from vsep.kernels.channel import Channel
 from vsep.kernels.ramps import (
+    FlatPosterior,
     FlatRamps,
     Revision,
     all_posteriors,
@@ -248,8 +247,7 @@ class InterferenceWorkspace:
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
         """Covariance and mean (61)-(62) at the present parameters."""
-        rows = residual[self.table.interfered]
-        fit = all_posteriors(self.flat(), rows, noise_precision)  # C_beta from (62), beta from (61)
+        fit = self.posteriors(residual, noise_precision)
         if not math.isfinite(fit.log_determinants.sum()):
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
         self.table.take_posterior(fit)
@@ -273,11 +271,10 @@ class InterferenceWorkspace:
         if correction.num_splines:
             self.model = corrected_model(self.assumed, correction.coefficients)
 
-    def posterior(self, ramp: int, residual: ComplexArray, noise_precision: float) -> ActiveSet:
-        """Posterior of all columns of an interfered ramp at its present parameters."""
-        held = self.table.ramp(ramp)
-        channel = Channel(held.owners, held.bins, held.precisions, self.grid.twiddle)
-        return channel_posterior(held.templates, residual[held.ramp], channel, noise_precision)
+    def posteriors(self, residual: ComplexArray, noise_precision: float) -> FlatPosterior:
+        """Posteriors of all columns of the interfered ramps at their present parameters."""
+        # C_beta from (62), beta from (61)
+        return all_posteriors(self.flat(), residual[self.table.interfered], noise_precision)
 
     def refine_bursts(self, residual: ComplexArray, noise_precision: float) -> None:
         """Maximise (71) for all bursts: the first of every ramp, then the second."""

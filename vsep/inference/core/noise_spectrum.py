@@ -240,7 +240,9 @@ def quiet_periodogram(noise_residual: ComplexArray) -> tuple[FloatArray, float]:
     power = (spectra.real**2 + spectra.imag**2).reshape(-1, num_samples)
     rows = len(power)
     count = int(np.ceil(LOWER_SHARE * rows))
-    lowest = np.partition(power, count - 1, axis=0)[:count].mean(axis=0)
+    # Along rows of memory it takes a third of the time.
+    ordered = np.partition(np.ascontiguousarray(power.T), count - 1, axis=1)
+    lowest = np.ascontiguousarray(ordered[:, :count].T).mean(axis=0)
     # mean of the `count` lowest of `rows` exponential variables of mean one
     steps = np.cumsum(1.0 / np.arange(rows, rows - count, -1))
     return lowest / steps.mean(), LOWER_SHARE * rows
