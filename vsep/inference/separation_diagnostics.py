@@ -8,8 +8,8 @@ from vsep._typing import ComplexArray
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.objects.object_only import expected_error
-from vsep.inference.objects.workspace import LARGE, ObjectWorkspace
-from vsep.kernels.object_posterior import separable_projections
+from vsep.inference.objects.workspace import ObjectWorkspace
+from vsep.signal.atoms import project
 
 
 def separation_bound(
@@ -54,13 +54,13 @@ def separation_bound(
 
 def separability_ratio_db(objects: ObjectWorkspace, interference: InterferenceWorkspace) -> float:
     """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
-    count, rows, signal = len(objects.ids), interference.table.interfered, interference.signal
-    active, alone = objects.active, objects.is_stationary and objects.num_antennas == 1
+    count, signal = len(objects.ids), interference.signal
+    active = objects.active
     own = active.gram[:count, :count] @ active.amplitudes[:count]  # Phi^H Phi alpha
-    # Phi^H U Psi beta; in large frames of the rows with bursts alone
-    if signal.size >= LARGE and 0 < len(rows) < len(signal) and alone:
-        beat, doppler = objects.factors
-        other = separable_projections(signal[rows], beat, doppler.take(rows, axis=1))
+    # Phi^H U Psi beta; of one antenna from the rows with bursts alone
+    if objects.is_stationary and objects.num_antennas == 1:
+        (beat, doppler), rows = objects.factors, interference.table.interfered
+        other = project(signal[rows], beat, doppler[:, rows])
     else:
         other = objects.products(signal)
     energies = float(np.vdot(own, own).real), float(np.vdot(other, other).real)

@@ -31,6 +31,23 @@ types: Any = numba_types
 # Instructions before any optimisation: what has fewer becomes part of each place that calls it;
 # larger functions LLVM weighs. Numba's code is long: `cis` takes 283.
 ALWAYS_INLINED: Final = 700
+# Kernels that LLVM makes neither faster nor other by unrolling further, which takes a tenth of the
+# time. Of others that is not known, and `all_revisions` rounds differently.
+BRIEFLY: Final = frozenset(
+    {
+        "all_costs",
+        "all_posteriors",
+        "all_signals",
+        "all_slopes",
+        "best_candidate",
+        "best_chirps",
+        "first_ratios",
+        "joint_slopes",
+        "place_columns",
+        "subtract_columns",
+        "update_lines",
+    }
+)
 
 
 class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
@@ -108,12 +125,12 @@ class _Whole(_Library):
         _set_environments(parts, self._codegen)
 
     def _optimize_final_module(self) -> None:
-        """Do as Numba does, but unroll no further than pays: it takes an eighth of the time."""
+        """Do as Numba does, but for the kernels of `BRIEFLY`."""
         passes, builder = self._codegen._module_pass_manager(
             loop_vectorize=False, slp_vectorize=False, opt=0, cost="cheap"
         )
         passes.run(self._final_module, builder)
-        passes, builder = self._codegen._module_pass_manager(opt=2)
+        passes, builder = self._codegen._module_pass_manager(opt=2 if self.name in BRIEFLY else 3)
         passes.run(self._final_module, builder)
 
     def _get_module_for_linking(self) -> Any:

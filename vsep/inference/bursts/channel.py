@@ -10,7 +10,6 @@ import numpy as np
 from scipy import fft
 
 from vsep._typing import ComplexArray, FloatArray, IntArray
-from vsep.kernels.channel import grid_atoms
 from vsep.kernels.channel_products import fill_product_rows
 
 
@@ -27,7 +26,8 @@ class ChannelGrid:
 
     def atoms(self, bins: IntArray) -> ComplexArray:
         """(K, N) atoms Psi of some bins, one a row."""
-        return grid_atoms(self.num_samples, bins, self.twiddle)
+        places = bins[:, None] * np.arange(self.num_samples) % self.num_bins
+        return np.asarray(self.twiddle[places])
 
     def products(self, templates: ComplexArray, residual: ComplexArray) -> ComplexArray:
         """Inner products of all possible columns of a ramp, by one FFT each.

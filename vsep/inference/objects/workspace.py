@@ -27,10 +27,9 @@ from vsep.kernels.newton_ascent import update_lines
 from vsep.kernels.object_posterior import (
     lines_trace,
     object_signals,
-    separable_projections,
     subtract_columns,
 )
-from vsep.signal.atoms import Factors
+from vsep.signal.atoms import Factors, project
 from vsep.signal.dithered_atoms import Coupling, coupled_jets, coupled_products, coupled_signals
 from vsep.signal.keystone import SingleComplexArray, keystone_transform
 from vsep.signal.template import SignalModel
@@ -192,7 +191,8 @@ class ObjectWorkspace:
     def products(self, signals: ComplexArray) -> ComplexArray:
         """(L, A) inner products of the components with signals (A P, N)."""
         if self.is_stationary:
-            return separable_projections(signals, *self.factors)
+            frames = signals.reshape(self.num_antennas, *self._shape)
+            return np.stack([project(each, *self.factors) for each in frames], axis=1)
         return coupled_products(self.points, self.placed.migration, self._shape[0], signals)
 
     def add_components(self, max_additions: int) -> None:
