@@ -99,11 +99,11 @@ def slope_bank(model: SignalModel) -> SlopeBank:
     longest = num_samples if num_samples >= LONG else MAX_BURST * num_samples
     inverse_slopes = np.arange(MIN_BURST / width, longest / width, spacing)
     spacings = np.ones(len(inverse_slopes))
-    if num_samples >= LONG:  # of what is longer than the ramp a part is seen: uniform in the slope
-        crossing = width / num_samples
-        longer = np.arange(crossing, crossing / MAX_BURST, -spacing * crossing**2)
-        inverse_slopes = np.concatenate([inverse_slopes, 1.0 / longer])
-        spacings = np.concatenate([spacings, (crossing / longer) ** 2])
+    if num_samples >= LONG:  # of what is longer than the ramp a part is seen: spaced by its length
+        ramp = num_samples / width
+        longer = np.exp(np.arange(0.0, np.log(MAX_BURST), spacing / ramp))
+        inverse_slopes = np.concatenate([inverse_slopes, ramp * longer])
+        spacings = np.concatenate([spacings, longer])
     slopes: FloatArray = np.concatenate([1.0 / inverse_slopes, -1.0 / inverse_slopes])
     margin = int(CENTRE_MARGIN * num_samples)
     centres = np.arange(-margin, num_samples + margin)
