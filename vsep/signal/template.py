@@ -122,8 +122,11 @@ class SignalModel:
         shape = self.shape if self.num_antennas == 1 else (self.num_antennas, *self.shape)
         if array.shape not in (shape, self.rows_shape):
             raise InputError(f"received has shape {array.shape}; it must be {shape}.")
-        if array.shape != self.rows_shape or array.flags.writeable or array.base is not None:
-            array = np.array(array, order="C").reshape(self.rows_shape)
+        owned = array.flags.c_contiguous and array.base is None and not array.flags.writeable
+        if not owned:
+            array = np.array(array, order="C")
+        if array.shape != self.rows_shape:
+            array = array.reshape(self.rows_shape)
         parts = array.view(np.float64)
         largest = max(float(parts.max()), -float(parts.min()))  # NaN if any is
         if not math.isfinite(largest):
