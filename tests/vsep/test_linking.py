@@ -86,6 +86,19 @@ told['linkage'] = [
     (function.linkage.name, function.name) for function in result.library.get_defined_functions()
 ]
 """
+ASKED = """
+import sys
+
+def asks(call, *arguments):
+    names = []
+    call(*arguments)
+    sys.setprofile(lambda frame, event, argument: names.append(frame.f_code.co_name))
+    call(*arguments)
+    sys.setprofile(None)
+    return '_numba_unpickle' in names
+
+told['asks'] = asks(caller.copied, first, 97)
+"""
 OTHERS = """
 from numba import njit
 
@@ -98,6 +111,7 @@ def doubled(first, second, size):
     return target
 
 told['doubled'] = doubled(first, second, 3).tolist()
+told['numba_asks'] = asks(doubled, first, second, 3)
 try: doubled(first, second, 2)
 except ValueError as error: told['refused'] = str(error)
 """
@@ -114,8 +128,8 @@ def together(tmp_path_factory):
     """One that calls the other first, and one that finds the code of both."""
     folder = package(tmp_path_factory.mktemp("together"))
     return (
-        told(folder, INNER + COSINE + FAILING + OTHERS),
-        told(folder, COSINE + INNER + FAILING),
+        told(folder, INNER + COSINE + FAILING + ASKED + OTHERS),
+        told(folder, COSINE + INNER + FAILING + ASKED),
     )
 
 
@@ -145,6 +159,13 @@ def test_a_kernel_shares_no_machine_code(alone):
 def test_an_exception_of_a_part_has_its_message(together):
     for process in together:
         assert process.message.startswith("cannot assign slice")
+
+
+def test_a_kernel_asks_python_for_no_class_of_what_it_returns(together):
+    compiled, loaded = together
+    assert not compiled.asks
+    assert not loaded.asks
+    assert compiled.numba_asks  # the day it does no longer, `_Python` of linking is not needed
 
 
 def test_other_code_may_call_a_kernel_and_share_functions_of_numba(together):

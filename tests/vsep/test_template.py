@@ -60,7 +60,12 @@ def test_derivatives_equal_finite_differences(anti_aliasing_filter):
 def test_frame_is_returned_read_only_and_checked():
     model = model_with(FILTERS[0])
     frame = np.ones((2, 128))
-    assert not model.check(frame).flags.writeable
+    checked = model.check(frame)
+    assert not checked.flags.writeable
+    assert model.check(checked) is checked  # nobody changes it any more
+    columns = np.asfortranarray(frame + 1j)
+    columns.flags.writeable = False
+    assert model.check(columns).flags.c_contiguous
     frame[0, 0] = np.nan
     with pytest.raises(InputError, match="1 samples that are NaN"):
         model.check(frame)

@@ -118,7 +118,8 @@ class FactorisedSeparator(ObjectSettings):
         with part(OBJECTS):
             objects = self._updated_objects(  # Algorithm 3
                 frame.for_objects(state.object_signal, bursts),  # r_alpha
-                replace(state, noise_precision=noise_precision),
+                state,
+                noise_precision,
                 max(interference.object_additions(state.iteration), BY_TRANSIENT * state.settles),
                 share,
             )
@@ -143,6 +144,7 @@ class FactorisedSeparator(ObjectSettings):
         self,
         residual: ComplexArray,
         state: SeparationState,
+        noise_precision: float,
         max_additions: int,
         share: float,
     ) -> ObjectWorkspace:
@@ -150,22 +152,20 @@ class FactorisedSeparator(ObjectSettings):
 
         The residual r_alpha is Phi alpha + W (r - U Psi beta - Phi alpha).
         """
-        relative_noise = state.relative_noise
+        relative_noise = state.noise_relative_to(noise_precision)
         if share < 1.0:
             step = min(1.0 / share, MAX_STEP)
             steps = step if self.missing is None else step * self._relative_steps(self.missing)
             residual = state.object_signal + steps * (residual - state.object_signal)
-            state = replace(state, noise_precision=state.noise_precision / step)
-        keep = 1.0 if share == 1.0 else KEEP_MAJORISED
+            noise_precision = noise_precision / step
         return update_objects(
             residual,
             state,
+            noise_precision,
             self.model,
-            self.object_threshold(relative_noise, keep),
+            self.object_threshold(relative_noise, 1.0 if share == 1.0 else KEEP_MAJORISED),
             max_additions,
-            jointly=self._order.joint_object_step,
-            nearby=self._order.objects_nearby,
-            merging=self._order.merges_objects,
+            self._order,
         )
 
     def _relative_steps(self, missing: BoolArray) -> FloatArray:
@@ -193,8 +193,8 @@ class FactorisedSeparator(ObjectSettings):
             # Coarse grid of (71): bursts start, restart and end.
             with part(SEARCH):
                 self.search(interference, received, state)
-        weights, left = self.sample_weights(received, state), received - state.object_signal
-        weights = interference.revised_weights(weights, self.missing, left - interference.signal)
+        weights = self.sample_weights(received, state)
+        weights = interference.revised_weights(weights, self.missing, received, state.object_signal)
         return interference, searched, weights
 
     def burst_precision(self, state: SeparationState, noise_precision: float) -> float:
@@ -300,7 +300,7 @@ class FactorisedSeparator(ObjectSettings):
             max_frequency_change=objects.max_frequency_change,
             noise_precision_change=noise_precision / state.noise_precision - 1.0,
             searched=searched,
-            separability_ratio_db=separability_ratio_db(objects, signal),
+            separability_ratio_db=separability_ratio_db(objects, interference),
         )
         # Deviation: a run may only end after a search that found nothing new.
         search_again = self._order.search_before_convergence and not searched
@@ -328,8 +328,9 @@ class FactorisedSeparator(ObjectSettings):
         # A burst that is hardly more than noise is looked at as noise.
         strong = interference.strong_bursts(noise_precision)
         noise_residual, table = used - object_signal - signal, interference.table
-        if not strong.all():
-            np.add.at(noise_residual, table.rows[~strong], table.signals[~strong])
+        weak = np.flatnonzero(~strong)
+        if weak.size:
+            np.add.at(noise_residual, table.rows[weak], table.signals[weak])
         new_state, info = with_environment(
             state,
             new_state,
@@ -337,7 +338,7 @@ class FactorisedSeparator(ObjectSettings):
             noise_residual,
             self.model,
             # Where chirps are fitted to the noise of most ramps, lambda goes on growing.
-            noise_precision=state.noise_precision if 2 * np.sum(~strong) > len(used) else None,
+            noise_precision=state.noise_precision if 2 * weak.size > len(used) else None,
             interfered=rows_with_gaps(table.rows[strong], self.missing, new_state.noise_like),
             share=share,
         )

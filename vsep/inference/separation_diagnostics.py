@@ -9,6 +9,7 @@ from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.elbo import noise_bound, weights_bound
 from vsep.inference.objects.object_only import expected_error
 from vsep.inference.objects.workspace import ObjectWorkspace
+from vsep.signal.atoms import project
 
 
 def separation_bound(
@@ -51,12 +52,17 @@ def separation_bound(
     return bound + noise_bound(num_used, noise_precision, error)  # likelihood and q(lambda)
 
 
-def separability_ratio_db(objects: ObjectWorkspace, interference: ComplexArray) -> float:
+def separability_ratio_db(objects: ObjectWorkspace, interference: InterferenceWorkspace) -> float:
     """Condition (27): 20 log10 of ||Phi^H Phi alpha|| over ||Phi^H U Psi beta||."""
-    count = len(objects.ids)
+    count, signal = len(objects.ids), interference.signal
     active = objects.active
     own = active.gram[:count, :count] @ active.amplitudes[:count]  # Phi^H Phi alpha
-    other = objects.products(interference)  # Phi^H U Psi beta
+    # Phi^H U Psi beta; of one antenna from the rows with bursts alone
+    if objects.is_stationary and objects.num_antennas == 1:
+        (beat, doppler), rows = objects.factors, interference.table.interfered
+        other = project(signal[rows], beat, doppler[:, rows])
+    else:
+        other = objects.products(signal)
     energies = float(np.vdot(own, own).real), float(np.vdot(other, other).real)
     if 0.0 in energies:
         return float("nan")

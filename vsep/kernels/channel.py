@@ -91,15 +91,6 @@ def ramp_columns(templates: ComplexArray, channel: Channel) -> tuple[ComplexPart
 
 
 @compiled
-def channel_fit(
-    templates: ComplexArray, residual: ComplexArray, channel: Channel, noise_precision: float
-) -> Posterior:
-    """Posterior of the columns of one ramp."""
-    _, columns = ramp_columns(templates, channel)
-    return columns_posterior(columns, split_row(residual), channel.precisions, noise_precision)
-
-
-@compiled
 def fill_bursts(
     columns: ComplexParts, owners: IntArray, amplitudes: ComplexArray, signals: ComplexArray
 ) -> None:

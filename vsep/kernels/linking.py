@@ -18,17 +18,36 @@ from llvmlite.binding import parse_assembly
 from numba import njit
 from numba.core import codegen as numba_codegen
 from numba.core import compiler as numba_compiler
+from numba.core import pythonapi as numba_pythonapi
 from numba.core import types as numba_types
 
 from vsep.kernels.clock import listeners, not_counted
 
 codegen: Any = numba_codegen  # typed in part
 compiler: Any = numba_compiler
+pythonapi: Any = numba_pythonapi
 types: Any = numba_types
 
 # Instructions before any optimisation: what has fewer becomes part of each place that calls it;
 # larger functions LLVM weighs. Numba's code is long: `cis` takes 283.
 ALWAYS_INLINED: Final = 700
+# Kernels that LLVM makes neither faster nor other by unrolling further, which takes a tenth of the
+# time. Of others that is not known, and `all_revisions` rounds differently.
+BRIEFLY: Final = frozenset(
+    {
+        "all_costs",
+        "all_posteriors",
+        "all_signals",
+        "all_slopes",
+        "best_candidate",
+        "best_chirps",
+        "first_ratios",
+        "joint_slopes",
+        "place_columns",
+        "subtract_columns",
+        "update_lines",
+    }
+)
 
 
 class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
@@ -105,6 +124,15 @@ class _Whole(_Library):
         super().finalize()
         _set_environments(parts, self._codegen)
 
+    def _optimize_final_module(self) -> None:
+        """Do as Numba does, but for the kernels of `BRIEFLY`."""
+        passes, builder = self._codegen._module_pass_manager(
+            loop_vectorize=False, slp_vectorize=False, opt=0, cost="cheap"
+        )
+        passes.run(self._final_module, builder)
+        passes, builder = self._codegen._module_pass_manager(opt=2 if self.name in BRIEFLY else 3)
+        passes.run(self._final_module, builder)
+
     def _get_module_for_linking(self) -> Any:
         """Return what the cache keeps beside the machine code: names, since nobody links it."""
         names = [function.name for function in _defined(self._final_module)]
@@ -146,6 +174,34 @@ def _set_environments(parts: Iterable[Any], owner: Any) -> None:
             owner.set_env(*environment)
 
 
+class _Python(pythonapi.PythonAPI):  # type: ignore[misc]
+    """What a kernel is called through; it keeps classes where it keeps the types of arrays.
+
+    Numba's asks Python for one whenever a kernel returns an array or a named tuple.
+    """
+
+    kept: Any = None
+
+    def get_env_manager(self, *environment: Any) -> Any:
+        """Remember where constants are kept."""
+        self.kept = super().get_env_manager(*environment)
+        return self.kept
+
+    def serialize_object(self, value: Any) -> Any:
+        """Return a class as it is."""
+        if self.kept is not None and isinstance(value, type):
+            return value
+        return super().serialize_object(value)
+
+    def unserialize(self, value: Any) -> Any:
+        """Read a constant; the reference belongs to the caller."""
+        if not isinstance(value, type):
+            return super().unserialize(value)
+        constant = self.kept.read_const(self.kept.add_const(value))
+        self.incref(constant)
+        return constant
+
+
 class _PartCompiler(compiler.Compiler):  # type: ignore[misc]
     _library: type = _Part
 
@@ -162,6 +218,8 @@ class _WholeCompiler(_PartCompiler):
 
     def _compile_core(self) -> Any:
         _tell(self.state.func_id.func_name)
+        target = self.state.targetctx
+        target.get_python_api = lambda builder: _Python(target, builder)
         try:
             with _parts_within(self.state.targetctx.codegen()):
                 return super()._compile_core()

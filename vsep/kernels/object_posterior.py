@@ -79,14 +79,6 @@ def separable_products(
 
 
 @compiled
-def separable_projections(
-    signals: ComplexArray, beat_factors: ComplexArray, doppler_factors: ComplexArray
-) -> ComplexArray:
-    """Adjoint Phi^H r: `separable_products` of arrays that are not taken apart yet."""
-    return separable_products(split(signals), split(beat_factors), split(doppler_factors))
-
-
-@compiled
 def lines_trace(
     points: FloatArray, covariance: ComplexArray, num_ramps: int, num_samples: int
 ) -> float:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vsep._typing import ComplexArray, FloatArray, IntArray
+from vsep._typing import ComplexArray, FloatArray
 from vsep.kernels.cis import cis
 from vsep.kernels.compiler import compiled
 
@@ -68,22 +68,3 @@ def template_jets(
                 - complex(0.0, 0.25 / np.pi * sample_rate_hz**2) * carrier * second[b, n]
             )
     return templates, derivatives
-
-
-@compiled
-def with_rows_replaced(
-    chirps: tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray],
-    places: IntArray,
-    others: tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray],
-) -> tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray]:
-    """Copy three (B,) arrays, templates and derivatives of bursts, some rows from others."""
-    first, second, third = chirps[0].copy(), chirps[1].copy(), chirps[2].copy()
-    templates, derivatives = chirps[3].copy(), chirps[4].copy()
-    for i in range(len(places)):
-        place = places[i]
-        first[place], second[place], third[place] = others[0][i], others[1][i], others[2][i]
-        for n in range(templates.shape[1]):
-            templates[place, n] = others[3][i, n]
-            derivatives[place, 0, n] = others[4][i, 0, n]
-            derivatives[place, 1, n] = others[4][i, 1, n]
-    return first, second, third, templates, derivatives

@@ -5,11 +5,12 @@ squared. One burst is ``a(n) = exp(j 2 pi (f n + s n^2 / 2)) Gbar(f + s n; s)`` 
 frequency f and the slope s; it crosses zero frequency at the sample ``-f / s``.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from vsep._typing import ComplexArray, FloatArray
+from vsep._typing import ComplexArray, FloatArray, frozen
 from vsep._validation import require_range
 from vsep.errors import InputError
 from vsep.kernels.moving_atoms import STATIONARY
@@ -117,22 +118,28 @@ class SignalModel:
         InputError
             If the shape differs, a sample is not finite, or there is no signal at all.
         """
-        array = np.array(received, dtype=np.complex128)
+        array = np.asarray(received, dtype=np.complex128)
         shape = self.shape if self.num_antennas == 1 else (self.num_antennas, *self.shape)
         if array.shape not in (shape, self.rows_shape):
             raise InputError(f"received has shape {array.shape}; it must be {shape}.")
-        array = array.reshape(self.rows_shape)
-        bad = np.count_nonzero(~np.isfinite(array))
-        if bad:
+        owned = array.flags.c_contiguous and array.base is None and not array.flags.writeable
+        if not owned:
+            array = np.array(array, order="C")
+        if array.shape != self.rows_shape:
+            array = array.reshape(self.rows_shape)
+        parts = array.view(np.float64)
+        largest = max(float(parts.max()), -float(parts.min()))  # NaN if any is
+        if not math.isfinite(largest):
+            bad = np.count_nonzero(~np.isfinite(array))
             raise InputError(
                 f"received holds {bad} samples that are NaN or infinite; all must be finite."
             )
-        peak = float(np.abs(array).max())
-        if peak == 0.0:
+        if largest == 0.0:
             raise InputError("received is zero everywhere; at least one sample must not be.")
-        require_range("The largest magnitude in received", peak, 1e-100, 1e100)
-        array.flags.writeable = False
-        return array
+        if not 1e-99 < largest < 1e99:
+            peak = float(np.abs(array).max())
+            require_range("The largest magnitude in received", peak, 1e-100, 1e100)
+        return frozen(array)
 
     def template(self, start_frequency: FloatArray, slope: FloatArray) -> ComplexArray:
         """Burst templates (12).

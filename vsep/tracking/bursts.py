@@ -58,8 +58,9 @@ def fitted_bursts(
     precision = separator.burst_precision(state, state.noise_precision)
     found.recompute(residual, precision)
     num_bins = separator.model.num_grid_bins
-    bursts = [_with_channel(burst, last, num_bins) for burst in found.frozen_bursts()]
-    state = replace(state, bursts=tuple(bursts), search_cache=found.search_cache)
+    bursts = found.frozen_bursts()
+    bursts = bursts.with_channels([_with_channel(burst, last, num_bins) for burst in bursts])
+    state = replace(state, bursts=bursts, search_cache=found.search_cache)
     work = separator.interference_workspace(state)
     with part(BURSTS):
         for _ in range(MOST_FITS):

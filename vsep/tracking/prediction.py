@@ -113,7 +113,7 @@ def predicted_state(
     before : ObjectComponents, optional
         See `predicted_objects`.
     """
-    nothing = np.zeros_like(state.object_signal)
+    nothing = np.zeros(state.object_signal.shape, dtype=np.complex128)
     return SeparationState(
         iteration=0,
         objects=predicted_objects(state.objects, before, radar, elapsed_s),

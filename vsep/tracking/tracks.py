@@ -244,14 +244,14 @@ def _partners(
     places = {int(number): index for index, number in enumerate(found.component_ids)}
     partners: dict[int, int] = {}
     measured = np.stack([found.ranges_m, found.velocities_mps], axis=1)
-    for index, track in enumerate(tracks):
-        place = places.get(track.component_id)
-        if place is None:
-            continue
-        apart = np.abs(measured[place] - expected.means[index])
+    shown = [index for index, track in enumerate(tracks) if track.component_id in places]
+    if shown:
+        objects = [places[tracks[index].component_id] for index in shown]
+        apart = np.abs(measured[objects] - expected.means[shown])
         # A passing car changes its radial velocity faster than the gate allows.
-        if apart[0] < OWN_CELLS * cells[0] and apart[1] < OWN_CELLS * cells[1]:
-            partners[index] = place
+        near = np.all(apart < OWN_CELLS * np.array(cells), axis=1).tolist()
+        pairs = zip(shown, objects, near, strict=True)
+        partners = {index: place for index, place, is_near in pairs if is_near}
     rows = [index for index in range(len(tracks)) if index not in partners]
     columns = sorted(set(places.values()) - set(partners.values()))
     if not rows or not columns:

@@ -10,8 +10,6 @@ import numpy as np
 from scipy import fft
 
 from vsep._typing import ComplexArray, FloatArray, IntArray
-from vsep.inference.objects.sbl import ActiveSet
-from vsep.kernels.channel import Channel, channel_fit, grid_atoms
 from vsep.kernels.channel_products import fill_product_rows
 
 
@@ -21,12 +19,15 @@ class ChannelGrid:
     def __init__(self, num_samples: int, num_bins: int) -> None:
         self.num_samples = num_samples
         self.num_bins = num_bins
-        self.twiddle = _twiddle(num_samples, num_bins)
+        # Left writable, as kernels have one machine code for such arrays.
+        self.twiddle: ComplexArray = np.exp(-2j * np.pi * np.arange(num_bins) / num_bins)
+        self.twiddle /= np.sqrt(num_samples)
         self.scale = float(num_bins / np.sqrt(num_samples))
 
     def atoms(self, bins: IntArray) -> ComplexArray:
         """(K, N) atoms Psi of some bins, one a row."""
-        return grid_atoms(self.num_samples, bins, self.twiddle)
+        places = bins[:, None] * np.arange(self.num_samples) % self.num_bins
+        return np.asarray(self.twiddle[places])
 
     def products(self, templates: ComplexArray, residual: ComplexArray) -> ComplexArray:
         """Inner products of all possible columns of a ramp, by one FFT each.
@@ -52,30 +53,9 @@ class ChannelGrid:
 
 
 @lru_cache(maxsize=16)
-def _twiddle(num_samples: int, num_bins: int) -> ComplexArray:
-    """(K,) values of the atoms; left writable, as kernels have one machine code for such arrays."""
-    return np.asarray(np.exp(-2j * np.pi * np.arange(num_bins) / num_bins) / np.sqrt(num_samples))
-
-
-def channel_posterior(
-    templates: ComplexArray, residual: ComplexArray, channel: Channel, noise_precision: float
-) -> ActiveSet:
-    """Weight posterior (60)-(62) of the columns of one ramp.
-
-    Parameters
-    ----------
-    templates : (B, N) complex
-        Templates of the ramp's bursts.
-    residual : (N,) complex
-        Received ramp minus the object estimate.
-    channel : Channel
-        Burst, bin and prior precision of every column.
-    noise_precision : float
-        lambda.
-    """
-    # C_beta from (62), beta from (61)
-    fit = channel_fit(templates, residual, channel, noise_precision)
-    return ActiveSet.fitted(fit, channel.precisions, noise_precision)
+def channel_grid(num_samples: int, num_bins: int) -> ChannelGrid:
+    """Return the grid of a size; the same for all frames."""
+    return ChannelGrid(num_samples, num_bins)
 
 
 def passive_ratios(

@@ -4,7 +4,7 @@ Gradient and curvature stand in `vsep.kernels.channel.template_slopes`.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +13,6 @@ from scipy.linalg import LinAlgError
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.kernels.gauss_newton import gauss_newton_steps
 from vsep.kernels.ramps import FlatRamps, all_costs, all_slopes
-from vsep.kernels.templates import with_rows_replaced
 from vsep.signal.template import SignalModel
 
 MAX_SHIFT = 0.1  # of the burst's length, one step
@@ -140,18 +139,10 @@ class PlacedChirps:
         """Return these bursts with others in place of some, given in ascending order."""
         if len(places) == len(self.slope):
             return others
-        return PlacedChirps(*with_rows_replaced(self._arrays(), places, others._arrays()))
-
-    def _arrays(
-        self,
-    ) -> tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray]:
-        return (
-            self.start_frequency,
-            self.slope,
-            self.reference,
-            self.templates,
-            self.derivatives,
-        )
+        arrays = {each.name: getattr(self, each.name).copy() for each in fields(self)}
+        for name, values in arrays.items():
+            values[places] = getattr(others, name)
+        return PlacedChirps(**arrays)
 
 
 def place_chirps(
@@ -205,6 +196,8 @@ def refine_chirps(
         steps, promises = gauss_newton_steps(gradients, curvatures, present.slope, longest)
         # Bursts whose quadratic model promises a gain try their step, a quarter of it, and so on.
         trying = (promises >= least_gain).nonzero()[0]
+        if len(trying) == 0:
+            break
         still = np.zeros(len(moving), dtype=bool)
         for _ in range(HALVINGS):
             if len(trying) == 0:

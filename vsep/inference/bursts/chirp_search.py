@@ -14,6 +14,7 @@ from scipy import fft
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray, frozen
 from vsep.inference.core.row_energies import sum_of_antennas
+from vsep.inference.core.schedule import LONG
 from vsep.kernels.scores import ChirpGrid, best_chirps, coarse_scores, correlation_spectra
 from vsep.signal.keystone import SingleComplexArray
 from vsep.signal.sampled_bursts import sampled_bursts
@@ -65,6 +66,8 @@ class SlopeBank:
     ----------
     slopes : (S,) float
         Cycles per sample squared, both signs.
+    spacings : (S,) float
+        Between the inverses of the slopes, in units of that between bursts shorter than a ramp.
     centres : (C,) int
         Burst centres in samples.
     grid : ChirpGrid
@@ -72,6 +75,7 @@ class SlopeBank:
     """
 
     slopes: FloatArray
+    spacings: FloatArray
     centres: IntArray
     grid: ChirpGrid
 
@@ -92,7 +96,14 @@ def slope_bank(model: SignalModel) -> SlopeBank:
     width = 2.0 * model.normalised_cutoff  # of the band, cycles per sample
     spacing = 2.0 * EDGE_PHASE / model.normalised_cutoff**2
     # From the shortest to the longest burst worth searching, uniform in 1/slope
-    inverse_slopes = np.arange(MIN_BURST / width, MAX_BURST * num_samples / width, spacing)
+    longest = num_samples if num_samples >= LONG else MAX_BURST * num_samples
+    inverse_slopes = np.arange(MIN_BURST / width, longest / width, spacing)
+    spacings = np.ones(len(inverse_slopes))
+    if num_samples >= LONG:  # of what is longer than the ramp a part is seen: spaced by its length
+        ramp = num_samples / width
+        longer = np.exp(np.arange(0.0, np.log(MAX_BURST), spacing / ramp))
+        inverse_slopes = np.concatenate([inverse_slopes, ramp * longer])
+        spacings = np.concatenate([spacings, longer])
     slopes: FloatArray = np.concatenate([1.0 / inverse_slopes, -1.0 / inverse_slopes])
     margin = int(CENTRE_MARGIN * num_samples)
     centres = np.arange(-margin, num_samples + margin)
@@ -120,7 +131,7 @@ def slope_bank(model: SignalModel) -> SlopeBank:
         reach=(COARSE_REACH, CENTRE_REACH),
         close_share=CLOSE_SHARE,
     )
-    return SlopeBank(slopes=frozen(slopes), centres=frozen(centres), grid=grid)
+    return SlopeBank(frozen(slopes), frozen(np.tile(spacings, 2)), frozen(centres), grid)
 
 
 def _chirps_around_centre(

@@ -131,7 +131,7 @@ def searched_volume(model: SignalModel) -> float:
     share = np.minimum(energy * np.abs(bank.slopes)[:, None] / width, 1.0)
     step = 2.0 * EDGE_PHASE / model.normalised_cutoff**2  # of 1/slope
     density = np.pi**2 * width**3 / math.sqrt(540.0)  # of maxima per unit of centre and 1/slope
-    return density * step * float(np.sum(share**3))
+    return density * step * float(np.sum(share**3 * bank.spacings[:, None]))
 
 
 def expected_threshold(model: SignalModel, threshold: float, reach: float) -> float:

@@ -87,7 +87,8 @@ class NoiseLike:
             energies = row_energies(rows)
             usual = np.median(energies[energies > 0.0]) if energies.any() else 0.0
             return bool(energies.max() > LOUD_ROW * usual)
-        return bool(np.mean(self._left()[with_bursts] > POORLY) >= MAJORITY)
+        poor = int(np.count_nonzero(self._left()[with_bursts] > POORLY))
+        return poor >= MAJORITY * len(with_bursts)
 
     def _left(self) -> FloatArray:
         """(R,) share of the energy of the rows that their bursts leave."""

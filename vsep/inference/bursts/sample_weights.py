@@ -163,18 +163,23 @@ def louder_runs(power: FloatArray, noise: float, certain_mean: float = CERTAIN) 
     # Means of the others: a click must not make its neighbours suspect.
     expected: FloatArray | float = noise
     others = power
-    if single.any():
+    rows = single.any(axis=1)
+    if rows.any():
         others = np.where(single, 0.0, power)
-        share = ndimage.uniform_filter1d(np.where(single, 0.0, 1.0), AVERAGED, axis=1)
-        expected = noise * share
+        expected = np.full(power.shape, noise)
+        share = ndimage.uniform_filter1d(np.where(single[rows], 0.0, 1.0), AVERAGED, axis=1)
+        expected[rows] = noise * share
     around = ndimage.uniform_filter1d(others, AVERAGED, axis=1)
     certain = single | (around > certain_mean * expected)
-    if not certain.any():
+    rows = certain.any(axis=1)
+    if not rows.any():
         return None
     # Seeds, and the raised samples beside them across small gaps
-    raised = certain | (around > RAISED * expected)
+    seeds = certain[rows]
+    raised = seeds | (around > RAISED * expected)[rows]
     raised |= ndimage.binary_closing(raised, ALONG_THE_RAMP, GAP_REACH)
-    return np.asarray(ndimage.binary_propagation(certain, ALONG_THE_RAMP, raised))
+    certain[rows] = ndimage.binary_propagation(seeds, ALONG_THE_RAMP, raised)
+    return np.asarray(certain)
 
 
 def usual_power(power: FloatArray) -> float:

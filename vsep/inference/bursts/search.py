@@ -19,13 +19,16 @@ from vsep.inference.bursts.expected_bursts import (
 )
 from vsep.inference.bursts.giving_up import NoiseLike, given_up
 from vsep.inference.bursts.long_chirps import lone_tones, with_long_chirps
+from vsep.inference.bursts.sequence import MANY_BURSTS
 from vsep.inference.bursts.workspace import InterferenceWorkspace
 from vsep.inference.core.progress import EventKind
 from vsep.inference.core.row_energies import row_energies, squared_norms, sum_of_antennas
 from vsep.inference.core.search_cache import empty_search_cache
 from vsep.inference.core.state import NO_CORRECTION
 from vsep.inference.core.thresholds import threshold_of_sum
-from vsep.inference.objects.sbl import activation_ratio, converged_precision
+from vsep.inference.objects.sbl import ActiveSet, activation_ratio, converged_precision
+from vsep.kernels.posterior import Posterior
+from vsep.kernels.ramps import FlatPosterior
 from vsep.units import from_db
 
 START_STEPS = 4  # Newton steps on a new chirp, which comes from a grid
@@ -104,7 +107,7 @@ class BurstSearch:
         """
         work = self.work
         work.correct(NO_CORRECTION)
-        work.keep_strongest_columns()
+        work.table.keep_strongest_columns(work.bursts_per_row >= MANY_BURSTS - 1)
         for _ in range(work.schedule.bursts_per_ramp):
             work.recompute(self.residual, self.noise_precision)
             count = len(work.table)
@@ -221,7 +224,9 @@ class BurstSearch:
             needed = np.maximum(least, self.threshold / self.noise_precision)
             # Cauchy-Schwarz: sqrt(score) changes by ||change|| at most
             candidates &= last.limits_of(noise_residual) >= needed
-        candidates[[*changed, *given_up(work)]] = False
+        settled = [*changed, *given_up(work)]
+        if settled:
+            candidates[settled] = False
         ramps = candidates.nonzero()[0]
         if len(ramps) == 0:
             return
@@ -297,7 +302,9 @@ class BurstSearch:
         if self.keeps_every_template:
             return found
         tones = found.tone_score > np.maximum(found.score, least_score)
-        if tones.any():
+        if self.beside_bursts:  # what is left of a burst there is no longer one
+            tones[:] = False
+        elif tones.any():
             tones &= lone_tones(self._by_antenna(self.residual))[ramps]
         return with_long_chirps(found, rows, tones, self.work.assumed)
 
@@ -339,29 +346,35 @@ class BurstSearch:
         columns = table.add_columns(places, none.astype(np.int64), none)
         # theta from (71), several steps from the grid
         work.refine_burst(places, self.residual, self.noise_precision, max_steps=START_STEPS)
+        fit = work.posteriors(self.residual, self.noise_precision)
         lost = [
             last
             for ramp, last in zip(
                 table.ramps_of_bursts[places].tolist(), columns.tolist(), strict=True
             )
-            if not self._initialise_column(ramp)
+            if not self._initialise_column(ramp, fit)
         ]
         table.remove_columns(lost)
         work.synthesize()
 
-    def _initialise_column(self, ramp: int) -> bool:
+    def _initialise_column(self, ramp: int, fit: FlatPosterior) -> bool:
         """Give the last column of a ramp its prior precision, and tell whether it stays.
 
         An antenna may receive next to nothing of a burst that the others show, and beside the
         other bursts of its ramp nothing may be left of one: no precision (77) explains that.
         """
         work, table = self.work, self.work.table
-        active = work.posterior(ramp, self.residual, self.noise_precision)
-        columns, last = table.columns_of(ramp), len(active) - 1
+        columns, none = table.columns_of(ramp), np.zeros((0, 0), dtype=np.complex128)
+        covariance, means = table.covariance_of(ramp, fit.covariances), fit.amplitudes[columns]
+        own = Posterior(none, none.ravel(), covariance, means, float(fit.log_determinants[ramp]))
+        active = ActiveSet.fitted(own, table.precisions[columns], self.noise_precision)
+        last = len(active) - 1
         rho, omega_sq = active.flat_prior_moments(last)  # (23)-(24)
         least_ratio = work.threshold if work.model.num_antennas > 1 else 1.0
         if activation_ratio(rho, omega_sq) <= least_ratio:
-            table.amplitudes[columns] = np.append(active.without(last).amplitudes, 0.0)
+            share = means[last] / covariance[last, last].real
+            table.amplitudes[columns] = means - covariance[:, last] * share  # those of the others
+            table.amplitudes[columns][last] = 0.0
             return False
         active.set_precision(last, converged_precision(rho, omega_sq))  # gamma from (77)
         table.amplitudes[columns], table.precisions[columns] = active.amplitudes, active.precisions

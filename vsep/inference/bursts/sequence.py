@@ -32,6 +32,16 @@ class FlatBursts(NamedTuple):
     covariances: ComplexArray
 
 
+class BurstLayout(NamedTuple):
+    """Where bursts and columns stand in flat arrays: see `vsep.inference.bursts.table`."""
+
+    interfered: IntArray
+    first_burst: IntArray
+    ramps_of_bursts: IntArray
+    num_columns: IntArray
+    first_column: IntArray
+
+
 class BurstSequence(Sequence[BurstComponents]):
     """Bursts after a step; a record of a burst is made when it is first asked for.
 
@@ -43,17 +53,20 @@ class BurstSequence(Sequence[BurstComponents]):
         Rows of one antenna.
     placed : tuple of PlacedChirps and SignalModel, or None
         The bursts with the templates that the model gave them; they stay in this process.
+    layout : BurstLayout, optional
+        Of these bursts, where it is known; it stays in this process.
     """
 
-    __slots__ = ("_components", "_placed", "flat", "num_ramps")
+    __slots__ = ("_components", "_placed", "flat", "layout", "num_ramps")
 
     def __init__(
         self,
         flat: FlatBursts,
         num_ramps: int,
         placed: tuple[PlacedChirps, SignalModel] | None = None,
+        layout: BurstLayout | None = None,
     ) -> None:
-        self.flat, self.num_ramps, self._placed = flat, num_ramps, placed
+        self.flat, self.num_ramps, self._placed, self.layout = flat, num_ramps, placed, layout
         self._components: tuple[BurstComponents, ...] | None = None
 
     def __reduce__(self) -> tuple[type["BurstSequence"], tuple[FlatBursts, int]]:
@@ -68,6 +81,11 @@ class BurstSequence(Sequence[BurstComponents]):
         if self._placed is not None and self._placed[1] is model:
             return self._placed[0]
         return place_chirps(self.flat.start_frequency, self.flat.slope, model)
+
+    def with_channels(self, bursts: Sequence[BurstComponents]) -> "BurstSequence":
+        """Return the same bursts as they are given, with other channels."""
+        flat = burst_sequence(bursts, self.num_ramps).flat
+        return BurstSequence(flat, self.num_ramps, self._placed)
 
     def __len__(self) -> int:
         """Return the number of bursts."""

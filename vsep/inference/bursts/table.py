@@ -11,7 +11,12 @@ import numpy as np
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from vsep.inference.bursts.chirp_refinement import PlacedChirps
-from vsep.inference.bursts.sequence import BurstSequence, FlatBursts, burst_sequence
+from vsep.inference.bursts.sequence import (
+    BurstLayout,
+    BurstSequence,
+    FlatBursts,
+    burst_sequence,
+)
 from vsep.inference.core.state import BurstComponents
 from vsep.kernels.ramps import FlatPosterior, FlatRamps
 from vsep.signal.filters import RaisedCosineFilter
@@ -91,7 +96,11 @@ class BurstTable:
         self.covariances, self.variances = none.astype(np.complex128), none
         self.traces, self.log_determinants = none, none
         self.signals = np.zeros(self.chirps.templates.shape, dtype=np.complex128)
-        self._lay_out()
+        if start.layout is None:
+            self._lay_out()
+        else:
+            self.interfered, self.first_burst, self.ramps_of_bursts = start.layout[:3]
+            self.num_columns, self.first_column = start.layout[3:]
         if len(self.interfered) < len(self.rows):
             self._group_columns()
 
@@ -104,16 +113,16 @@ class BurstTable:
         # Rows are ascending: a row begins where its number changes.
         begins = np.ones(len(self.rows) + 1, dtype=bool)
         np.not_equal(self.rows[1:], self.rows[:-1], out=begins[1:-1])
-        self.first_burst: IntArray = begins.nonzero()[0]
-        self.interfered: IntArray = self.rows[self.first_burst[:-1]]
-        self.ramps_of_bursts: IntArray = begins[:-1].cumsum() - 1
+        self.first_burst = begins.nonzero()[0]
+        self.interfered = self.rows[self.first_burst[:-1]]
+        self.ramps_of_bursts = begins[:-1].cumsum() - 1
         self._lay_out_columns()
 
     def _lay_out_columns(self) -> None:
-        self.num_columns: IntArray = np.bincount(self.owners, minlength=len(self.rows))
+        self.num_columns = np.bincount(self.owners, minlength=len(self.rows))
         ends = np.zeros(len(self.rows) + 1, dtype=np.int64)
         self.num_columns.cumsum(out=ends[1:])
-        self.first_column: IntArray = ends[self.first_burst]
+        self.first_column = ends[self.first_burst]
 
     def _group_columns(self) -> None:
         """Let the columns of each burst stand together where a ramp has several."""
@@ -145,6 +154,19 @@ class BurstTable:
             places = first[:-1] + index
             yield places[places < first[1:]]
 
+    def moving(self, places: IntArray, numbers: IntArray) -> tuple[IntArray, IntArray]:
+        """(R,) which burst of every ramp is among some (T,), and the number (T,) that it has there.
+
+        Zero and -1 where none is; of the bursts of a ramp there is one at most.
+        """
+        moving = np.zeros(len(self.interfered), dtype=np.int64)
+        if len(places) == len(self.rows) == len(moving):  # one burst in a ramp, and all of them
+            return moving, numbers
+        ramps, shared = self.ramps_of_bursts[places], moving - 1
+        moving[ramps] = places - self.first_burst[ramps]
+        shared[ramps] = numbers
+        return moving, shared
+
     def take_posterior(self, fit: FlatPosterior) -> None:
         """Store the posteriors of all ramps."""
         self.covariances, self.variances, self.amplitudes = fit[:3]
@@ -154,13 +176,13 @@ class BurstTable:
         """Return where the columns of an interfered ramp stand."""
         return slice(int(self.first_column[ramp]), int(self.first_column[ramp + 1]))
 
-    def covariance_of(self, ramp: int) -> ComplexArray:
-        """(K, K) covariance of the columns of an interfered ramp, in the last posterior."""
+    def covariance_of(self, ramp: int, covariances: ComplexArray) -> ComplexArray:
+        """(K, K) covariance of the columns of an interfered ramp, of those of all."""
         sizes = np.diff(self.first_column)
-        if len(self.covariances) != np.sum(sizes**2):
+        if len(covariances) != np.sum(sizes**2):
             return np.zeros((0, 0), dtype=np.complex128)
         place, size = int(np.sum(sizes[:ramp] ** 2)), int(sizes[ramp])
-        return self.covariances[place : place + size**2].reshape(size, size)
+        return covariances[place : place + size**2].reshape(size, size)
 
     def ramps(self) -> dict[int, RampBursts]:
         """Return what every interfered row holds, by its number."""
@@ -177,7 +199,7 @@ class BurstTable:
             bins=self.bins[columns],
             precisions=self.precisions[columns],
             amplitudes=self.amplitudes[columns],
-            covariance=self.covariance_of(ramp),
+            covariance=self.covariance_of(ramp, self.covariances),
             signals=self.signals[first:last],
         )
 
@@ -196,7 +218,15 @@ class BurstTable:
             covariances=self.covariances,
         )
         by_burst = isinstance(model.anti_aliasing_filter, RaisedCosineFilter)
-        return BurstSequence(flat, model.num_ramps, (chirps, model) if by_burst else None)
+        layout = BurstLayout(
+            self.interfered,
+            self.first_burst,
+            self.ramps_of_bursts,
+            self.num_columns,
+            self.first_column,
+        )
+        placed = (chirps, model) if by_burst else None
+        return BurstSequence(flat, model.num_ramps, placed, layout)
 
     def add_bursts(self, rows: IntArray, chirps: PlacedChirps) -> IntArray:
         """Add one burst to each of some rows, ascending, after those that are there.
@@ -257,6 +287,14 @@ class BurstTable:
         self.owners, self.bins = self.owners[stay], self.bins[stay]
         self.precisions, self.amplitudes = self.precisions[stay], self.amplitudes[stay]
         self._lay_out_columns()
+
+    def keep_strongest_columns(self, rows: BoolArray) -> None:
+        """Leave one column of each burst in some of the rows of the frame (R,)."""
+        order = np.lexsort((-np.abs(self.amplitudes), self.owners))
+        _, first = np.unique(self.owners[order], return_index=True)
+        stay = np.zeros(len(self.owners), dtype=np.bool_)
+        stay[order[first]] = True
+        self.remove_columns(np.flatnonzero(~stay & rows[self.rows][self.owners]).tolist())
 
     def set_columns(self, owners: IntArray, bins: IntArray, precisions: FloatArray) -> None:
         """Put other columns in place of all; their weights are those of the next posterior."""

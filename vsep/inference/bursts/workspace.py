@@ -8,7 +8,7 @@ from scipy import fft
 from scipy.linalg import LinAlgError
 
 from vsep._typing import BoolArray, ComplexArray, FloatArray, IntArray
-from vsep.inference.bursts.channel import ChannelGrid, channel_posterior
+from vsep.inference.bursts.channel import channel_grid
 from vsep.inference.bursts.chirp_refinement import (
     ChannelCosts,
     place_chirps,
@@ -24,9 +24,8 @@ from vsep.inference.core.row_energies import squared_norms
 from vsep.inference.core.schedule import Schedule
 from vsep.inference.core.search_cache import SearchCache
 from vsep.inference.core.state import NO_CORRECTION, BurstComponents, FilterCorrection
-from vsep.inference.objects.sbl import ActiveSet
-from vsep.kernels.channel import Channel
 from vsep.kernels.ramps import (
+    FlatPosterior,
     FlatRamps,
     Revision,
     all_posteriors,
@@ -95,7 +94,7 @@ class InterferenceWorkspace:
         self.schedule = schedule
         self.threshold = threshold
         self.prune_threshold = threshold / float(from_db(schedule.prune_margin_db))
-        self.grid = ChannelGrid(model.num_samples, model.num_grid_bins)
+        self.grid = channel_grid(model.num_samples, model.num_grid_bins)
         self.events: list[ComponentEvent] = []
         self.table = BurstTable(self.model, bursts)
         self._summed: tuple[ComplexArray | None, ComplexArray] = None, self.table.signals
@@ -120,13 +119,17 @@ class InterferenceWorkspace:
         return 1 if self.noise_like is not None else self.schedule.object_additions(iteration)
 
     def revised_weights(
-        self, weights: SampleWeights | None, missing: BoolArray | None, unexplained: ComplexArray
+        self,
+        weights: SampleWeights | None,
+        missing: BoolArray | None,
+        received: ComplexArray,
+        objects: ComplexArray,
     ) -> SampleWeights | None:
         """Return the weights of the samples after a search.
 
         Crowded rows in which it has begun a burst count, as far as they were received, because the
         burst would have no sample to be fitted to. Samples of interference that is no chirps count
-        by how faint it is in what no source explains, (A P, N).
+        by how faint it is in what no source explains of the frame, (A P, N).
         """
         kinds = EventKind.CHIRP_STARTED, EventKind.CHIRP_RESTARTED
         ramps = [event.ramp for event in self.events if event.kind in kinds]
@@ -138,19 +141,10 @@ class InterferenceWorkspace:
             weights = weights.counting(rows, missing)
         if self.noise_like is None:
             return weights
-        values = np.ones(unexplained.shape) if weights is None else weights.values
-        left = unexplained.reshape(self.model.num_antennas, *self.model.shape)
+        left = received - objects - self.signal
+        values = np.ones(left.shape) if weights is None else weights.values
+        left = left.reshape(self.model.num_antennas, *self.model.shape)
         return SampleWeights(with_faint_samples(values, left, self.noise_like, missing))
-
-    def keep_strongest_columns(self) -> None:
-        """Leave one channel component of each burst where a ramp holds several."""
-        table = self.table
-        order = np.lexsort((-np.abs(table.amplitudes), table.owners))
-        _, first = np.unique(table.owners[order], return_index=True)
-        stay = np.zeros(len(table.owners), dtype=np.bool_)
-        stay[order[first]] = True
-        several = self.bursts_per_row[table.rows] >= MANY_BURSTS - 1
-        table.remove_columns(np.flatnonzero(~stay & several[table.owners]).tolist())
 
     @property
     def trace(self) -> float:
@@ -175,8 +169,11 @@ class InterferenceWorkspace:
         if signals is table.signals:
             return total
         total = np.zeros(self.model.rows_shape, dtype=np.complex128)
-        for places in table.in_rounds():
-            total[table.rows[places]] += table.signals[places]
+        if len(table.interfered) == len(table):  # one burst in a row, as mostly
+            total[table.rows] = table.signals
+        else:
+            for places in table.in_rounds():
+                total[table.rows[places]] += table.signals[places]
         self._summed = table.signals, total
         return total
 
@@ -250,8 +247,7 @@ class InterferenceWorkspace:
 
     def recompute(self, residual: ComplexArray, noise_precision: float) -> None:
         """Covariance and mean (61)-(62) at the present parameters."""
-        rows = residual[self.table.interfered]
-        fit = all_posteriors(self.flat(), rows, noise_precision)  # C_beta from (62), beta from (61)
+        fit = self.posteriors(residual, noise_precision)
         if not math.isfinite(fit.log_determinants.sum()):
             raise LinAlgError("the precision matrix of a ramp is not positive definite")
         self.table.take_posterior(fit)
@@ -275,11 +271,10 @@ class InterferenceWorkspace:
         if correction.num_splines:
             self.model = corrected_model(self.assumed, correction.coefficients)
 
-    def posterior(self, ramp: int, residual: ComplexArray, noise_precision: float) -> ActiveSet:
-        """Posterior of all columns of an interfered ramp at its present parameters."""
-        held = self.table.ramp(ramp)
-        channel = Channel(held.owners, held.bins, held.precisions, self.grid.twiddle)
-        return channel_posterior(held.templates, residual[held.ramp], channel, noise_precision)
+    def posteriors(self, residual: ComplexArray, noise_precision: float) -> FlatPosterior:
+        """Posteriors of all columns of the interfered ramps at their present parameters."""
+        # C_beta from (62), beta from (61)
+        return all_posteriors(self.flat(), residual[self.table.interfered], noise_precision)
 
     def refine_bursts(self, residual: ComplexArray, noise_precision: float) -> None:
         """Maximise (71) for all bursts: the first of every ramp, then the second."""
@@ -304,17 +299,15 @@ class InterferenceWorkspace:
             Newton steps at most.
         """
         table = self.table
-        places = places[table.num_columns[places] > 0]
+        if not table.num_columns.all():
+            places = places[table.num_columns[places] > 0]
         if len(places) == 0:
             return
         # A burst has one place at all antennas: the sum over them is maximised.
-        ramps, own, numbers = table.ramps_of_bursts[places], places, np.arange(len(places))
+        own, numbers = places, np.arange(len(places))
         if self.model.num_antennas > 1:
             own, numbers = np.unique(places % self.num_shared, return_inverse=True)
-        moving, shared = np.zeros((2, len(table.interfered)), dtype=np.int64)
-        shared -= 1
-        moving[ramps] = places - table.first_burst[ramps]
-        shared[ramps] = numbers
+        moving, shared = table.moving(places, numbers)
         # (71) of each ramp as a function of one of its bursts' templates
         costs = ChannelCosts(
             ramps=self.flat(),

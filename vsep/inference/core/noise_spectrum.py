@@ -192,6 +192,8 @@ def _smooth_spectrum(
     excess = _excess(periodogram, np.full(periodogram.shape, np.log(periodogram.mean())), looks)
     if float((looks * (centred @ excess) ** 2 / norms).max()) <= convincing:
         return None
+    means = terms.mean(axis=1)
+    energies = norms + len(periodogram) * means**2
     active: list[int] = []
     basis = np.ones((1, len(periodogram)))
     coefficients = np.array([np.log(np.mean(periodogram))])
@@ -199,10 +201,11 @@ def _smooth_spectrum(
         excess = _excess(periodogram, coefficients @ basis, looks)
         # score test: what of each term the active ones do not explain already
         orthonormal = np.linalg.qr(basis.T)[0]
-        beside = terms - (terms @ orthonormal) @ orthonormal.T
-        left = np.einsum("jn,jn->j", beside, beside)
-        usable = left > 0.05 * np.einsum("jn,jn->j", terms, terms)
-        score = np.where(usable, looks * (beside @ excess) ** 2 / np.maximum(left, 1e-12), 0.0)
+        explained = terms @ orthonormal
+        left = energies - np.einsum("jk,jk->j", explained, explained)
+        beside = terms @ excess - explained @ (orthonormal.T @ excess)
+        usable = left > 0.05 * energies
+        score = np.where(usable, looks * beside**2 / np.maximum(left, 1e-12), 0.0)
         best = int(np.argmax(score))
         if score[best] <= (FURTHER if active else convincing):
             break
@@ -237,7 +240,9 @@ def quiet_periodogram(noise_residual: ComplexArray) -> tuple[FloatArray, float]:
     power = (spectra.real**2 + spectra.imag**2).reshape(-1, num_samples)
     rows = len(power)
     count = int(np.ceil(LOWER_SHARE * rows))
-    lowest = np.partition(power, count - 1, axis=0)[:count].mean(axis=0)
+    # Along rows of memory it takes a third of the time.
+    ordered = np.partition(np.ascontiguousarray(power.T), count - 1, axis=1)
+    lowest = np.ascontiguousarray(ordered[:, :count].T).mean(axis=0)
     # mean of the `count` lowest of `rows` exponential variables of mean one
     steps = np.cumsum(1.0 / np.arange(rows, rows - count, -1))
     return lowest / steps.mean(), LOWER_SHARE * rows

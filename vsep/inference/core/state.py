@@ -300,8 +300,12 @@ class SeparationState:
     @property
     def relative_noise(self) -> NoiseSpectrum | None:
         """Noise over beat frequency in units of 1/lambda; None where it is white."""
+        return self.noise_relative_to(self.noise_precision)
+
+    def noise_relative_to(self, noise_precision: float) -> NoiseSpectrum | None:
+        """Return the noise over beat frequency in units of 1/lambda of another lambda."""
         spectrum = self.noise_spectrum
-        return None if spectrum is None else spectrum.scaled(self.noise_precision)
+        return None if spectrum is None else spectrum.scaled(noise_precision)
 
     @property
     def component_snr(self) -> FloatArray:

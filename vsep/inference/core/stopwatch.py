@@ -3,8 +3,7 @@
 Marking costs a microsecond and changes nothing that a step returns.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from contextvars import ContextVar
 
 from vsep.kernels.clock import computing_s
@@ -17,8 +16,7 @@ REST = "the rest"
 _seconds: ContextVar[dict[str, float] | None] = ContextVar("seconds by part", default=None)
 
 
-@contextmanager
-def stopwatch() -> Iterator[dict[str, float]]:
+class stopwatch:  # noqa: N801  as `part`
     """Collect the seconds of every part that is marked meanwhile.
 
     Examples
@@ -29,12 +27,18 @@ def stopwatch() -> Iterator[dict[str, float]]:
     >>> list(seconds)
     ['objects']
     """
-    seconds: dict[str, float] = {}
-    token = _seconds.set(seconds)
-    try:
-        yield seconds
-    finally:
-        _seconds.reset(token)
+
+    __slots__ = ("_token",)
+
+    def __enter__(self) -> dict[str, float]:
+        """Begin with nothing."""
+        seconds: dict[str, float] = {}
+        self._token = _seconds.set(seconds)
+        return seconds
+
+    def __exit__(self, *_: object) -> None:
+        """Hand over to the stopwatch around this one, if there is one."""
+        _seconds.reset(self._token)
 
 
 class part:  # noqa: N801  used as a word of the language, `with part(OBJECTS):`

@@ -81,8 +81,10 @@ def _along_samples(frame: ComplexArray, lines: FloatArray) -> ComplexArray:
 def _real_product(lines: FloatArray, rows: ComplexArray) -> ComplexArray:
     """Lines (K, M) times rows (R, M), (K, R): real numbers by complex ones."""
     parts = np.concatenate([rows.real, rows.imag])
-    products = lines @ parts.T
-    return np.asarray(products[:, : len(rows)] + 1j * products[:, len(rows) :])
+    both = lines @ parts.T
+    products = np.empty((len(lines), len(rows)), dtype=np.complex128)
+    products.real, products.imag = both[:, : len(rows)], both[:, len(rows) :]
+    return products
 
 
 def _conjugate_derivatives(frequencies: FloatArray, length: int) -> ComplexArray:

@@ -49,9 +49,11 @@ def merge_unresolved(objects: ObjectWorkspace) -> bool:
     objects : ObjectWorkspace
         After a step; changed in place.
     """
+    if len(objects.ids) < 2:
+        return False
     shape = objects.placed.factors[1].shape[1], objects.placed.factors[0].shape[1]
     groups = cells_in_common(objects.points, shape)
-    crowded = np.flatnonzero(np.bincount(groups) > 1) if len(groups) else ()
+    crowded = np.flatnonzero(np.bincount(groups) > 1)
     crowds = [objects.ids[groups == group] for group in crowded]
     return any([_merge_group(objects, ids) for ids in crowds])
 

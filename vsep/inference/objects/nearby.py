@@ -196,7 +196,7 @@ def updated_nearby(
     work = nearby_workspace(state, residual, model, threshold, estimates_noise=False)
     if work is None:
         return None
-    moved = work.max_frequency_change
+    moved, _ = work.max_frequency_change, work.signal  # what is left is looked through with it
     work.add_components(max_additions)
     if work.next_id != state.next_component_id:
         work.update_components()

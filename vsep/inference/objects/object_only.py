@@ -12,7 +12,7 @@ from vsep.inference.core.environment import with_environment
 from vsep.inference.core.estimator import EstimatorEntry, is_quiet, settle
 from vsep.inference.core.noise_spectrum import NoiseSpectrum
 from vsep.inference.core.progress import IterationInfo, Termination
-from vsep.inference.core.schedule import ROBUST
+from vsep.inference.core.schedule import ROBUST, Schedule
 from vsep.inference.core.settling import initial_errors
 from vsep.inference.core.state import SeparationState
 from vsep.inference.core.stopwatch import OBJECTS, part
@@ -158,6 +158,7 @@ class ObjectOnlySeparator(ObjectSettings):
             objects = update_objects(  # Algorithm 3 with r_alpha = r
                 received,
                 state,
+                state.noise_precision,
                 self.model,
                 self.object_threshold(state.relative_noise),
                 ROBUST.object_additions(state.iteration),
@@ -191,7 +192,8 @@ def step_on_used(
     with part(OBJECTS):
         objects = update_objects(
             state.object_signal + steps * used_residual,  # r'
-            replace(state, noise_precision=state.noise_precision / length),  # lambda / w
+            state,
+            state.noise_precision / length,  # lambda / w
             model,
             settings.object_threshold(state.relative_noise),
             ROBUST.object_additions(state.iteration),
@@ -215,13 +217,11 @@ def step_on_used(
 def update_objects(
     residual: ComplexArray,
     state: SeparationState,
+    noise_precision: float,
     model: SignalModel,
     threshold: ObjectThreshold,
     max_additions: int,
-    *,
-    jointly: bool = True,
-    nearby: bool = False,
-    merging: bool = True,
+    schedule: Schedule = ROBUST,
 ) -> ObjectWorkspace:
     """Run Algorithm 3 on a residual: new components first, then every component in turn.
 
@@ -231,29 +231,29 @@ def update_objects(
         Received signal minus the interference estimate.
     state : SeparationState
         Where the step starts from.
+    noise_precision : float
+        lambda.
     model : SignalModel
         Size of the frame, and how objects move through range cells.
     threshold : ObjectThreshold
         T_alpha and the noise it is relative to.
     max_additions : int
         New components at most.
-    jointly : bool
-        Whether a step of all components together follows.
-    nearby : bool
-        Whether the objects are next to where they are: then they are fitted together, and
-        Algorithm 3 follows only where one is new.
-    merging : bool
-        Whether those that their neighbours explain are given up.
+    schedule : Schedule
+        Whether all components move together as well, whether they are next to where they are, and
+        whether those that their neighbours explain are given up.
     """
-    if nearby and pays_together(state, model):
-        found = updated_nearby(residual, state, model, threshold, max_additions)
+    if schedule.objects_nearby and pays_together(state, model):
+        begun = replace(state, noise_precision=noise_precision)
+        found = updated_nearby(residual, begun, model, threshold, max_additions)
         if found is not None:
             return found
-    workspace = object_workspace(state, residual, state.noise_precision, model, threshold)
+    workspace = object_workspace(state, residual, noise_precision, model, threshold)
     workspace.add_components(max_additions)  # zeta_new from (70), Algorithm 4
-    workspace.update_components(jointly=jointly)  # for all l: (70), Algorithm 4
+    # for all l: (70), Algorithm 4
+    workspace.update_components(jointly=schedule.joint_object_step)
     dithered = isinstance(model.migration, RampDither)
-    if merging and not dithered and merging_due(workspace, state):
+    if schedule.merges_objects and not dithered and merging_due(workspace, state):
         merge_unresolved(workspace)
     return workspace
 

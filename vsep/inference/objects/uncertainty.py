@@ -83,6 +83,8 @@ def fisher_information(
     # What is learnt at each antenna adds up.
     powers = np.tile(weights.conj() @ weights.T, (axes, axes))
     left = moved - explained  # dphi^H (I - lambda Phi C Phi^H) dphi
+    if np.isrealobj(left):
+        return 2.0 * noise_precision * (left * powers.real)
     fisher: FloatArray = 2.0 * noise_precision * (left.real * powers.real - left.imag * powers.imag)
     return fisher
 

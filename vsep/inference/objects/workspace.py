@@ -1,6 +1,7 @@
 """Algorithm 3: addition, refinement, update and pruning of grid-less object components."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,18 +22,14 @@ from vsep.kernels.candidates import Candidate, best_candidate, candidate_peaks
 from vsep.kernels.convergence import largest_change
 from vsep.kernels.doppler_intervals import unfold_lines
 from vsep.kernels.line_spectra import Columns
-from vsep.kernels.moving_atoms import (
-    STATIONARY,
-    Migration,
-)
+from vsep.kernels.moving_atoms import STATIONARY, Migration
 from vsep.kernels.newton_ascent import update_lines
 from vsep.kernels.object_posterior import (
     lines_trace,
     object_signals,
-    separable_projections,
     subtract_columns,
 )
-from vsep.signal.atoms import Factors
+from vsep.signal.atoms import Factors, project
 from vsep.signal.dithered_atoms import Coupling, coupled_jets, coupled_products, coupled_signals
 from vsep.signal.keystone import SingleComplexArray, keystone_transform
 from vsep.signal.template import SignalModel
@@ -81,9 +78,10 @@ class ObjectThreshold:
         Where thresholds are not the same as when it was added, an object close to its own would
         come and go for ever.
         """
-        levels = self.levels(np.rint(beats * grid) / grid)
-        if self.relative_noise is not None:
-            levels = KEEP_COLOURED * levels
+        if self.relative_noise is None:
+            levels = np.ones(len(beats))
+        else:
+            levels = KEEP_COLOURED * self.levels(np.rint(beats * grid) / grid)
         return levels if self.keep == 1.0 else self.keep * levels
 
 
@@ -193,7 +191,8 @@ class ObjectWorkspace:
     def products(self, signals: ComplexArray) -> ComplexArray:
         """(L, A) inner products of the components with signals (A P, N)."""
         if self.is_stationary:
-            return separable_projections(signals, *self.factors)
+            frames = signals.reshape(self.num_antennas, *self._shape)
+            return np.stack([project(each, *self.factors) for each in frames], axis=1)
         return coupled_products(self.points, self.placed.migration, self._shape[0], signals)
 
     def add_components(self, max_additions: int) -> None:
@@ -356,6 +355,7 @@ def candidate_grid(signals: SingleComplexArray, migration: Migration) -> SingleC
     return np.asarray(fft.ifft(signals, 2 * signals.shape[2], axis=2))
 
 
+@lru_cache(maxsize=16)
 def no_background(num_ramps: int, num_samples: int) -> Background:
     """Return a background without columns."""
     factors = (
