@@ -1,7 +1,7 @@
 """The open set: frames of the bench as frame files, each with truth and mask, and a data sheet.
 
-Everything in it is a function of the bench's version, so that nobody has to ship it: whoever has
-the program makes the same files, `fingerprint` tells whether they are the same.
+Everything in it is a function of the bench's version: whoever has the program makes the files that
+are shipped, `fingerprint` tells whether they are the same.
 """
 
 from collections.abc import Sequence
