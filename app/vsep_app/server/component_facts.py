@@ -3,7 +3,8 @@
 A page is a hundred components or so. Panel copies all parameters of each of them, looks for the
 files of its class on the disk, sends with each where a browser would find the modules that the
 bundle of all of them holds already, makes a row around each pane for the case that it stands alone,
-and looks through the whole page for data that it has just made. `spare_components` ends that.
+looks through the whole page for data that it has just made, and sends with every page what all of
+its classes are, most of which no page uses. `spare_components` ends that.
 Nor may one page be lost because another one adds a link while all links are looked through.
 """
 
@@ -11,8 +12,10 @@ from functools import cache, cached_property
 from typing import Any, Final
 from weakref import WeakKeyDictionary
 
+import bokeh.document.document as document_of_bokeh
 import panel as pn
 import panel_material_ui as pmu
+from bokeh.core.has_props import is_DataModel
 from panel.custom import ReactiveESM
 from panel.links import Callback
 from panel.pane.base import PaneBase
@@ -21,6 +24,8 @@ from panel.util import classproperty
 from panel.viewable import Layoutable
 from panel_material_ui.base import MaterialComponent
 from param.parameterized import no_instance_params
+
+from vsep_app.pages.recording.files import DropZone
 
 ALIKE: Final = (
     pmu.Button,
@@ -37,6 +42,25 @@ ALIKE: Final = (
 )
 """Classes that never change the bounds or choices of a parameter for one component alone."""
 
+SENT: Final = (
+    *(kind for kind in ALIKE if issubclass(kind, ReactiveESM)),
+    pmu.CheckBoxGroup,
+    DropZone,
+    pmu.Dialog,
+    pmu.FileDownload,
+    pmu.FileInput,
+    pmu.FloatInput,
+    pmu.IntInput,
+    pmu.LinearProgress,
+    pmu.MenuButton,
+    pmu.NotificationArea,
+    pmu.Page,
+    pmu.RadioButtonGroup,
+    pmu.Tabs,
+    pmu.TextAreaInput,
+)
+"""Classes that a page knows of when it opens: it may come to use any of them."""
+
 # Panel 1.9 takes this name for the sign that a component is styled by Material UI; 1.10 sends none.
 # Nothing asks for what it leads to.
 _SIGN: Final = "@mui/material/"
@@ -47,7 +71,16 @@ _FILES: Final[tuple[tuple[Any, str, Any], ...]] = tuple(
     (kind, name, classproperty(cache(vars(kind)[name].f)))
     for kind in (ReactiveESM, MaterialComponent)
     for name in ("_bundle_path", "_bundle_css")
+    if (kind, name) != (MaterialComponent, "_bundle_css")
 )
+
+
+_known_data: Final[set[Any]] = {kind._data_model for kind in SENT}
+
+
+def _is_known_data(kind: Any) -> bool:
+    """Whether a class is that of the data of components that a page may have."""
+    return kind in _known_data and is_DataModel(kind)
 
 
 def _bundled_modules(kind: Any) -> dict[str, Any]:
@@ -59,6 +92,7 @@ def _bundled_modules(kind: Any) -> dict[str, Any]:
 def _tag_own_data(kind: Any, data: Any, reference: str) -> None:
     """Note in the data of a component which page it belongs to; parts of it have done so."""
     del kind
+    _known_data.add(type(data))
     tag = f"__ref:{reference}"
     if tag not in data.tags:
         data.tags.append(tag)
@@ -96,8 +130,11 @@ _layout = cached_property(_row_around)
 _layout.__set_name__(PaneBase, "layout")
 CHANGES: Final[tuple[tuple[Any, str, Any], ...]] = (
     *_FILES,
+    # Fonts, which the head of a document has (`fonts`), and calendars.
+    (MaterialComponent, "_bundle_css", classproperty(lambda _: [])),
     (MaterialComponent, "_process_importmap", classmethod(_bundled_modules)),
     (ReactiveCustomBase, "_patch_datamodel_ref", classmethod(_tag_own_data)),
+    (document_of_bokeh, "is_DataModel", _is_known_data),
     (PaneBase, "__init__", _make_pane),
     (PaneBase, "layout", _layout),
     (Callback, "registry", _Links(Callback.registry)),
