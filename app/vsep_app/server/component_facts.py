@@ -8,6 +8,7 @@ its classes are, most of which no page uses. `spare_components` ends that.
 Nor may one page be lost because another one adds a link while all links are looked through.
 """
 
+from collections.abc import Iterator
 from functools import cache, cached_property
 from typing import Any, Final
 from weakref import WeakKeyDictionary
@@ -75,12 +76,20 @@ _FILES: Final[tuple[tuple[Any, str, Any], ...]] = tuple(
 )
 
 
-_known_data: Final[set[Any]] = {kind._data_model for kind in SENT}
+def _classes(kind: Any) -> Iterator[Any]:
+    yield kind
+    for each in kind.__subclasses__():
+        yield from _classes(each)
 
 
-def _is_known_data(kind: Any) -> bool:
-    """Whether a class is that of the data of components that a page may have."""
-    return kind in _known_data and is_DataModel(kind)
+_unused_data: Final[set[Any]] = {kind._data_model for kind in _classes(ReactiveESM)} - {
+    kind._data_model for kind in SENT
+}
+
+
+def _is_sent(kind: Any) -> bool:
+    """Whether a page is told of a class: of data, but not of components that no page has."""
+    return is_DataModel(kind) and kind not in _unused_data
 
 
 def _bundled_modules(kind: Any) -> dict[str, Any]:
@@ -92,7 +101,7 @@ def _bundled_modules(kind: Any) -> dict[str, Any]:
 def _tag_own_data(kind: Any, data: Any, reference: str) -> None:
     """Note in the data of a component which page it belongs to; parts of it have done so."""
     del kind
-    _known_data.add(type(data))
+    _unused_data.discard(type(data))
     tag = f"__ref:{reference}"
     if tag not in data.tags:
         data.tags.append(tag)
@@ -134,7 +143,7 @@ CHANGES: Final[tuple[tuple[Any, str, Any], ...]] = (
     (MaterialComponent, "_bundle_css", classproperty(lambda _: [])),
     (MaterialComponent, "_process_importmap", classmethod(_bundled_modules)),
     (ReactiveCustomBase, "_patch_datamodel_ref", classmethod(_tag_own_data)),
-    (document_of_bokeh, "is_DataModel", _is_known_data),
+    (document_of_bokeh, "is_DataModel", _is_sent),
     (PaneBase, "__init__", _make_pane),
     (PaneBase, "layout", _layout),
     (Callback, "registry", _Links(Callback.registry)),
