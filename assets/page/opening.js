@@ -22,25 +22,8 @@
   sheet._update = function (css) { if (this.el.textContent !== css) write.call(this, css) }
   // Every component that is mounted, and every title that changes, asks for the layout of all
   // figures. They are laid out once for all that asked since the last frame of the screen; while
-  // components are being mounted, at their beginning and once it is quiet for a while.
-  const QUIET_MS = 100, LONGEST_MS = {opening: 1000, tab: 300}
-  let mounting = 0, mounted_at = -QUIET_MS, rounds = 0
-  const is_mounting = () => mounting > 0 || performance.now() - mounted_at < QUIET_MS
-  const react = Bokeh.Models.get("panel.models.esm.ReactComponent").prototype.default_view.prototype
-  const {render_esm, _resolve_mounted} = react
-  react.render_esm = function () {
-    if (!is_mounting()) rounds += 1
-    this._resolve_mounted()
-    render_esm.call(this)
-    if (this._mounted_resolve != null) mounting += 1
-  }
-  react._resolve_mounted = function () {
-    if (this._mounted_resolve != null) {
-      mounting -= 1
-      mounted_at = performance.now()
-    }
-    _resolve_mounted.call(this)
-  }
+  // components are being mounted, once for all that asked before it is quiet for a while.
+  const QUIET_MS = 100, LONGEST_MS = 1000
   const {LayoutDOMView} = Bokeh.require("models/layouts/layout_dom")
   const later = (root, name, layout) => {
     if (!root._layout_computed || root.vsep_at_work) return layout.call(root)
@@ -56,13 +39,11 @@
     }
     const is_first = waiting.size === 0
     waiting.set(name, layout)
-    const is_open = root.model.document?.is_idle
-    if (!is_open || (is_mounting() && root.vsep_round === rounds)) {
+    if (!root.model.document?.is_idle) {
       clearTimeout(root.vsep_quiet)
       root.vsep_quiet = setTimeout(go, QUIET_MS)
-      if (is_first) setTimeout(go, is_open ? LONGEST_MS.tab : LONGEST_MS.opening)
+      if (is_first) setTimeout(go, LONGEST_MS)
     } else if (is_first) {
-      root.vsep_round = rounds
       // No frame comes where nobody sees the page.
       requestAnimationFrame(go)
       setTimeout(go, 100)
@@ -81,7 +62,7 @@
   }
   at_the_root(LayoutDOMView.prototype, (view) => !(view.parent instanceof LayoutDOMView))
   // The whole page is such a component, and lays out itself.
-  let component = react
+  let component = Bokeh.Models.get("panel.models.esm.ReactComponent").prototype.default_view.prototype
   while (!Object.hasOwn(component, "compute_layout")) component = Object.getPrototypeOf(component)
   at_the_root(component, (view) => !view.is_managed)
   // What is hidden needs no layout; it gets one when it is shown. But until all is mounted Bokeh
