@@ -14,7 +14,7 @@ from vsep_app.pages.base import PageContext
 from vsep_app.pages.live import Dashboard
 from vsep_app.widgets.fields import tool_button
 from vsep_app.widgets.keys import ITERATION_PREFIX, Keys
-from vsep_app.widgets.layout import card, stylesheet, unseen_title
+from vsep_app.widgets.layout import card, stylesheet, theme, unseen_title
 
 VIEW_KEY = "view"
 VIEWS = ("maps", "delay", "fast_time", "chirps")
@@ -33,7 +33,8 @@ class EmbedPage(Dashboard):
         if asked not in VIEWS:
             self._errors.append(f"view is {asked!r:.40}; it must be one of {', '.join(VIEWS)}.")
         self.view = asked if asked in VIEWS else VIEWS[0]
-        self.play = tool_button("Play", "play_arrow", "Play: go on with the iterations.")
+        text = "Play: go on with the iterations."
+        self.play = tool_button("Play", "play_arrow", text, theme_config=theme())
         self.play.on_click(lambda _: self.press("toggle"))
         self.keys = Keys(self.press)
         #: What the page around this one is told with every picture.

@@ -3,17 +3,21 @@
 A page is a hundred components or so. Panel copies all parameters of each of them, looks for the
 files of its class on the disk, sends with each where a browser would find the modules that the
 bundle of all of them holds already, makes a row around each pane for the case that it stands alone,
-asks for all properties of a text that changes, and looks through the whole page for data that it
-has just made, or for links that may concern what has changed. `spare_components` ends that. Nor may
-one page be lost because another one adds a link while all links are looked through.
+asks for all properties of a text that changes, looks through the whole page for data that it has
+just made, or for links that may concern what has changed, and sends with every page what all of its
+classes are, most of which no page uses. `spare_components` ends that. Nor may one page be lost
+because another one adds a link while all links are looked through.
 """
 
+from collections.abc import Iterator
 from functools import cache, cached_property
 from typing import Any, Final
 from weakref import WeakKeyDictionary
 
+import bokeh.document.document as document_of_bokeh
 import panel as pn
 import panel_material_ui as pmu
+from bokeh.core.has_props import is_DataModel
 from panel.custom import ReactiveESM
 from panel.links import Callback
 from panel.pane.base import PaneBase
@@ -22,6 +26,8 @@ from panel.util import classproperty
 from panel.viewable import Layoutable, Viewable
 from panel_material_ui.base import MaterialComponent
 from param.parameterized import no_instance_params
+
+from vsep_app.pages.recording.files import DropZone
 
 ALIKE: Final = (
     pmu.Button,
@@ -38,6 +44,25 @@ ALIKE: Final = (
 )
 """Classes that never change the bounds or choices of a parameter for one component alone."""
 
+SENT: Final = (
+    *(kind for kind in ALIKE if issubclass(kind, ReactiveESM)),
+    pmu.CheckBoxGroup,
+    DropZone,
+    pmu.Dialog,
+    pmu.FileDownload,
+    pmu.FileInput,
+    pmu.FloatInput,
+    pmu.IntInput,
+    pmu.LinearProgress,
+    pmu.MenuButton,
+    pmu.NotificationArea,
+    pmu.Page,
+    pmu.RadioButtonGroup,
+    pmu.Tabs,
+    pmu.TextAreaInput,
+)
+"""Classes that a page knows of when it opens: it may come to use any of them."""
+
 # Panel 1.9 takes this name for the sign that a component is styled by Material UI; 1.10 sends none.
 # Nothing asks for what it leads to.
 _SIGN: Final = "@mui/material/"
@@ -48,7 +73,24 @@ _FILES: Final[tuple[tuple[Any, str, Any], ...]] = tuple(
     (kind, name, classproperty(cache(vars(kind)[name].f)))
     for kind in (ReactiveESM, MaterialComponent)
     for name in ("_bundle_path", "_bundle_css")
+    if (kind, name) != (MaterialComponent, "_bundle_css")
 )
+
+
+def _classes(kind: Any) -> Iterator[Any]:
+    yield kind
+    for each in kind.__subclasses__():
+        yield from _classes(each)
+
+
+_unused_data: Final[set[Any]] = {kind._data_model for kind in _classes(ReactiveESM)} - {
+    kind._data_model for kind in SENT
+}
+
+
+def _is_sent(kind: Any) -> bool:
+    """Whether a page is told of a class: of data, but not of components that no page has."""
+    return is_DataModel(kind) and kind not in _unused_data
 
 
 def _bundled_modules(kind: Any) -> dict[str, Any]:
@@ -60,6 +102,7 @@ def _bundled_modules(kind: Any) -> dict[str, Any]:
 def _tag_own_data(kind: Any, data: Any, reference: str) -> None:
     """Note in the data of a component which page it belongs to; parts of it have done so."""
     del kind
+    _unused_data.discard(type(data))
     tag = f"__ref:{reference}"
     if tag not in data.tags:
         data.tags.append(tag)
@@ -116,8 +159,11 @@ _layout = cached_property(_row_around)
 _layout.__set_name__(PaneBase, "layout")
 CHANGES: Final[tuple[tuple[Any, str, Any], ...]] = (
     *_FILES,
+    # Fonts, which the head of a document has (`fonts`), and calendars.
+    (MaterialComponent, "_bundle_css", classproperty(lambda _: [])),
     (MaterialComponent, "_process_importmap", classmethod(_bundled_modules)),
     (ReactiveCustomBase, "_patch_datamodel_ref", classmethod(_tag_own_data)),
+    (document_of_bokeh, "is_DataModel", _is_sent),
     (PaneBase, "__init__", _make_pane),
     (PaneBase, "layout", _layout),
     (pn.pane.HTML, "_update", _write_text),

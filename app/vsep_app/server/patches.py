@@ -14,8 +14,9 @@ what is changed        upstream
                        on; all else that a model works out anew, no report
 `component_facts`      Panel sends no modules with a bundle from 1.10 on; all else that a component
                        works out anew, no report; nor on links of all pages that are looked
-                       through while another page adds some
+                       through while another page adds some, nor on classes that no page uses
 `message_facts`        no report: Bokeh makes a table of all models of a page for each message
+`bundles`, `fonts`     no report: scripts and fonts are sent whole
 `begin_busy_check`     no report: a task of the whole server runs in the context of one document
 `leave_busy_state`     no report: param watches a reference whose place a value has taken
 `release_notifications` no report: Panel keeps the notifications of a page that has gone
@@ -36,7 +37,7 @@ from bokeh.server.urls import per_app_patterns
 from panel.io.server import ComponentResourceHandler, DocHandler, WSHandler
 from panel.util import parse_query
 from panel.util.parameters import edit_readonly
-from tornado.web import HTTPError
+from tornado.web import GZipContentEncoding, HTTPError
 
 from vsep.errors import InputError
 from vsep_app.server.message_guard import MAX_BUFFER, MAX_TEXT, MessageGuard
@@ -166,6 +167,8 @@ class OwnSessionHandler(DocHandler):
         first = registry.first_picture(route, query)
         self.set_header("Content-Type", "text/html")
         self.set_header("Cache-Control", "no-store")
+        # The setting of Tornado for this would pack parts of files, too, as if they were whole.
+        self._transforms.append(GZipContentEncoding(self.request))
         self.write(opening.beginning(route, query.get("theme", ""), first))
         await self.flush()
         self._has_begun = True

@@ -62,7 +62,12 @@ def theme() -> dict[str, Any]:
     bar = {"styleOverrides": {"root": {"backgroundColor": "#0B3A5B", "color": "#FFFFFF"}}}
     # Switches are wrapped by their label, so the area to click need not stick out of the thumb.
     switch = {"styleOverrides": {"input": {"left": 0, "width": "100%"}}}
-    common = {"typography": typography, "components": {"MuiAppBar": bar, "MuiSwitch": switch}}
+    # An icon is its name written in a font that has it for this word.
+    ligatures = {"fontFamily": "Material Icons", "fontFeatureSettings": "'liga'"}
+    plain = {"lineHeight": 1, "letterSpacing": "normal", "whiteSpace": "nowrap"}
+    icon = {"styleOverrides": {"root": {**ligatures, **plain, "textTransform": "none"}}}
+    components = {"MuiAppBar": bar, "MuiIcon": icon, "MuiSwitch": switch}
+    common = {"typography": typography, "components": components}
     return {
         "light": {"palette": {"primary": {"main": "#005F94"}}, **common},
         "dark": {"palette": {"primary": {"main": "#56B4E9"}}, **common},
