@@ -284,6 +284,21 @@ def test_of_a_long_run_some_steps_are_kept_without_what_shows_them():
     assert [step.seconds for step in session.snapshot().steps] == [-1.0, 0.01]
 
 
+def test_a_run_goes_to_an_iteration_that_is_not_kept_and_pauses_there():
+    session = RunSession(None, lambda step: replace(step, seconds=-1.0), most_kept=2)
+    session.restart("plan")
+    _do_all(session)
+    for start in (session.cursor, 0):
+        session.scrub(start)
+        session.run_to(1)
+        _do_all(session)
+        assert (session.cursor, session.phase) == (1, Phase.PAUSED)
+        assert session.snapshot().steps[0].seconds == 0.01
+        session.run()
+        _do_all(session)
+        assert session.phase is Phase.FINISHED
+
+
 def test_a_job_says_whether_its_state_is_exact():
     session = RunSession(WeakMemo(replace))
     session.restart("plan")

@@ -179,8 +179,14 @@ class RunSession(Generic[PlanT, PreparedT, StepT]):
 
     @_whole
     def run_to(self, iteration: int) -> None:
-        """Go on to an iteration and pause there; the run may end before."""
-        if iteration <= self.cursor:
+        """Go on to an iteration and pause there; the run may end before.
+
+        One of which too little is kept to show it is computed again, with those before.
+        """
+        if iteration in self._hidden:
+            self._begin(Phase.RUNNING)
+            self._stop_at = iteration
+        elif iteration <= self.cursor:
             self.scrub(iteration)
         else:
             self.run()
