@@ -31,7 +31,7 @@ class Page:
     """A page that notes what it is told."""
 
     def __init__(self):
-        self.shown, self.held, self.query = [], False, {}
+        self.shown, self.held, self.query, self.prepared = [], False, {}, 0
 
     @property
     def seen(self):
@@ -43,6 +43,10 @@ class Page:
 
     def show_view(self, view):
         self.shown.append(view)
+
+    def prepare(self):
+        self.prepared += 1
+        return ()
 
     def hold(self, held):
         self.held = held
@@ -69,6 +73,21 @@ def hers(lesson):
     page.seat = seated(lesson, page, leads=True)
     page.seat.lead()
     return page
+
+
+def test_pages_of_a_class_that_is_led_prepare_one_after_the_other(lesson, hers):
+    pages = [Page(), Page()]
+    for page in pages:
+        seated(lesson, page)
+    lesson.prepare_next()
+    assert [page.prepared for page in pages] == [0, 0]
+    lesson.change(mode=Mode.LED)
+    told = []
+    for _ in range(3):
+        lesson.prepare_next()
+        told.append([page.prepared for page in pages])
+    assert told == [[1, 0], [1, 1], [1, 1]]
+    assert not hers.prepared
 
 
 @pytest.mark.usefixtures("hers")

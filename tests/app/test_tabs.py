@@ -1,5 +1,7 @@
 """Pages as tabs of one document: what they share, what stands still, and what fails alone."""
 
+from dataclasses import replace
+
 import pytest
 from bokeh.document import Document
 from panel.io.state import set_curdoc
@@ -133,6 +135,36 @@ def test_a_view_of_the_lecturer_is_shown_in_place(opened):
     assert page_of(tabs, LIVE).settings.seed == 6
     tabs.show_view(View(page="lead"))
     assert tabs.seen.page == LIVE
+
+
+def test_a_page_that_prepares_has_the_tabs_of_experiments_out_of_sight(opened):
+    tabs = opened(seed="3")
+    tabs.start()
+    before = tabs._location.search
+    assert tabs.prepare() == [COMPARE]
+    assert seen(tabs) == [{LIVE}] * 3
+    assert (tabs.seen.page, tabs._location.search) == (LIVE, before)
+    prepared = page_of(tabs, COMPARE)
+    assert not prepared._context.watched()
+    tabs.show_view(View(page=COMPARE, query=(("experiment", "zeroing"),)))
+    assert seen(tabs) == [{COMPARE}] * 3
+    assert page_of(tabs, COMPARE) is prepared
+    assert prepared.guide.experiment.name == "zeroing"
+    assert "experiment=zeroing" in tabs._location.search
+    assert tabs.prepare() == []
+
+
+def test_a_tab_that_is_asked_for_again_before_it_is_made_shows_what_was_asked_last(opened):
+    tabs, later = opened(seed="3"), []
+    tabs.start()
+    tabs._context = replace(tabs._context, post=later.append)
+    tabs.press("page compare")
+    tabs.press("page ./")
+    tabs.show_view(View(page=COMPARE, query=(("seed", "5"), ("methods", "iht,masked"))))
+    while later:
+        later.pop(0)()
+    assert page_of(tabs, COMPARE).choice.methods == ["iht", "masked"]
+    assert page_of(tabs, COMPARE).settings.seed == 5
 
 
 def test_another_page_can_be_the_first(opened):

@@ -113,6 +113,10 @@ class PageBase(ABC):
         """Show a view in place."""
         del view
 
+    def prepare(self) -> Sequence[str]:
+        """Make what the page may come to show, out of sight; return its addresses."""
+        return ()
+
     def hold(self, held: bool) -> None:
         """Let nothing go on until it is let go: the lecturer speaks."""
         del held

@@ -169,6 +169,7 @@ class LeadPage(PageBase):
             await asyncio.sleep(REFRESH_S)
             if self._context.watched():
                 self._context.post(self._refresh)
+                self.lesson.prepare_next()
 
     def _refresh(self) -> None:
         """Show who is there, all maps and the answers; called with the document locked."""

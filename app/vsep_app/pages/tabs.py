@@ -7,7 +7,7 @@ buttons *back* and *forward* lead where they say.
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
@@ -41,6 +41,7 @@ class Tab:
     sidebar: Any
     main: Any
     location: Location
+    asked: Mapping[str, Any]  #: What its page is to show once it is made.
     page: PageBase | None = None
     parts: PageParts | None = None
 
@@ -80,7 +81,8 @@ class Tabs(PageBase):
             notice = LessonNotice({one.name: one for one in self._context.experiments})
             self._main.append(notice.pane)
             seat.tell = notice.tell
-        self._make(self.address, self._context.query)
+        self._place(self.address, self._context.query)
+        self._make(self.address)
         self.keys.join(self._help.button)
         self._tell()
         parts = self._tabs[self.address].parts
@@ -126,6 +128,16 @@ class Tabs(PageBase):
         if view.page in PAGES:
             self._show(view.page, dict(view.query))
 
+    def prepare(self) -> Sequence[str]:
+        """Make the tabs that experiments lead to, out of sight; return their addresses."""
+        asked = _settings_of(read_query(self._tabs[self.address].location))
+        led_to = dict.fromkeys(one.page for one in self._context.experiments)
+        made = [each for each in led_to if each in PAGES and each not in self._tabs]
+        for address in made:
+            self._place(address, asked).show(False)
+            self._context.post(partial(self._open, address))
+        return made
+
     def hold(self, held: bool) -> None:
         """Let no run go on until it is let go."""
         self._is_held = held
@@ -164,9 +176,8 @@ class Tabs(PageBase):
                 self._page.title = PAGES[address].title
             tab = self._tabs.get(address)
             if tab is None:
-                self._place(address)
-                asked = shared if query is None else query
-                self._context.post(partial(self._open, address, dict(asked)))
+                self._place(address, shared if query is None else query)
+                self._context.post(partial(self._open, address))
             else:
                 tab.show(True)
                 self._return_to(tab, query)
@@ -176,12 +187,14 @@ class Tabs(PageBase):
         """Go on with a tab that has been opened before; without a query in the shared scene."""
         page, own = tab.page, read_query(tab.location)
         if page is None:
+            tab.asked = tab.asked if query is None else query
             return
         if query is None:
             query = self._in_scene(own) if page.has_scene else own
         if query != own and not page.take_view(query):
             page.close()
-            self._context.post(partial(self._open, page.address, dict(query)))
+            tab.asked = query
+            self._context.post(partial(self._open, page.address))
             return
         page.show_again()
         self._write_address()
@@ -197,13 +210,14 @@ class Tabs(PageBase):
         others = {key: value for key, value in query.items() if key != ITERATION_KEY}
         return others | self._scene
 
-    def _place(self, address: str) -> Tab:
-        """Make the places of a tab."""
+    def _place(self, address: str, asked: Mapping[str, Any]) -> Tab:
+        """Make the places of a tab, whose page is to show what is asked for."""
         tab = Tab(
             header=pn.Row(margin=0, align="center"),
             sidebar=pn.Column(margin=0, sizing_mode="stretch_width"),
             main=pn.Column(margin=0, sizing_mode="stretch_both", stylesheets=[stylesheet("tab")]),
             location=Location(),
+            asked=asked,
         )
         self._tabs[address] = tab
         self._header.append(tab.header)
@@ -211,16 +225,16 @@ class Tabs(PageBase):
         self._main.append(tab.main)
         return tab
 
-    def _open(self, address: str, query: dict[str, Any]) -> None:
+    def _open(self, address: str) -> None:
         """Make the page of a tab and begin with it; called with the document locked."""
         with at_once():
-            self._make(address, query)
+            self._make(address)
         self._context.post(partial(self._start, address))
 
-    def _make(self, address: str, query: dict[str, Any]) -> None:
+    def _make(self, address: str) -> None:
         """Make the page of a tab; one that fails leaves the others alone."""
-        tab = self._tabs.get(address) or self._place(address)
-        entry = PAGES[address]
+        tab, entry = self._tabs[address], PAGES[address]
+        query = dict(tab.asked)
         tab.location = Location(search=search_of(query))
         context = replace(
             self._context,

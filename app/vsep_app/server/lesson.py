@@ -9,7 +9,7 @@ import csv
 import io
 import re
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
@@ -96,6 +96,10 @@ class Follower(Protocol):
         """Show a view in place, whichever tab it is of."""
         ...
 
+    def prepare(self) -> Sequence[str]:
+        """Make what it may come to show, out of sight; return its addresses."""
+        ...
+
     def hold(self, held: bool) -> None:
         """Let nothing go on until it is let go."""
         ...
@@ -170,6 +174,8 @@ class Seat:
         self.taken: View | None = None
         #: Whether it is a page that others can follow.
         self.is_shown_to_all = True
+        #: Whether the page has been asked to make what it may come to show.
+        self.is_prepared = False
 
     def begin(self, page: Follower) -> None:
         """Take part with a page."""
@@ -189,6 +195,12 @@ class Seat:
     def follow(self) -> None:
         """Have the page follow the lesson as it is by then."""
         self._post(self._follow)
+
+    def prepare(self) -> None:
+        """Have the page make what it may come to show."""
+        if self.page is not None:
+            self.is_prepared = True
+            self._post(self.page.prepare)
 
     def lead(self) -> None:
         """Take note of what the lecturer's page shows."""
@@ -240,6 +252,15 @@ class Lesson:
             self.state = state
             for seat in tuple(self.seats):
                 seat.follow()
+
+    def prepare_next(self) -> None:
+        """Have one more page of a class that is led make what it may come to show.
+
+        All at once would hold up what the lecturer does meanwhile.
+        """
+        if self.state.mode is not Mode.FREE:
+            for seat in [each for each in self.visitors if not each.is_prepared][:1]:
+                seat.prepare()
 
     def number_of(self, person: Person) -> int:
         """Return the number of somebody, which lasts as long as the lesson."""
