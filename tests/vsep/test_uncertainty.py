@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from vsep.inference.objects.uncertainty import dispersion_std, fisher_information
+from vsep.inference.objects.uncertainty import (
+    _inverse_diagonal,
+    dispersion_std,
+    fisher_information,
+)
 from vsep.inference.objects.workspace import no_objects
 
 
@@ -52,6 +56,13 @@ def test_fisher_information_equals_the_numerical_one(shape):
 def test_no_object_has_no_deviation():
     std = dispersion_std(no_objects(), 1.0, (4, 16))
     assert len(std.beats) == len(std.dopplers) == 0
+
+
+@pytest.mark.parametrize("rounded", [0.0, -1e-17, -10.0])
+def test_what_has_no_information_leaves_the_others_as_they_are(rounded):
+    information = np.array([[4.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, rounded]])
+    found = _inverse_diagonal(information)
+    np.testing.assert_allclose(found, [2.0 / 7.0, 4.0 / 7.0, 0.0], rtol=1e-12)
 
 
 @pytest.mark.parametrize("shape", [(1, 64), (8, 32)])

@@ -136,10 +136,12 @@ def dispersion_std(
 
 def _inverse_diagonal(information: FloatArray) -> FloatArray:
     """Diagonal of the inverse of a Fisher information."""
-    scale = np.sqrt(np.maximum(np.diagonal(information), np.finfo(float).tiny))
-    factor, failed = dpotrf(information / np.outer(scale, scale))
-    if failed or np.diagonal(factor).min() ** 2 < LEAST_PIVOT:
-        # Coincident components make it singular; the pseudo-inverse keeps the others' figures.
-        return np.maximum(np.diagonal(pinvh(information)), 0.0)
-    inverse, _ = dpotri(factor, overwrite_c=True)
-    return np.asarray(np.diagonal(inverse) / scale**2)
+    if np.diagonal(information).min() > np.finfo(float).tiny:
+        scale = np.sqrt(np.diagonal(information))
+        factor, failed = dpotrf(information / np.outer(scale, scale))
+        if not failed and np.diagonal(factor).min() ** 2 >= LEAST_PIVOT:
+            inverse, _ = dpotri(factor, overwrite_c=True)
+            return np.asarray(np.diagonal(inverse) / scale**2)
+    # Coincident components, or one of no amplitude, make it singular; the pseudo-inverse keeps the
+    # others' figures.
+    return np.maximum(np.diagonal(pinvh(information)), 0.0)
