@@ -182,9 +182,7 @@ class Guide:
         if knows:
             # What nobody needs yet costs the browser nothing; what stays costs nothing again.
             shown = [self._widgets[name] for name in names if name in self._widgets]
-            with at_once():
-                _place(self._buttons, [self.ask, self.again])
-                _place(self.controls, shown)
+            _place({self._buttons: [self.ask, self.again], self.controls: shown})
         self._buttons.visible = knows
         self.controls.visible = knows and bool(names)
         if experiment is not None:
@@ -291,10 +289,13 @@ def _paragraphs(text: str) -> str:
     return "".join(f"<p>{escape(part.strip())}</p>" for part in text.split("\n\n"))
 
 
-def _place(layout: Any, objects: list[Any]) -> None:
-    """Put objects into a layout, unless they stand there."""
-    if list(layout) != objects:
-        layout[:] = objects
+def _place(wanted: Mapping[Any, list[Any]]) -> None:
+    """Put objects into layouts, unless they stand there: even nothing done at once costs a look."""
+    changed = {layout: objects for layout, objects in wanted.items() if list(layout) != objects}
+    if changed:
+        with at_once():
+            for layout, objects in changed.items():
+                layout[:] = objects
 
 
 def _text_pane() -> Any:
